@@ -36,4 +36,5 @@ def study_of(scenes, **given) -> SimpleNamespace:
     """Return a study with the keys that a report reads."""
     keys = {"name": "small", "title": "One", "question": "", "description": "", "hero": None}
     keys |= {"scenes": scenes, "fingerprints": {}, "source": "", "display_units": ""}
+    keys |= {"answers": [], "table": None}
     return SimpleNamespace(**{**keys, "shown": display_units, **given})

@@ -8,16 +8,15 @@ from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
 from vibropipe.scenes.backbone.limits import longest_period
-from vibropipe.scenes.backbone.report import findings
+from vibropipe.scenes.backbone.report import answers
 
 
 def test_findings_of_a_backbone_over_the_period():
-    (finding,) = findings({"law": backbone()})
-    text = finding.texts[0]
+    (answer,) = answers({"law": backbone()})["law"]
     # (1 - d) + (1 + d) cos(period / 2) is positive up to period = 2 arccos(-(1 - d) / (1 + d))
     low, high = (2 * np.arccos(-(1 - d) / (1 + d)) for d in (0.3, 0.0))
-    expected = f"every period below τ̄ = {high:.4g}, a limit that falls to {low:.4g} with the offset"
-    assert text.startswith(f"Free motions strike both supports at {expected}")
+    assert answer.lead == "Free motions strike both supports up to a longest period."
+    assert answer.rest.startswith(f"It falls from τ̄ = {high:.4g} to {low:.4g} with the offset ")
 
 
 @pytest.mark.parametrize("delta_over_l", [0.0, 0.1, -0.3, 0.8])
@@ -34,9 +33,9 @@ def test_below_the_longest_period_alone_both_supports_are_struck(delta_over_l: f
 
 
 def test_findings_of_a_backbone_over_amplitude():
-    (finding,) = findings({"free": amplitude_frequency(0.01)})
-    assert finding.scene == "free"
-    assert finding.texts[0] == (
-        "Free motions strike one support from the amplitude 0.49 on, and both from 0.51."
-    )
-    assert finding.texts[1].endswith(", where it still rises at the end of the range of A.")
+    first, second = answers({"free": amplitude_frequency(0.01)})["free"]
+    assert first.lead == "Free motions strike one support before both."
+    assert first.rest == "One from amplitude 0.49 on, both from 0.51."
+    assert second.rest.startswith("At the largest amplitude here it is ")
+    (both, _) = answers({"free": amplitude_frequency(0.0)})["free"]
+    assert both.lead == "Free motions strike both supports from amplitude 0.5 on."

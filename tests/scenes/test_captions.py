@@ -11,7 +11,7 @@ from figures.sample_datasets import motion, sweep
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
-from vibropipe.scenes.motion.findings import findings
+from vibropipe.scenes.motion.findings import answers
 from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.words.regimes import Regime
@@ -35,8 +35,9 @@ def test_a_motion_that_stays_on_a_soft_support_strikes_nothing():
     held["impact_velocity"] = 0.0 * held["impact_velocity"]
     held["impact_support"][:] = 1
     assert "1 contact with support 1, without velocity" in describe_motion(held)
-    (finding,) = findings({"held": held})
-    assert "No support is struck with a velocity." in finding.texts
+    assert [answer.lead for answer in answers({"held": held})["held"]] == [
+        "No support is struck with a velocity in the record."
+    ]
 
 
 def test_motion_says_how_far_it_departs_from_the_exact_one(made):

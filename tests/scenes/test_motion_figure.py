@@ -15,8 +15,8 @@ from vibropipe.words.vocabulary import quantity
 
 
 def test_an_unforced_motion_has_no_force_panel(figures):
-    assert len(figures["forced"].axes) == 3
-    assert len(figures["conservative"].axes) == 2
+    assert len(figures["forced"].axes) == 4
+    assert len(figures["conservative"].axes) == 3
     assert quantity("force").symbol not in words(figures["conservative"])
 
 

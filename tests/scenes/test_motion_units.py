@@ -50,7 +50,7 @@ def test_a_section_in_milliseconds_has_one_state_for_each_period():
     sampled = motion().isel(tau=slice(at.size)).assign_coords(tau=("tau", at))
     shown = display_units({"motion": vp.to_physical(sampled, M, C)})["motion"]
     assert np.array_equal(visits(shown), np.arange(0, 25, 4))
-    assert describe_section(shown).startswith("Left: 7 states")
+    assert describe_section(shown).startswith("a: 7 states")
 
 
 def test_the_caption_has_the_span_that_is_drawn(shown):

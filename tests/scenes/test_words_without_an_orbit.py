@@ -11,8 +11,8 @@ from vibropipe.figures.stability import has_orbit, is_unstable, stability_text
 from vibropipe.figures.text import format_number, impact_texts, orbit_texts, window_text
 from vibropipe.report.table import DASH
 from vibropipe.scenes.motion.findings import orbit_text
-from vibropipe.scenes.motion.orbit_cells import multipliers_text, struck_text
-from vibropipe.scenes.motion.report import steady_table
+from vibropipe.scenes.motion.orbit_cells import multiplier_text, struck_text
+from vibropipe.scenes.motion.report import steady_columns
 from vibropipe.scenes.sweep.captions import aperiodic_text
 from vibropipe.scenes.sweep.quantities import with_impacts_per_period
 from vibropipe.view.row_numbers import law_text, lines_of
@@ -46,18 +46,18 @@ def row_of(regime: Regime, m: int) -> xr.Dataset:
 
 def test_a_motion_without_an_orbit_has_no_multipliers_and_no_stability() -> None:
     row = row_of(Regime.APERIODIC, 0)
-    assert multipliers_text(row) == DASH
+    assert multiplier_text(row) == DASH
     assert stability_text(row) == ""
     assert not has_orbit(row)
     assert not is_unstable(row)
-    cells = {line[0]: line[1] for line in steady_table({"chaos": row}).rows}
-    assert [cells[name] for name in ("multiple", "multipliers", "stability")] == [DASH] * 3
+    columns = steady_columns({"chaos": row})
+    assert [columns[name] for name in ("multiple", "multiplier", "stability")] == [[DASH]] * 3
 
 
 def test_a_motion_without_an_orbit_is_known_in_a_window() -> None:
     row = row_of(Regime.APERIODIC, 0)
     assert window_text(row) == "in a window of 128 forcing periods"
-    assert orbit_text(row) == "aperiodic in a window of 128 forcing periods"
+    assert orbit_text(row) == "The motion does not repeat in a window of 128 forcing periods"
     text = law_text(row)
     assert text.startswith("Aperiodic in a window of 128 forcing periods.")
     assert "may be a transient" in text

@@ -299,7 +299,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, figure: {backbone: s}}",
-            "s.figure.backbone: is an unknown key; must be one of pictures, show, periods",
+            "s.figure.backbone: is an unknown key; must be one of pictures, together, show, periods",
         ),
         (
             "{kind: backbone}",
@@ -328,7 +328,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: backbone, amplitude: [1], figure: {periods: 3}}",
-            "s.figure.periods: is an unknown key; must be show",
+            "s.figure.periods: is an unknown key; must be together or show",
         ),
         (
             "{kind: backbone, tau_bar: [1], delta_over_l: [0], exciter: {l: 1}}",

@@ -208,11 +208,11 @@ def figure(
     ] = None,
 ) -> None:
     """Draw the figures of a study from its datasets."""
-    from vibropipe.jobs.drawing import draw_study, figure_names
+    from vibropipe.jobs.drawing import draw_study, figures_of
     from vibropipe.study import load_study
 
     study = load_study(file)
-    names = [name for scene in study.scenes.values() for name in figure_names(scene)]
+    names = [*figures_of(study)]
     if only is not None and only not in names:
         allowed = f"must be a figure of the study ({', '.join(names)})"
         raise typer.BadParameter(f"{allowed}, got {only!r}", param_hint="--only")

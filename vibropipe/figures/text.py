@@ -276,6 +276,14 @@ def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     return in_lines([value_text(dataset[name]) for name in names])
 
 
+def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
+    """Write the parameters that are not swept as plain text: ν = 1, f = −1, ..."""
+    left_out = set(leave_out)
+    return ", ".join(
+        plain_value(dataset[n]) for n in scalar_parameters(dataset) if n not in left_out
+    )
+
+
 def in_lines(parts: list[str]) -> str:
     """Join texts by commas, in as few lines of at most LINE_DIGITS as they need, all about as long."""
     ends = np.cumsum([width_in_digits(f"{part},  ") for part in parts])

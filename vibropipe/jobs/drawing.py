@@ -29,6 +29,20 @@ def figure_names(scene: BaseScene) -> list[str]:
     return [scene.name, *(f"{scene.name}-{picture}" for picture in scene.figure.chosen()[1:])]
 
 
+def figures_of(study: Study) -> dict[str, BaseScene]:
+    """Return the scene of each figure of a study by the figure's name.
+
+    A scene that another draws together with itself has none, unless it chooses pictures or draws others itself.
+    """
+    shown = {name for scene in study.scenes.values() for name in scene.figure.drawn_together()}
+    return {
+        figure: scene
+        for scene in study.scenes.values()
+        if scene.name not in shown or scene.figure.chosen() or scene.figure.drawn_together()
+        for figure in figure_names(scene)
+    }
+
+
 def scenes_drawn(study: Study, scene: BaseScene) -> list[str]:
     """Return the names of the scenes whose data the figures of a scene depend on.
 
@@ -129,16 +143,11 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
         If a dataset is missing, damaged or of another study; nothing is drawn then.
     """
     folder = results / study.name
-    scenes = [
-        scene
-        for scene in study.scenes.values()
-        if not names or not {*figure_names(scene)}.isdisjoint(names)
-    ]
+    figures = {n: scene for n, scene in figures_of(study).items() if not names or n in names}
+    scenes = {scene.name: scene for scene in figures.values()}.values()
     needed = dict.fromkeys(name for scene in scenes for name in scenes_drawn(study, scene))
     fingerprints = {
-        name: figure_fingerprint(study, scene, name, folder)
-        for scene in scenes
-        for name in figure_names(scene)
+        name: figure_fingerprint(study, scene, name, folder) for name, scene in figures.items()
     }
     datasets = study.shown(read_scenes(folder, needed, study.fingerprints))
     return [

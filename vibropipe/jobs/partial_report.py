@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping
 from pathlib import Path
 
-from vibropipe.jobs.drawing import SUFFIXES, draw_study, figure_names
+from vibropipe.jobs.drawing import SUFFIXES, draw_study, figure_names, figures_of
 from vibropipe.jobs.reporting import build_report
 from vibropipe.jobs.summary import ERROR, causes
 from vibropipe.jobs.up_to_date import stale_files, stale_scenes
@@ -36,7 +36,7 @@ def build_partial_report(study: Study, results: Path, output: Path) -> dict[str,
     }
     rest = without(study, failed)
     stale = set(stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1)))
-    for name, scene in rest.scenes.items():
+    for name, scene in {scene.name: scene for scene in figures_of(rest).values()}.items():
         names = figure_names(scene)
         files = (
             f"{results}/{study.name}/figures/{figure}{s}" for figure in names for s in SUFFIXES

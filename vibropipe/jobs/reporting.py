@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from types import MappingProxyType
@@ -12,6 +12,7 @@ import xarray as xr
 
 from vibropipe.jobs.drawing import (
     figure_names,
+    figures_of,
     remove_unchosen,
     report_fingerprint,
 )
@@ -32,6 +33,7 @@ from vibropipe.store import (
     with_fingerprint,
 )
 from vibropipe.study import Study
+from vibropipe.study.models import ReportTable
 from vibropipe.words.wording import paragraphs
 
 MAX_LABEL = 32  # letters of a scene's title that stands for it in tables and sentences
@@ -69,7 +71,7 @@ def build_report(
     fingerprint = report_fingerprint(study, folder, failed)
     datasets = read_scenes(folder, study.scenes, study.fingerprints)
     sidecars = {name: read_sidecar(folder / f"{name}.nc") for name in study.scenes}
-    names = [name for scene in study.scenes.values() for name in figure_names(scene)]
+    names = [*figures_of(study)]
     pictures = {name: folder / "figures" / f"{name}.pdf" for name in names}
     for path in pictures.values():
         _check_figure(path)
@@ -129,10 +131,18 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     }
     hero_scene, hero_name = hero_of(study)
     main = kind_of(study.scenes[hero_scene])
-    answers = _answers(parts, main, labels[hero_scene])
     figures = list(figure_entries(study, datasets))
+    drawn = {labels[entry["scene"]] for entry in figures}
+    together = {labels[name]: len(s.figure.drawn_together()) for name, s in study.scenes.items()}
+    chief = {
+        kind: max(own, key=lambda label: (label in drawn, together[label]))
+        for kind, own in parts.items()
+    }
+    answers = _answers(parts, main, labels[hero_scene], chief)
     hero = next(entry for entry in figures if entry["name"] == hero_name)
     groups = _groups(study, labels, figures, answers, parts, hero)
+    if study.table is not None:
+        groups.insert(0, Group(items=[own_table(study.table).as_data()]))
     unsolved = unsolved_table({labels[name]: data for name, data in datasets.items()})
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
@@ -143,7 +153,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "title": study.title,
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
         "question": study.question or main.report.asked(parts[main]),
-        "answers": [*unit_answers(study), *answers.pop("", [])],
+        "answers": [*unit_answers(study), *(own_answers(study) or answers.pop("", []))],
         "side": {
             "rows": [asdict(row) for row in side.rows],
             "drawing": drawing_of(side.drawn or datasets) if side.has_drawing else None,
@@ -162,6 +172,19 @@ def unit_answers(study: Study) -> list[dict[str, str]]:
     return [_answer_data(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
 
 
+def own_answers(study: Study) -> list[dict[str, str]]:
+    """Return the answers that the study itself has, each split after its first sentence."""
+    return [
+        _answer_data(Answer(f"{lead}." if found else lead, rest))
+        for lead, found, rest in (text.partition(". ") for text in study.answers)
+    ]
+
+
+def own_table(table: ReportTable) -> Table:
+    """Return the table that the study itself has."""
+    return Table(table.head, table.rows, table.note, left=len(table.head), title=table.title)
+
+
 def scene_labels(study: Study) -> dict[str, str]:
     """Return how each scene is called in tables and sentences: by its title if that is short, else by its name."""
     titles = [scene.title for scene in study.scenes.values()]
@@ -176,7 +199,8 @@ def scene_labels(study: Study) -> dict[str, str]:
 def hero_of(study: Study) -> tuple[str, str]:
     """Return the scene and the figure on page 1: the study's, else the first of the scene of the lowest rank."""
     if study.hero is None:
-        scene = min(study.scenes.values(), key=lambda scene: kind_of(scene).report.rank)
+        scenes = {each.name: each for each in figures_of(study).values()}.values()
+        scene = min(scenes, key=lambda scene: kind_of(scene).report.rank)
         return scene.name, figure_names(scene)[0]
     scene = study.scenes[study.hero.scene]
     index = scene.figure.chosen().index(study.hero.picture) if study.hero.picture else 0
@@ -184,13 +208,16 @@ def hero_of(study: Study) -> tuple[str, str]:
 
 
 def _answers(
-    parts: Mapping[Kind, Datasets], main: Kind, hero_label: str
+    parts: Mapping[Kind, Datasets], main: Kind, hero_label: str, chief: Mapping[Kind, str]
 ) -> dict[str, list[dict[str, str]]]:
-    """Return the answers by the labels of scenes; those of page 1 have the key ""."""
+    """Return the answers by the labels of scenes; those of page 1 have the key "".
+
+    `chief` is the scene of each kind beside whose figures those on all of the kind stand.
+    """
     found: dict[str, list[dict[str, str]]] = {}
     for kind, own in parts.items():
         for label, answers in kind.report.answers(own).items():
-            of_all = "" if kind is main else next(iter(own))
+            of_all = "" if kind is main else chief[kind]
             found.setdefault(label or of_all, []).extend(_answer_data(each) for each in answers)
     if "" not in found:
         found[""] = found.pop(hero_label, [])
@@ -210,7 +237,8 @@ def _groups(
     hero: dict[str, str],
 ) -> list[Group]:
     """Return the groups after the hero: those of its scene, then of the other scenes, in the order of the study."""
-    tables = [table for kind, own in parts.items() for table in _placed(kind, own)]
+    drawn = {labels[entry["scene"]] for entry in figures}
+    tables = [table for kind, own in parts.items() for table in _placed(kind, own, drawn)]
     groups: list[Group] = []
     first = hero["scene"]
     for scene in sorted(labels, key=lambda name: name != first):
@@ -239,10 +267,11 @@ def _heading(study: Study, figure: Mapping[str, str]) -> str:
     )
 
 
-def _placed(kind: Kind, own: Datasets) -> Iterator[Table]:
-    """Yield the tables of a kind, those without a scene after its last one."""
+def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table]:
+    """Yield the tables of a kind, those without a scene after the last one that is drawn."""
+    last = [label for label in own if label in drawn] or list(own)
     for table in kind.report.tables(own):
-        yield table if table.scene else replace(table, scene=list(own)[-1])
+        yield table if table.scene else replace(table, scene=last[-1])
 
 
 def _methods(
@@ -269,8 +298,9 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
 
     The datasets are in units for display (`Study.shown`).
     """
-    for scene_name, dataset in datasets.items():
+    for scene_name in dict.fromkeys(scene.name for scene in figures_of(study).values()):
         scene: BaseScene = study.scenes[scene_name]
+        dataset = datasets[scene_name]
         pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
         own_caption = " ".join(scene.caption.split())
         for name, picture in zip(figure_names(scene), pictures, strict=True):

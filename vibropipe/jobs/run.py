@@ -17,7 +17,7 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.compiler.cache import has_kernels
-from vibropipe.jobs.drawing import figure_names, scenes_drawn
+from vibropipe.jobs.drawing import figures_of, scenes_drawn
 from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.jobs.solving import cut_text
 from vibropipe.jobs.up_to_date import shard_file, stale_files, write_mark
@@ -126,8 +126,7 @@ class Run:
 
     def drawn_scenes(self, name: str) -> dict[str, BaseScene]:
         """Return the scene of each figure of a study by the figure's name."""
-        scenes = self.studies[name].scenes.values()
-        return {figure: scene for scene in scenes for figure in figure_names(scene)}
+        return figures_of(self.studies[name])
 
     def figure_scene(self, job: Any) -> BaseScene:
         """Return the scene of a figure's job, which has the wildcards `study` and `figure`."""

@@ -7,7 +7,7 @@ import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.jobs.drawing import figure_names
+from vibropipe.jobs.drawing import figures_of
 from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.scenes.costs import Estimate
 from vibropipe.words.effects import COMMON_EFFECTS
@@ -75,7 +75,7 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
     total = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')}, "
     if estimates:
         cores = os.cpu_count() or 1
-        figures = sum(len(figure_names(scene)) for scene in study.scenes.values())
+        figures = len(figures_of(study))
         alone, shared = (
             seconds_text(run_seconds(plans, work, figures, estimates.uncompiled, n))
             for n in (1, cores)

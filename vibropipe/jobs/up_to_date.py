@@ -15,7 +15,7 @@ from pathlib import Path
 from vibropipe.jobs.drawing import (
     SUFFIXES,
     figure_fingerprint,
-    figure_names,
+    figures_of,
     report_fingerprint,
     scenes_drawn,
 )
@@ -50,15 +50,14 @@ def stale_files(study: Study, results: str, shards: Mapping[str, int]) -> Iterat
         yield f"{folder}/{name}.nc"
     made = _last_time(f"{folder}/{name}.nc" for name in study.scenes)
     drawn = made
-    for scene in study.scenes.values():
+    for name, scene in figures_of(study).items():
         of_stale = not scenes.isdisjoint(scenes_drawn(study, scene))
-        for name in figure_names(scene):
-            wanted = figure_fingerprint(study, scene, name, Path(folder))
-            for path in (f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES):
-                if of_stale or fingerprint_of(path) != wanted:
-                    yield path
-                else:
-                    drawn = max(drawn, _date_on(path, made))
+        wanted = figure_fingerprint(study, scene, name, Path(folder))
+        for path in (f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES):
+            if of_stale or fingerprint_of(path) != wanted:
+                yield path
+            else:
+                drawn = max(drawn, _date_on(path, made))
     path = f"{folder}/report.pdf"
     if scenes or fingerprint_of(path) != report_fingerprint(study, Path(folder)):
         yield path

@@ -7,7 +7,8 @@ from dataclasses import replace
 
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study.models import Hero, Study
+from vibropipe.study.models import Hero, ReportTable, Study
+from vibropipe.words.wording import count
 
 
 def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
@@ -39,8 +40,18 @@ def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
         ]
         for problem in (*own_problems, *kind.check_among(scene, study.scenes, faulty)):
             yield replace(problem, path=("scenes", name, *problem.path))
+    if study.table is not None and not any(path[:1] == ("table",) for path in broken):
+        yield from _check_table(study.table)
     if study.hero is not None and not any(path[:1] == ("hero",) for path in broken):
         yield from _check_hero(study, study.hero, faulty)
+
+
+def _check_table(table: ReportTable) -> Iterator[Problem]:
+    """Check that each row of a table has as many cells as its head."""
+    for number, row in enumerate(table.rows):
+        if len(row) != len(table.head):
+            must = f"must have a text for each of the {count(len(table.head), 'column')}"
+            yield Problem(("table", "rows", number), count(len(row), "text"), must=must)
 
 
 def _check_hero(study: Study, hero: Hero, faulty: Collection[str]) -> Iterator[Problem]:

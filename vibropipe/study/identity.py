@@ -35,7 +35,8 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
         [name, {"data": entry.data_keys(), **_texts(entry)}] for name, entry in study.scenes.items()
     ]
     head = {
-        name: plain(getattr(study, name)) for name in ("title", "question", "description", "hero")
+        name: plain(getattr(study, name))
+        for name in ("title", "question", "answers", "table", "description", "hero")
     }
     if study.display_units:
         head["units"] = study.display_units

@@ -62,6 +62,8 @@ def _type_text(annotation: Any) -> str:
         return A_GRID if len(inner) > 1 else _type_text(inner[0])
     if origin is list:
         entry = _type_text(arguments[0])
+        if entry.startswith("a list of "):
+            return f"a list of lists of {entry.removeprefix('a list of ')}"
         nouns = [f"{noun}s" for noun in ("number", "name") if noun in entry]
         return f"a list of {nouns[0] if nouns else entry.replace(' or ', ', ')}"
     if origin is dict:

@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING, Annotated, Any
 from pydantic import Discriminator, Field, PrivateAttr, Tag, create_model
 
 from vibropipe.figures.units import display_units
-from vibropipe.scenes.keys.base import BaseScene, Prose, Question, Title
+from vibropipe.scenes.keys.base import BaseScene, Cell, Conclusion, Prose, Question, Title
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
@@ -40,6 +40,19 @@ class Hero(StudyModel):
     )
 
 
+class ReportTable(StudyModel):
+    """A table of the study's own in its report."""
+
+    title: Title = Field(description="Title above the table, one line.")
+    head: Annotated[list[Cell], Field(min_length=1, max_length=6)] = Field(
+        description="Heads of the columns."
+    )
+    rows: Annotated[list[list[Cell]], Field(min_length=1, max_length=12)] = Field(
+        description="Rows, each with a text for every column."
+    )
+    note: Prose = Field(default="", description="Note below the table.")
+
+
 class Study(StudyModel):
     """A study: shared parameters and named scenes; its name is that of the file without suffix."""
 
@@ -50,6 +63,14 @@ class Study(StudyModel):
     )
     description: Prose = Field(
         default="", description="What the study is about; stands at the end of the report."
+    )
+    answers: Annotated[list[Conclusion], Field(max_length=3)] = Field(
+        default=[],
+        description="Answers of your own at the top of the report, at most three; the first sentence of each is bold "
+        "(default: written from the data).",
+    )
+    table: Annotated[ReportTable | None, NotNull] = Field(
+        default=None, description="A table of your own, below the picture on page 1."
     )
     hero: Annotated[Hero | None, NotNull] = Field(
         default=None,

@@ -29,7 +29,7 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
 from vibropipe.study.loading import Config
-from vibropipe.study.models import Hero, study_model
+from vibropipe.study.models import Hero, ReportTable, study_model
 from vibropipe.study.physical import WRITTEN
 from vibropipe.words.parameters import PARAMETERS
 
@@ -84,6 +84,7 @@ def table_of_keys() -> str:
         _table("`config.yaml`", Config),
         _table("A study, `<study>.yaml`", study_model()),
         _table("`hero` of a study", Hero),
+        _table("`table` of a study", ReportTable),
         _table("Every scene", BaseScene, "Beside `kind` and the keys of that kind."),
         *(part for kind in kinds().values() for part in _kind_tables(kind, common)),
         _table(

@@ -13,37 +13,23 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from vibropipe.figures.style import (
-    BLACK,
-    GREEN,
-    NEUTRAL,
-    REGIME_STYLES,
-    keep_zero_scale,
-    legend,
-    new_figure,
-)
-from vibropipe.figures.text import (
-    ORDINALS,
-    REGIME_TEXT,
-    axis_label,
-    in_brackets,
-    parameter_line,
-    regime_name,
-    symbol_of,
-)
+from vibropipe.figures.canvas import axes as placed
+from vibropipe.figures.canvas import new_canvas, panel
+from vibropipe.figures.palette import BAND, GREY, INK, SUPPORT_COLOURS
+from vibropipe.figures.style import keep_zero_scale
+from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, regime_name, symbol_of
 
-PART_COLOURS = {"no_impact": BLACK, "two_sided": GREEN}
-
-
-def part_style(name: str) -> dict[str, Any]:
-    """Return the line style of the part of a curve in one regime."""
-    style = REGIME_STYLES[name]
-    colour = PART_COLOURS.get(name, style.colour)
-    linestyle = "-" if name in PART_COLOURS else style.linestyle
-    return {"color": colour, "linestyle": linestyle, "linewidth": 1.6}
+LEFT, BOTTOM, PANEL, GAP, TOP = 1.75, 1.1, 2.05, 0.4, 0.55  # cm
+WIDTH = 6.0  # cm, of a column
+# Parts in which one support is struck stand out, with a band behind them.
+PART_STYLES: dict[str, dict[str, Any]] = {
+    "one_sided_1": {"color": SUPPORT_COLOURS[1], "linewidth": 2.0},
+    "one_sided_2": {"color": SUPPORT_COLOURS[2], "linewidth": 2.0},
+    "two_sided": {"color": INK, "linewidth": 1.2},
+    "no_impact": {"color": GREY, "linewidth": 1.2, "linestyle": (0, (3, 1.2))},
+}
 
 
 def parts(regime: NDArray[np.int8]) -> list[tuple[int, slice]]:
@@ -82,10 +68,10 @@ def draw_parts(
 ) -> None:
     """Draw one curve in its parts, with a pale band where only one support is struck."""
     for code, piece in parts(regime):
-        if regime_name(code).startswith("one_sided"):
-            ax.axvspan(x[piece].min(), x[piece].max(), color=NEUTRAL, alpha=0.6, lw=0, zorder=0)
-    for code, piece in parts(regime):
-        ax.plot(x[piece], y[piece], **part_style(regime_name(code)))
+        name = regime_name(code)
+        if name.startswith("one_sided"):
+            ax.axvspan(x[piece].min(), x[piece].max(), color=BAND, lw=0, zorder=0)
+        ax.plot(x[piece], y[piece], **PART_STYLES[name])
 
 
 def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
@@ -94,31 +80,26 @@ def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) ->
     found = {name: rows_of(dataset, name, show) for name in names}
     columns = [name for name in names if found[name]]
     depth = max(len(found[name]) for name in columns)
-    figure = new_figure(2.2 + 3.0 * depth)
-    grid = figure.subplots(depth, len(columns), sharex=True, squeeze=False)
+    high = depth * (PANEL + GAP) - GAP
+    figure = new_canvas(BOTTOM + high + TOP)
     x, regime = dataset["eigenfrequency"].values, dataset["regime"].values
-    for column, name in enumerate(columns):
+    grid: dict[tuple[int, str], Axes] = {}
+    for row in range(depth):
+        for column, name in enumerate(columns):
+            if row < len(found[name]):
+                bottom = BOTTOM + (len(found[name]) - 1 - row) * (PANEL + GAP)
+                left = LEFT + column * (WIDTH + 2.0)
+                grid[row, name] = placed(figure, left, bottom, WIDTH, PANEL)
+    for name in columns:
         curves = found[name]
-        axes = grid[depth - len(curves) :, column]
-        for ax in grid[: depth - len(curves), column]:
-            ax.set_visible(False)
+        own = [grid[row, name] for row in range(len(curves))]
         largest = max(float(np.nanmax(np.abs(values))) for _, values in curves)
-        axes[0].set_title(name)
-        for ax, (text, values) in zip(axes, curves, strict=True):
+        for ax, (text, values) in zip(own, curves, strict=True):
             draw_parts(ax, x, values, regime)
             ax.set_ylabel(text)
             keep_zero_scale(ax, float(np.nanmax(np.abs(values))), largest)
-        axes[-1].set_xlabel(axis_label(dataset["eigenfrequency"]))
-        figure.align_ylabels(axes)
-    figure.suptitle(
-        parameter_line(dataset, leave_out=("nu", "omega", "f", "F", "h", "H", "R1", "R2"))
-    )
-    present = list(dict.fromkeys(regime_name(code) for code, _ in parts(regime)))
-    handles = [Line2D([], [], **part_style(name), label=part_text(name)) for name in present]
-    legend(figure, handles, "lower")
+            ax.tick_params(labelbottom=ax is own[-1])
+        panel(own[0], title=name)
+        own[-1].set_xlabel(axis_label(dataset["eigenfrequency"]))
+        figure.align_ylabels(own)
     return figure
-
-
-def part_text(name: str) -> str:
-    """Return the legend text of the part in a regime."""
-    return "linear: no impact" if name == "no_impact" else REGIME_TEXT[name]

@@ -2,16 +2,26 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
+
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import format_number, sentences
+from vibropipe.figures.text import (
+    format_number,
+    frequency,
+    plain_symbol,
+    plain_value,
+    sentences,
+)
 from vibropipe.scenes.backbone.limits import first_strikes, longest_period
 from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
 from vibropipe.words.wording import series
+
+PARAMETERS_OF_FREE = ("l", "delta", "load")
 
 
 def describe_backbone(dataset: xr.Dataset) -> str:
@@ -54,7 +64,60 @@ def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
         "motion against its frequency",
         text[:1].upper() + text[1:],
         symmetry_text(dataset),
+        ", ".join(plain_value(dataset[n]) for n in PARAMETERS_OF_FREE if n in dataset.coords),
     )
+
+
+def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
+    """Return the caption of free and forced motions on common axes."""
+    same = [n for n in PARAMETERS_OF_FREE if n in free[0].coords]
+    widths = ", ".join(
+        f"{width} for {series(plain_value(data[n]) for n in same)}"
+        for width, data in zip(("wide", *["thin"] * len(free)), free, strict=False)
+    )
+    texts = [
+        "a: first harmonic; b: constant part by its modulus and further harmonics",
+        f"Grey: free motions without losses, {widths}"
+        if len(free) > 1
+        else "Grey: free motion without losses",
+    ]
+    if forced:
+        axis = frequency(forced[0])
+        others = [n for n in forced[0]["regime"].dims if n not in (axis, "direction")]
+        shades = f", dark for large {plain_symbol(str(others[0]))}" if others else ""
+        grid = np.diff(forced[0][axis].values)
+        step = (
+            f" in steps of {shown_value(forced[0][axis], abs(grid[0]), 3)}"
+            if np.ptp(grid) < 1e-9 * abs(grid[0])
+            else ""
+        )
+        ways = list(forced[0]["direction"].values) if "direction" in forced[0].dims else []
+        followed = f", followed {series(f'{way}wards' for way in ways)}" if ways else ""
+        texts.append(f"Coloured: steady states{step}{followed}{shades}")
+        gaps = any(bool((data["period_multiple"] == 0).any()) for data in forced)
+        texts.append("Arrows: jumps" + ("; gaps: no periodic motion" if gaps else ""))
+    return sentences(*texts)
+
+
+def amplitude_title(dataset: xr.Dataset) -> str:
+    """Write from which amplitudes free motions strike, by closed form."""
+    near, far = first_strikes(dataset)
+    amplitude, high = dataset["amplitude"], float(dataset["amplitude"].max())
+    first, both = (shown_value(amplitude, value) for value in (near, far))
+    if high < near:
+        return "Free motions of these amplitudes strike no support"
+    if near <= 0.0:
+        return f"Free motions always strike one support, and both from amplitude {both} on"
+    if first == both:
+        return f"From amplitude {both} on both supports are struck, and the frequency rises"
+    return f"From amplitude {first} on one support is struck, from {both} on both"
+
+
+def backbone_title(dataset: xr.Dataset) -> str:
+    """Write how the velocity of impact changes with the period, by eq. (10)."""
+    offsets = np.unique(np.abs(dataset["delta_over_l"].values))
+    tail = ", and an offset shortens the range of periods" if offsets.size > 1 else ""
+    return f"The shorter the period, the harder the impacts{tail}"
 
 
 def symmetry_text(dataset: xr.Dataset) -> str:

@@ -9,9 +9,14 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.style import LINE_MARKERS, legend, line_style, new_figure
+from vibropipe.figures.canvas import WIDE, new_canvas
+from vibropipe.figures.canvas import axes as placed
+from vibropipe.figures.palette import shades
+from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.figures.text import axis_label, format_number
 from vibropipe.words.vocabulary import PHYSICAL_NAMES, quantity
+
+HEIGHT, LEFT, BOTTOM, GAP = 7.6, 1.6, 1.1, 0.7  # cm
 
 
 def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
@@ -19,11 +24,14 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
 
     Hollow markers, one shape per line, show simulated conservative motions.
     """
-    figure = new_figure(8.6)
+    figure = new_canvas(HEIGHT)
     names = [name for name in ("tau_bar", "omega_bar") if name in (show or (name,))]
-    axes = dict(
-        zip(names, figure.subplots(1, len(names), sharey=True, squeeze=False)[0], strict=True)
-    )
+    width = (WIDE - LEFT - 0.3 - GAP * (len(names) - 1)) / len(names)
+    axes = {
+        name: placed(figure, LEFT + n * (width + GAP), BOTTOM, width, HEIGHT - BOTTOM - 0.3)
+        for n, name in enumerate(names)
+    }
+    colours = shades(dataset.sizes["delta_over_l"])
     dataset = dataset.rename(
         {new: name for name, new in PHYSICAL_NAMES.items() if new in dataset.variables}
     )
@@ -32,7 +40,7 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     symbol = quantity("delta_over_l").symbol
     handles = []
     for position, value in enumerate(dataset["delta_over_l"].values):
-        style = line_style(position)
+        style: dict[str, Any] = {"color": colours[position]}
         marker: dict[str, Any] = {
             "marker": LINE_MARKERS[position % len(LINE_MARKERS)],
             "markerfacecolor": "white",
@@ -51,21 +59,11 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
                 ax.plot(x, height, linestyle="none", **marker)
             shown = marker
         handles.append(Line2D([], [], **style, **shown, label=f"{symbol} = {format_number(value)}"))
-    if "simulated_tau_bar" in dataset:
-        handles.append(
-            Line2D(
-                [],
-                [],
-                linestyle="none",
-                marker="o",
-                markerfacecolor="white",
-                markeredgecolor="black",
-                label="markers: simulated",
-            )
-        )
     for name, ax in axes.items():
         ax.set_xlabel(axis_label(dataset[name]))
         ax.set_ylim(bottom=0.0)
+        ax.tick_params(labelleft=ax is figure.axes[0])
     figure.axes[0].set_ylabel(axis_label(dataset["velocity_over_l"]))
-    legend(figure, handles, "upper")
+    # both curves fall, or rise from the lower left: a corner of the first panel is free
+    figure.axes[0].legend(handles=handles, loc="upper right" if "tau_bar" in axes else "upper left")
     return figure

@@ -2,23 +2,36 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import Annotated, ClassVar, Literal
+import math
+from collections.abc import Collection, Iterator, Mapping
+from typing import Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import SUPPORTS, Check, check_exciter, check_rows, no_exciter
+from vibropipe.scenes.keys.checks import (
+    SUPPORTS,
+    Check,
+    check_drawn_together,
+    check_exciter,
+    check_rows,
+    no_exciter,
+)
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem, required
-from vibropipe.scenes.keys.values import NotNull, NumberRange
+from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS, without_absent
 
 
 class BackboneFigure(FigureOptions):
     """Options of the picture of a backbone."""
 
+    together: Annotated[list[Name], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Other scenes of this study that are drawn over the harmonics of this one, and not by themselves: "
+        "backbones over amplitude, and sweeps of the frequency with harmonics.",
+    )
     show: Annotated[
         list[
             Literal[
@@ -135,6 +148,31 @@ def _figure(scene: BackboneScene) -> Iterator[Problem]:
             form = "over amplitude" if scene.over_amplitude else "of eq. (10)"
             must = f"must name quantities of a backbone {form}"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
+
+
+MAX_LINES_TOGETHER = 8  # of a sweep over the frequency
+
+
+def check_scenes_together(
+    scene: BackboneScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that the scenes drawn over harmonics are backbones over amplitude, or sweeps of the frequency."""
+    what = "a backbone over amplitude, or a sweep of the frequency and at most one more parameter, with harmonics"
+    yield from check_drawn_together(scene, scenes, broken, what, fits_together)
+    if scene.figure.together and not scene.over_amplitude:
+        must = "must be left out unless the scene runs over amplitude"
+        yield Problem(("figure", "together"), ", ".join(scene.figure.together), must=must)
+
+
+def fits_together(scene: Any) -> bool:
+    """Return whether a scene is a backbone over amplitude, or a sweep whose lines over the frequency can be drawn."""
+    if scene.kind != "sweep":
+        return bool(scene.gives_backbone)
+    others = [grid.size for name, grid in scene.grids().items() if name != "nu"]
+    has_lines = (
+        "nu" in scene.grids() and len(others) <= 1 and math.prod(others) <= MAX_LINES_TOGETHER
+    )
+    return has_lines and "harmonics" in scene.outputs
 
 
 _GRIDS: tuple[KeyPath, ...] = tuple((name,) for name in BackboneScene.GRIDS)

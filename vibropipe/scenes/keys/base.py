@@ -24,6 +24,8 @@ from vibropipe.words.vocabulary import dimensions_hash
 
 Title = Annotated[str, TextRule(200)]
 Question = Annotated[str, TextRule(110)]  # a line of the report
+Conclusion = Annotated[str, TextRule(250)]  # an answer of a report
+Cell = Annotated[str, TextRule(120)]  # of a table of a report
 Prose = Annotated[str, TextRule(4000, one_line=False)]
 Harmonics = Annotated[int, NumberRange(*HARMONICS, whole=True)]
 

@@ -266,6 +266,24 @@ def check_named(
         yield Problem(("figure", key), repr(wanted), allowed, did_you_mean(wanted, fits))
 
 
+def check_drawn_together(
+    scene: Any,
+    scenes: Mapping[str, BaseScene],
+    broken: Collection[str],
+    what: str,
+    fits: Callable[[Any], bool],
+) -> Iterator[Problem]:
+    """Check that scenes drawn together with one fit, or are broken; `what` says which do."""
+    found = [
+        n for n, other in scenes.items() if other is not scene and n not in broken and fits(other)
+    ]
+    for number, wanted in enumerate(scene.figure.together):
+        if wanted not in (*found, *broken):
+            allowed = f"{what} ({', '.join(found) or 'the study has none'})"
+            path = ("figure", "together", number)
+            yield Problem(path, repr(wanted), allowed, did_you_mean(wanted, found))
+
+
 def check_backbone(
     scene: Any, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:

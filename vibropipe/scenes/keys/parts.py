@@ -241,7 +241,11 @@ class FigureOptions(StudyModel):
             for name, field in type(self).model_fields.items()
             if any(isinstance(rule, NameRule) for rule in field.metadata)
         ]
-        return tuple(name for name in names if name is not None)
+        return tuple(name for name in (*names, *self.drawn_together()) if name is not None)
+
+    def drawn_together(self) -> tuple[str, ...]:
+        """Return the names of the scenes that are drawn in the first picture of this one."""
+        return tuple(getattr(self, "together", ()))
 
 
 def figure_key(options: type[FigureOptions], pictures: str = "pictures") -> Any:

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.stability import stability_text
@@ -16,10 +17,14 @@ from vibropipe.figures.text import (
     REGIME_TEXT,
     clock,
     departure,
+    force_amplitude,
     format_number,
+    frequency,
     is_forced,
+    parameters_text,
     plain_symbol,
     regime_name,
+    scalar_parameters,
     sentences,
     times,
     times_of,
@@ -29,6 +34,8 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.motion.impacts import has_events, is_sampled
 from vibropipe.scenes.motion.panels import panel_names, window
 from vibropipe.words.wording import count, series
+
+SAME = 1e-3  # relative difference of speeds that are told as one
 
 
 def describe_motion(
@@ -48,7 +55,69 @@ def describe_motion(
         rest_text(dataset, is_shaded=True),
         steady_text(dataset),
         exact_text(dataset),
+        MARKS if dataset.sizes.get("impact") else "",
+        parameters_of(dataset),
     )
+
+
+def describe_together(datasets: Sequence[xr.Dataset]) -> str:
+    """Return the caption of motions on common axes: the parameters that all share, and the marks."""
+    values = [scalar_parameters(dataset) for dataset in datasets]
+    first = datasets[0]
+    differ = [n for n in values[0] if any(each.get(n, 0.0) != values[0][n] for each in values)]
+    return sentences(
+        f"All: {parameters_of(first, differ)}",
+        "Above each column: in which parameters it differs",
+        MARKS,
+    )
+
+
+def parameters_of(dataset: xr.Dataset, leave_out: Sequence[str] = ()) -> str:
+    """Write the parameters of a motion, of the force only if there is one."""
+    of_force = () if is_forced(dataset) else (frequency(dataset), force_amplitude(dataset))
+    return parameters_text(dataset, (*leave_out, *of_force))
+
+
+MARKS = (
+    "Triangles: velocity before an impact, up (orange) on support 1, down (blue) on support 2; hatched: beyond the "
+    "supports"
+)
+
+
+def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
+    """Write what is seen of a motion, as a title: which supports are struck, how hard, and where it rests."""
+    if "impact_support" not in dataset:
+        return ""
+    struck = {s: speeds for s in (1, 2) if (speeds := speeds_on(dataset, s)).size}
+    grazed = [
+        s for s in (1, 2) if "grazing_support" in dataset and s in dataset["grazing_support"].values
+    ]
+    tails = [f"support {s} is grazed" for s in grazed]
+    if dataset.sizes.get("rest"):
+        tails.append("the mass rests at times")
+    velocity = dataset["impact_velocity"]
+    hard = with_units(velocity, speeds_text(list(struck.values())))
+    if not struck or not any(speeds.max() for speeds in struck.values()):
+        text = f"{NO_SUPPORT_STRUCK} with a velocity" if struck else NO_SUPPORT_STRUCK
+    elif len(struck) == 2:
+        text = f"Both supports are struck, {hard}"
+    else:
+        text = f"Only support {next(iter(struck))} is struck, {hard}"
+    return "; ".join([text, *tails])
+
+
+def speeds_on(dataset: xr.Dataset, support: int) -> NDArray[np.float64]:
+    """Return the speeds before the impacts on a support."""
+    at = dataset["impact_support"].values == support
+    return np.abs(dataset["impact_velocity"].values[at])
+
+
+def speeds_text(speeds: Sequence[NDArray[np.float64]]) -> str:
+    """Write the largest speeds on each support, and whether they are those of all impacts."""
+    tops = [float(each.max()) for each in speeds]
+    if all(each.max() - each.min() <= SAME * each.max() for each in speeds):
+        return f"at {' and '.join(dict.fromkeys(map(format_number, tops)))}"
+    return f"at up to {' and '.join(dict.fromkeys(at_most(top, 4) for top in tops))}"
 
 
 def describe_impacts(dataset: xr.Dataset) -> str:
@@ -64,6 +133,7 @@ def describe_impacts(dataset: xr.Dataset) -> str:
         grazing_text(dataset),
         rest_text(dataset, is_shaded=drawn),
         steady_text(dataset),
+        parameters_of(dataset),
     )
 
 

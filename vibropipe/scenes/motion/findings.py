@@ -1,133 +1,196 @@
-"""Findings of motions: their steady states, impact velocities and constant parts, and which did not end as asked."""
+"""Answers of motions: their steady states, hardest impacts, mean displacements and exponents."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.stability import stability_text
-from vibropipe.figures.text import REGIME_TEXT, is_forced, regime_name, window_text
-from vibropipe.report.findings import Finding, value_text
-from vibropipe.report.table import Datasets, breakable
+from vibropipe.figures.style import ROUNDING
+from vibropipe.figures.text import REGIME_TEXT, is_forced, regime_name, times
+from vibropipe.report.findings import value_text
+from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers
+from vibropipe.report.table import Datasets
+from vibropipe.scenes.motion.captions import seen_text
+from vibropipe.scenes.motion.orbit_cells import is_steady
 from vibropipe.words.regimes import Regime
-from vibropipe.words.status import Status
 from vibropipe.words.wording import count, series
 
-MAX_NAMED = 6  # scenes that a sentence names
+MAX_NAMED = 4  # scenes that a sentence names
 
 
-def findings(datasets: Datasets) -> list[Finding]:
-    """Return one finding on all motions of a study."""
-    return [
-        Finding(
-            (
-                steady_text(datasets),
-                exponent_text(datasets),
-                velocity_text(datasets),
-                mean_text(datasets),
-                status_text(datasets),
-            ),
-            next(iter(datasets)) if len(datasets) == 1 else "",
-        )
-    ]
-
-
-def steady_text(datasets: Datasets) -> str:
-    """Write which steady states the motions have, with the scenes of each."""
-    by_text: dict[str, list[str]] = {}
-    for name, data in datasets.items():
-        if "regime" in data and not data["regime"].ndim:
-            by_text.setdefault(orbit_text(data), []).append(name)
+def answers(datasets: Datasets) -> Answers:
+    """Return the answers on one motion, or on all motions together."""
     if len(datasets) == 1:
-        return f"The steady state is {next(iter(by_text))}" if by_text else ""
-    texts = [f"{text} ({names_text(names)})" for text, names in by_text.items()]
-    return f"The steady states of the motions are {series(texts)}" if texts else ""
+        ((name, dataset),) = datasets.items()
+        found = [motion_answer(dataset), *exponent_answers(datasets), hardest_answer(datasets)]
+        return {name: [answer for answer in found if answer][:MAX_ANSWERS]}
+    found = [
+        steady_answer(datasets),
+        *exponent_answers(datasets),
+        hardest_answer(datasets),
+        mean_answer(datasets),
+    ]
+    return {"": [answer for answer in found if answer][:MAX_ANSWERS]}
+
+
+def motion_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return what one motion does: its steady state, else what its record shows."""
+    if not is_steady(dataset):
+        text = seen_text(dataset).partition(",")[0].partition(";")[0]
+        return Answer(f"{text} in the record.") if text else None
+    tail = []
+    if word := stability_text(dataset):
+        tail.append(f"The motion is {word}")
+    if (mean := mean_text(dataset)) is not None:
+        tail.append(
+            f"its mean displacement is {mean}" if tail else f"Its mean displacement is {mean}"
+        )
+    return Answer(f"{orbit_text(dataset)}.", f"{series(tail)}." if tail else "")
 
 
 def orbit_text(dataset: xr.Dataset) -> str:
-    """Write regime, period and stability of the steady state of a motion."""
-    code = int(dataset["regime"])
-    text = REGIME_TEXT[regime_name(code)]
-    if code >= Regime.APERIODIC:
-        return f"{text} {window_text(dataset)}".strip() if code == Regime.APERIODIC else text
-    multiple = int(dataset["period_multiple"])
-    stability = ""
-    if "stable" in dataset:
-        stability = f", {stability_text(dataset)}"
-    period = f", of {count(multiple, 'forcing period')}" if is_forced(dataset) else ""
-    return f"{text}{period}{stability}"
+    """Write what the steady state of a motion strikes, as a sentence without its full stop."""
+    code, multiple = int(dataset["regime"]), int(dataset["period_multiple"])
+    if code == Regime.APERIODIC:
+        window = int(dataset["window_periods"]) if "window_periods" in dataset else 0
+        span = f" in a window of {count(window, 'forcing period')}" if window else ""
+        return f"The motion does not repeat{span}"
+    if multiple == 0:
+        return (
+            "The motion grows without bound"
+            if code == Regime.UNBOUNDED
+            else "No steady state was found"
+        )
+    rests = [s for s in (1, 2) if rests_on(dataset, s)]
+    if rests:
+        where = "both supports" if len(rests) == 2 else f"support {rests[0]}"
+        return f"In the steady state the mass comes to rest on {where}"
+    if "impacts_per_orbit" not in dataset:
+        return f"The steady state is {REGIME_TEXT[regime_name(code)]}"
+    struck = {s: round(float(dataset["impacts_per_orbit"].sel(support=s))) for s in (1, 2)}
+    numbers = [n for n in struck.values() if n]
+    if not numbers:
+        return "In the steady state no support is struck"
+    period = (
+        "in each forcing period" if multiple == 1 else f"in {count(multiple, 'forcing period')}"
+    )
+    if not is_forced(dataset):
+        period = "in each period"
+    if len(numbers) == 2:
+        who = "both supports are struck"
+        if numbers[0] != numbers[1]:
+            return f"In the steady state {who}, {times(sum(numbers))} {period}"
+        return f"In the steady state {who} {times(numbers[0])} {period}"
+    support = next(s for s, n in struck.items() if n)
+    return f"In the steady state only support {support} is struck, {times(numbers[0])} {period}"
 
 
-def names_text(names: Iterable[str]) -> str:
-    """Write names of scenes; beyond MAX_NAMED, their number."""
-    listed = [breakable(name) for name in names]
-    return count(len(listed), "scene") if len(listed) > MAX_NAMED else series(listed)
+def rests_on(dataset: xr.Dataset, support: int) -> bool:
+    """Return whether the mass comes to rest on a support in each orbit."""
+    return (
+        "rests_per_orbit" in dataset and float(dataset["rests_per_orbit"].sel(support=support)) > 0
+    )
 
 
-def velocity_text(datasets: Datasets) -> str:
-    """Write the largest impact velocity of the motions: its support, scene and time."""
+def steady_answer(datasets: Datasets) -> Answer | None:
+    """Return which steady states the motions have; those that are the same share a clause."""
+    steady = {name: data for name, data in datasets.items() if is_steady(data)}
+    by_text: dict[str, list[str]] = {}
+    for name, data in steady.items():
+        by_text.setdefault(orbit_text(data), []).append(name)
+    if not by_text:
+        return None
+    (text, first), *others = sorted(by_text.items(), key=lambda item: -len(item[1]))
+    if others:
+        rest = f"{text}: {names_text(first)}; others stand in the table."
+        return Answer("The motions have different steady states.", rest)
+    if len(steady) < len(datasets):
+        return Answer(f"{text}.", f"This is known of {names_text(steady)}.")
+    words = {stability_text(data) for data in steady.values()}
+    word = words.pop() if len(words) == 1 else ""
+    return Answer(f"{text}.", f"All motions are {word}." if word else "")
+
+
+def hardest_answer(datasets: Datasets) -> Answer | None:
+    """Return the largest impact velocity of the motions, and on which support it is."""
     tops = {
         name: int(np.abs(data["impact_velocity"].values).argmax())
         for name, data in datasets.items()
         if data.sizes.get("impact") and "impact_velocity" in data and "impact_support" in data
     }
-    if not tops:
-        struck = any("impact_velocity" in data for data in datasets.values())
-        return "No support is struck" if struck else ""
     sizes = {n: abs(float(datasets[n]["impact_velocity"][index])) for n, index in tops.items()}
+    if not sizes or max(sizes.values()) == 0.0:
+        is_stored = len(datasets) > 1 and all(
+            "impact_support" in data for data in datasets.values()
+        )
+        return Answer("No support is struck.") if is_stored else None
     name = max(sizes, key=lambda key: sizes[key])
-    if sizes[name] == 0.0:
-        return "No support is struck with a velocity"
     data = datasets[name]
-    where = f", in {breakable(name)}" if len(datasets) > 1 else ""
-    return (
-        f"The largest impact velocity is {value_text(data['impact_velocity'], sizes[name])}, "
-        f"on support {int(data['impact_support'][tops[name]])}{where}"
-    )
+    top = value_text(data["impact_velocity"], sizes[name])
+    where = f" in {name}" if len(datasets) > 1 else ""
+    on = f"on support {int(data['impact_support'][tops[name]])}"
+    speeds = np.abs(data["impact_velocity"].values)
+    both = {int(s) for s in data["impact_support"].values[speeds >= (1 - 1e-6) * sizes[name]]}
+    on = "on both supports" if len(both) == 2 else on
+    return Answer(f"The hardest impact is {on}{where}.", f"Its velocity is {top}.")
 
 
-def mean_text(datasets: Datasets) -> str:
-    """Write the largest constant part of displacement of the steady states."""
-    means = {
-        name: data["displacement_mean"]
-        for name, data in datasets.items()
-        if "displacement_mean" in data and np.isfinite(float(data["displacement_mean"]))
-    }
-    if not means:
-        return ""
-    name = max(means, key=lambda key: abs(float(means[key])))
-    value, data = means[name], datasets[name]
-    if abs(float(value)) <= 1e-9 * float(np.abs(data["displacement_amplitude"]).max()):
-        return "The constant part of displacement is zero"
-    where = f", in {breakable(name)}" if len(means) > 1 else ""
-    return f"The largest constant part of displacement is {value_text(value, value)}{where}"
-
-
-def exponent_text(datasets: Datasets) -> str:
-    """Write the Lyapunov exponents that were asked for, each with its error and its scene."""
-    texts = []
-    for name, data in datasets.items():
-        if "lyapunov_exponent" not in data or data["lyapunov_exponent"].ndim:
-            continue
-        exponent, error = (data[f"lyapunov_exponent{end}"] for end in ("", "_error"))
-        text = value_text(exponent, exponent) if not np.isnan(exponent) else "not known"
-        if np.isfinite(exponent) and float(error) > 0.0:
-            text += f" with an error of {value_text(exponent, error, 2)}"
-        texts.append(f"{text} ({breakable(name)})" if len(datasets) > 1 else text)
+def mean_answer(datasets: Datasets) -> Answer | None:
+    """Return the largest mean displacement of the steady states."""
+    texts = {name: text for name, data in datasets.items() if (text := mean_text(data)) is not None}
     if not texts:
-        return ""
-    several = len(texts) > 1
-    return f"The Lyapunov exponent{'s are' if several else ' is'} {series(texts)}"
+        return None
+    if set(texts.values()) == {ZERO}:
+        return Answer("The mean displacement is zero.")
+    name = max(texts, key=lambda key: abs(float(datasets[key]["displacement_mean"])))
+    if len(texts) == 1:
+        return Answer(f"The mean displacement is not zero in {name}.", f"It is {texts[name]}.")
+    return Answer(f"The mean displacement is largest in {name}.", f"It is {texts[name]}.")
 
 
-def status_text(datasets: Datasets) -> str:
-    """Write which motions did not end as requested."""
-    texts = [
-        f"{breakable(name)} ({Status(int(data['status'])).name.lower()})"
+ZERO = "zero"
+
+
+def mean_text(dataset: xr.Dataset) -> str | None:
+    """Write the mean displacement of a steady state; None if it is not known."""
+    if "displacement_mean" not in dataset or not np.isfinite(float(dataset["displacement_mean"])):
+        return None
+    mean = dataset["displacement_mean"]
+    if abs(float(mean)) <= ROUNDING * float(np.nanmax(np.abs(dataset["displacement_amplitude"]))):
+        return ZERO
+    return value_text(mean, mean, 3)
+
+
+def exponent_answers(datasets: Datasets) -> list[Answer]:
+    """Return the largest Lyapunov exponent of those that were asked for, with its error; all stand in the table."""
+    known = {
+        name: data["lyapunov_exponent"]
         for name, data in datasets.items()
-        if "status" in data and not data["status"].ndim and int(data["status"]) != Status.OK
+        if "lyapunov_exponent" in data and not data["lyapunov_exponent"].ndim
+    }
+    if not known:
+        return []
+    finite = {name: value for name, value in known.items() if np.isfinite(float(value))}
+    if not finite:
+        return [Answer("The Lyapunov exponent is not known.")]
+    name = max(finite, key=lambda key: float(finite[key]))
+    value, error = finite[name], datasets[name]["lyapunov_exponent_error"]
+    tail = f", with an error of {value_text(error, error, 2)}" if float(error) > 0.0 else ""
+    if len(known) == 1:
+        where = f" of {name}" if len(datasets) > 1 else ""
+        return [Answer(f"The Lyapunov exponent{where} is {value_text(value, value, 3)}{tail}.")]
+    return [
+        Answer(
+            f"The Lyapunov exponent is largest in {name}.",
+            f"It is {value_text(value, value, 3)}{tail}.",
+        )
     ]
-    verb = "has" if len(texts) == 1 else "have"
-    return f"{series(texts)} {verb} a status other than ok (see below)" if texts else ""
+
+
+def names_text(names: Iterable[str] | Mapping[str, object]) -> str:
+    """Write labels of scenes; beyond MAX_NAMED, their number."""
+    listed = list(names)
+    return count(len(listed), "motion") if len(listed) > MAX_NAMED else series(listed)

@@ -3,13 +3,13 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
+from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD
-from vibropipe.scenes.keys.base import Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.base import BaseScene, Harmonics, Outputs, each_once
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER,
@@ -18,12 +18,13 @@ from vibropipe.scenes.keys.checks import (
     SUPPORTS,
     TOGETHER,
     Check,
+    check_drawn_together,
     check_start,
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem
-from vibropipe.scenes.keys.values import NumberOrUnit, NumberRange
+from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
@@ -37,6 +38,10 @@ class MotionFigure(FigureOptions):
         default=[],
         description="Pictures: curves over tau, impact velocities over tau, the phase portrait, the Poincaré section, "
         "the spectrum or the energy (default: curves or impact velocities, as fits).",
+    )
+    together: Annotated[list[Name], Field(max_length=5), AfterValidator(each_once)] = Field(
+        default=[],
+        description="Up to five other motions, which are drawn beside this one on common axes, and not by themselves.",
     )
     show: Annotated[
         list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
@@ -117,8 +122,7 @@ PICTURE_NEEDS = {
 
 def _figure(scene: MotionScene) -> Iterator[Problem]:
     """Check that outputs hold what the chosen pictures need, and that samples are recorded for curves."""
-    outputs = set(scene.outputs)
-    is_sampled = "motion" in outputs and scene.samples_per_period > 0
+    outputs, is_sampled = set(scene.outputs), has_samples(scene)
     chosen = scene.figure.pictures
     if scene.figure.show and not (is_sampled and (not chosen or "panels" in chosen)):
         must = "must be left out unless pictures have panels, of a motion with samples"
@@ -133,6 +137,24 @@ def _figure(scene: MotionScene) -> Iterator[Problem]:
         elif needed and not outputs & set(needed):
             must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
             yield Problem(("figure", "pictures"), repr(str(picture)), must=must)
+
+
+def has_samples(scene: Any) -> bool:
+    """Return whether a scene is a motion whose displacement and velocity are stored."""
+    is_motion = scene.kind == "motion"
+    return is_motion and "motion" in scene.outputs and scene.samples_per_period > 0
+
+
+def check_motions_together(
+    scene: MotionScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
+) -> Iterator[Problem]:
+    """Check that the motions on common axes have samples."""
+    what = "another motion with samples"
+    yield from check_drawn_together(scene, scenes, broken, what, has_samples)
+    chosen = scene.figure.pictures
+    if scene.figure.together and (not has_samples(scene) or (chosen and "panels" not in chosen)):
+        must = "must be left out unless pictures have panels, of a motion with samples"
+        yield Problem(("figure", "together"), ", ".join(scene.figure.together), must=must)
 
 
 CHECKS = (

@@ -1,14 +1,15 @@
-"""Cells of the table of steady states: what a motion strikes, and its multipliers."""
+"""Cells of the table of steady states: what a motion strikes, and its largest multiplier."""
 
 from __future__ import annotations
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import REST, format_number
+from vibropipe.figures.text import REST, format_number, times
 from vibropipe.report.table import DASH
 
 DIGITS = 4  # significant digits
+MAX_LISTED = 2  # velocities of a cell
 
 
 def struck(dataset: xr.Dataset, support: int) -> list[float]:
@@ -19,26 +20,25 @@ def struck(dataset: xr.Dataset, support: int) -> list[float]:
     return [float(v) for v in dataset["orbit_impact_velocity"].values[at]]
 
 
+def is_steady(dataset: xr.Dataset) -> bool:
+    """Return whether a motion has a label of its steady state."""
+    return "regime" in dataset and not dataset["regime"].ndim
+
+
 def struck_text(dataset: xr.Dataset, support: int) -> str:
-    """Write the velocities before the impacts on a support; of those before a rest, any number, the largest."""
+    """Write the velocities before the impacts on a support, of many the largest; of those before a rest, too."""
     velocities = struck(dataset, support)
+    largest = format_number(max(velocities, key=abs), DIGITS) if velocities else ""
     if "rests_per_orbit" in dataset and float(dataset["rests_per_orbit"].sel(support=support)):
-        if not velocities:
-            return REST
-        return f"{format_number(max(velocities, key=abs), DIGITS)}, {REST}"
+        return f"{largest}, {REST}" if largest else REST
+    if len(velocities) > MAX_LISTED:
+        return f"{times(len(velocities))}, largest {largest}"
     return ", ".join(format_number(v, DIGITS) for v in velocities) or DASH
 
 
-def multipliers_text(dataset: xr.Dataset) -> str:
-    """Write the multipliers: real ones as a list, a conjugate pair once with a double sign; a dash without an orbit."""
-    values = np.atleast_1d(dataset["floquet_multiplier"].values)
-    if np.isnan(values).any():
+def multiplier_text(dataset: xr.Dataset) -> str:
+    """Write the largest modulus of the multipliers; a dash without an orbit."""
+    if "floquet_multiplier" not in dataset:
         return DASH
-    complex_pair = values.size == 2 and abs(values[0].imag) > 1e-12
-    if complex_pair:
-        return f"{format_number(values[0].real, DIGITS)} ± {format_number(abs(values[0].imag), DIGITS)} i"
-    rounding = np.finfo(float).eps * np.abs(values).max(initial=0.0)
-    return ", ".join(
-        format_number(float(value.real) if abs(value) > rounding else 0.0, DIGITS)
-        for value in values
-    )
+    moduli = np.abs(np.atleast_1d(dataset["floquet_multiplier"].values))
+    return DASH if np.isnan(moduli).any() else format_number(float(moduli.max()), 3)

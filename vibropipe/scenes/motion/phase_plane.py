@@ -7,25 +7,12 @@ import xarray as xr
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.phase_plane import (
-    Impacts,
-    draw_points,
-    draw_portrait,
-    draw_walls,
-    path,
-    portrait_handles,
-    walls_of,
-)
-from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, legend, new_figure
-from vibropipe.figures.text import (
-    axis_label,
-    clock,
-    parameter_line,
-    sentences,
-    times_of,
-)
-from vibropipe.scenes.motion.curves import curve, forcing_period, velocities_at_impacts
-from vibropipe.scenes.motion.panels import window
+from vibropipe.figures.canvas import axes, new_canvas, panel
+from vibropipe.figures.phase_plane import draw_points, draw_walls, walls_of
+from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, keep_zero_scale
+from vibropipe.figures.text import axis_label, clock, parameters_text, sentences
+from vibropipe.scenes.motion.curves import forcing_period
+from vibropipe.scenes.motion.panels import draw_plane, impacts_of, limits_of, window
 from vibropipe.words.vocabulary import label
 from vibropipe.words.wording import count
 
@@ -43,37 +30,13 @@ def draw_phase_portrait(dataset: xr.Dataset, periods: float | None = None) -> Fi
     periods : float, optional
         Number of forcing periods to show, up to the end of the record (default: all).
     """
-    first, last = window(dataset, periods)
-    time = dataset[clock(dataset)].values
-    kept = (time >= first) & (time <= last)
-    x, v = dataset["displacement"].values[kept], dataset["velocity"].values[kept]
-    impacts = impacts_of(dataset).within(time[kept][0], time[kept][-1])
-    walls = walls_of(dataset)
-    figure = new_figure(PORTRAIT_CM)
-    ax = figure.subplots()
-    if "impact_support" in dataset:
-        x, v = path(time[kept], x, v, impacts, walls)
-    else:
-        broken, v = curve(dataset.isel({clock(dataset): np.flatnonzero(kept)}), "velocity")
-        x = np.interp(broken, time[kept], x)
-    draw_portrait(ax, x, v, impacts, walls)
-    labels = axis_label(dataset["displacement"]), axis_label(dataset["velocity"])
-    ax.set(xlabel=labels[0], ylabel=labels[1])
-    figure.suptitle(parameter_line(dataset))
-    legend(figure, portrait_handles({int(s) for s in impacts.support}), "lower")
+    figure = new_canvas(PORTRAIT_CM)
+    ax = axes(figure, 1.7, 1.15, 13.9, PORTRAIT_CM - 1.4)
+    limits = limits_of([dataset])
+    ax.set(xlim=limits["displacement"], ylim=limits["velocity"])
+    ax.set(xlabel=axis_label(dataset["displacement"]), ylabel=axis_label(dataset["velocity"]))
+    draw_plane(ax, dataset, window(dataset, periods))
     return figure
-
-
-def impacts_of(dataset: xr.Dataset) -> Impacts:
-    """Return the impacts of a motion; none if they are not stored."""
-    if "impact_support" not in dataset:
-        none = np.empty(0)
-        return Impacts(none, np.empty(0, np.int8), none, none)
-    return Impacts(
-        times_of(dataset, "impact").values,
-        dataset["impact_support"].values,
-        *velocities_at_impacts(dataset),
-    )
 
 
 def turns(dataset: xr.Dataset, time: NDArray[np.float64]) -> NDArray[np.float64]:
@@ -95,18 +58,19 @@ def fits_section(dataset: xr.Dataset) -> bool:
 
 def draw_section(dataset: xr.Dataset) -> Figure:
     """Draw the states at the section (left), and the impacts by phase of the force (right)."""
-    figure = new_figure(SECTION_CM)
+    figure = new_canvas(SECTION_CM)
     is_sampled = "velocity" in dataset and visits(dataset).size > 0
-    names = [name for name, is_there in (("state", is_sampled), ("impact", True)) if is_there]
-    axes = dict(zip(names, figure.subplots(1, len(names), squeeze=False)[0], strict=True))
-    if "state" in axes:
-        at, ax = visits(dataset), axes["state"]
+    width, high = (6.2 if is_sampled else 13.9), SECTION_CM - 1.85
+    if is_sampled:
+        at, ax = visits(dataset), axes(figure, 1.6, 1.15, width, high)
         x, v = dataset["displacement"].values[at], dataset["velocity"].values[at]
         draw_points(ax, x, v)
+        fastest = float(np.abs(dataset["velocity"].values).max())
+        keep_zero_scale(ax, float(np.abs(v).max()), fastest)
         draw_walls(ax, float(x.min()), float(x.max()), walls_of(dataset))
         ax.set(xlabel=axis_label(dataset["displacement"]), ylabel=axis_label(dataset["velocity"]))
-        ax.set_title("states, once per forcing period")
-    ax, impacts = axes["impact"], impacts_of(dataset)
+        panel(ax, "a", "states, once per forcing period")
+    ax, impacts = axes(figure, 15.7 - width, 1.15, width, high), impacts_of(dataset)
     for support in (1, 2):
         own = impacts.support == support
         phase = np.mod(turns(dataset, impacts.time[own]), 1.0)
@@ -117,19 +81,15 @@ def draw_section(dataset: xr.Dataset) -> Figure:
     velocity = dataset.get("impact_velocity", dataset["displacement_end"])
     text = axis_label(velocity) if "impact_velocity" in dataset else label("impact_velocity")
     ax.set(xlim=(0, 1), xlabel=label("impact_phase"), ylabel=text)
-    ax.set_title("impacts")
-    figure.suptitle(parameter_line(dataset))
-    handles = portrait_handles({int(s) for s in impacts.support})
-    for handle in handles:
-        handle.set_linestyle("none")
-    legend(figure, handles, "lower")
+    panel(ax, "b" if is_sampled else "", "impacts")
     return figure
 
 
 def describe_portrait(dataset: xr.Dataset) -> str:
     """Return the caption of a phase portrait."""
     return sentences(
-        "Velocity against displacement; grey: beyond the supports; dotted: jumps of the velocity at impacts"
+        f"{parameters_text(dataset)}; hatched: beyond the supports; triangles: impacts, up (orange) on "
+        "support 1, down (blue) on support 2"
     )
 
 
@@ -138,11 +98,11 @@ def describe_section(dataset: xr.Dataset) -> str:
     states = ""
     if "velocity" in dataset and visits(dataset).size:
         states = (
-            f"Left: {count(visits(dataset).size, 'state')} of the motion at the section, where the phase of "
+            f"a: {count(visits(dataset).size, 'state')} of the motion at the section, where the phase of "
             "the force is 0"
         )
     struck = count(dataset.sizes.get("impact", 0), "impact")
     if dataset.sizes.get("rest"):  # a chatter has infinitely many
         struck = "impacts"
-    impacts = f"{struck} by phase of the force and velocity before it"
-    return sentences(states, f"Right: {impacts}" if states else impacts)
+    impacts = f"{struck} by phase of the force and velocity before it, orange on support 1, blue on support 2"
+    return sentences(states, f"b: {impacts}" if states else impacts)

@@ -2,10 +2,11 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import xarray as xr
+from matplotlib.figure import Figure
 
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.balance import (
@@ -16,7 +17,12 @@ from vibropipe.scenes.motion.balance import (
     fits_energy,
     fits_spectrum,
 )
-from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
+from vibropipe.scenes.motion.captions import (
+    describe_impacts,
+    describe_motion,
+    describe_together,
+    seen_text,
+)
 from vibropipe.scenes.motion.impacts import draw_impacts_only, is_sampled
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.motion.panels import draw_motion
@@ -27,27 +33,59 @@ from vibropipe.scenes.motion.phase_plane import (
     draw_section,
     fits_section,
 )
+from vibropipe.scenes.motion.together import draw_together
 
 
 def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return the keywords of `draw_motion`."""
     options = options or MotionFigure()
-    return {"show": options.show, "periods": options.periods}
+    together = {name: others[name] for name in options.together}
+    return {"show": options.show, "periods": options.periods, "together": together}
+
+
+def own_name(dataset: xr.Dataset) -> str:
+    """Return the name of the scene of a dataset, as its title has it after that of the study."""
+    return str(dataset.attrs.get("title", "motion")).rpartition(": ")[2]
+
+
+def draw_panels(
+    dataset: xr.Dataset,
+    show: Collection[str],
+    periods: float | None,
+    together: Mapping[str, xr.Dataset],
+) -> Figure:
+    """Draw one motion, or several on common axes."""
+    if not together:
+        return draw_motion(dataset, show, periods)
+    return draw_together({own_name(dataset): dataset, **together}, periods)
+
+
+def describe_panels(
+    dataset: xr.Dataset,
+    show: Collection[str],
+    periods: float | None,
+    together: Mapping[str, xr.Dataset],
+) -> str:
+    """Return the caption of one motion, or of several on common axes."""
+    if not together:
+        return describe_motion(dataset, show, periods)
+    return describe_together([dataset, *together.values()])
 
 
 PICTURES = (
     Picture(
         "panels",
-        draw_motion,
-        lambda dataset, show, periods: describe_motion(dataset, show, periods),
+        draw_panels,
+        describe_panels,
         is_sampled,
         keywords,
+        lambda dataset, show, periods, together: "" if together else seen_text(dataset),
     ),
-    Picture("impacts", draw_impacts_only, describe_impacts),
+    Picture("impacts", draw_impacts_only, describe_impacts, titled=seen_text),
     Picture(
         "portrait",
-        lambda dataset, show, periods: draw_phase_portrait(dataset, periods),
-        lambda dataset, show, periods: describe_portrait(dataset),
+        lambda dataset, periods, **others: draw_phase_portrait(dataset, periods),
+        lambda dataset, **others: describe_portrait(dataset),
         is_sampled,
         keywords,
     ),

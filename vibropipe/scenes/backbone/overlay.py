@@ -1,0 +1,273 @@
+"""Free motions over their frequency, and forced ones over that of the force, on common axes.
+
+Figures 5 and 8 of the paper, with the steady states that lie along them.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Iterator, Sequence
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from numpy.typing import NDArray
+
+from vibropipe.figures.canvas import (
+    CM_PER_INCH,
+    SMALL,
+    WHITE_GROUND,
+    WIDE,
+    axes,
+    jump,
+    label,
+    new_canvas,
+    panel,
+)
+from vibropipe.figures.palette import BLUES, GREY, INK, ORANGES, readable, shades
+from vibropipe.figures.style import ROUNDING
+from vibropipe.figures.text import (
+    ORDINALS,
+    axis_label,
+    frequency,
+    in_brackets,
+    plain_symbol,
+    plain_value,
+    scalar_parameters,
+    symbol_of,
+    value_text,
+)
+from vibropipe.words.wording import series
+
+Floats = NDArray[np.float64]
+HEIGHT, BOTTOM, TOP = 9.4, 1.05, 0.75  # cm
+LEFT, WIDTH, SMALL_LEFT, SMALL_WIDTH, GAP = 1.3, 8.95, 11.9, 3.95, 0.45  # cm
+FREE = (
+    ("#BDBDBD", 4.0),
+    ("#7A7A7A", 0.9),
+)  # colour and width of the first free motion, and of others
+FAMILIES = (BLUES, ORANGES)
+BREAK, JUMP = (
+    0.05,
+    0.12,
+)  # of the height of the axes: steps of a line that are not joined, that are arrows
+MAX_ORDER = 3
+LABEL_AT = 0.36  # of the height of the axes
+
+
+class Line(NamedTuple):
+    """A line of a sweep over the frequency: its colour, other coordinate, direction, and values."""
+
+    colour: str
+    coordinate: xr.DataArray | None
+    is_down: bool
+    x: Floats
+    y: Floats
+
+
+def draw_overlay(
+    free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str = "displacement"
+) -> Figure:
+    """Draw the first harmonic of free and forced motions, and beside it constant part and further harmonics.
+
+    Parameters
+    ----------
+    free : sequence of xarray.Dataset
+        Backbones over amplitude.
+    forced : sequence of xarray.Dataset
+        Sweeps over the frequency, at most one more parameter and the direction.
+    name : str
+        `displacement` or `velocity`.
+    """
+    figure = new_canvas(HEIGHT)
+    high = HEIGHT - BOTTOM - TOP
+    orders = shown_orders([*free, *forced], name)
+    main = axes(figure, LEFT, BOTTOM, WIDTH if orders else WIDE - LEFT - 0.3, high)
+    small_high = (high - GAP * (len(orders) - 1)) / max(len(orders), 1)
+    bottoms = [BOTTOM + n * (small_high + GAP) for n in reversed(range(len(orders)))]
+    small = [axes(figure, SMALL_LEFT, bottom, SMALL_WIDTH, small_high) for bottom in bottoms]
+    limits = x_limits(free, forced)
+    for ax, order in zip((main, *small), (1, *orders), strict=True):
+        draw_order(ax, free, forced, name, order, limits)
+        if ax is not main:
+            ax.tick_params(labelbottom=ax is small[-1])
+            array = free[0][f"{name}_mean" if order == 0 else f"{name}_amplitude"]
+            symbol = symbol_of(array, order or None)
+            words = "constant part" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
+            text = in_brackets(f"{words} {f'|{symbol}|' if order == 0 else symbol}", array)
+            label(ax, 0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", zorder=6,
+                  bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip
+    amplitude = free[0][f"{name}_amplitude"]
+    words = f"first harmonic of the {name}, {symbol_of(amplitude, 1)}"
+    main.set(xlabel=x_label(free, forced), ylabel=in_brackets(words, amplitude))
+    panel(main, "a", indent=-0.95)
+    if small:
+        panel(small[0], "b", indent=-0.95)
+        small[-1].set_xlabel(
+            axis_label(forced[0][frequency(forced[0])])
+            if forced
+            else axis_label(free[0]["eigenfrequency"])
+        )
+    if name == "displacement":
+        draw_distance(main, free[0])
+    write_key(figure, free, forced)
+    return figure
+
+
+def shown_orders(datasets: Sequence[xr.Dataset], name: str) -> list[int]:
+    """Return what stands beside the first harmonic: 0 for the constant part, 2 and 3, without what is only rounding."""
+    number = min(MAX_ORDER, *(dataset.sizes["harmonic"] for dataset in datasets))
+    tops = {
+        order: max(
+            float(np.nanmax(np.abs(of_order(d, name, order).values), initial=0.0)) for d in datasets
+        )
+        for order in range(number + 1)
+    }
+    return [order for order in tops if order != 1 and tops[order] > ROUNDING * max(tops.values())]
+
+
+def draw_distance(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw the half distance of the supports, if it lies within the axes."""
+    distance = dataset["l"] if "l" in dataset.coords else None
+    if (
+        distance is None
+        or distance.ndim
+        or not ax.get_ylim()[0] < float(distance) < ax.get_ylim()[1]
+    ):
+        return
+    ax.axhline(float(distance), color=INK, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
+    text = f"half the distance of the supports, {value_text(distance)}"
+    ax.text(
+        0.995,
+        float(distance),
+        text,
+        transform=ax.get_yaxis_transform(),
+        ha="right",
+        va="bottom",
+        fontsize=SMALL,
+    )
+
+
+def draw_order(
+    ax: Axes, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str, order: int,
+    limits: tuple[float, float],
+) -> None:  # fmt: skip
+    """Draw one harmonic (0: the constant part) of all motions within limits of the frequency."""
+    top = 0.0
+    families = [list(lines_of(data, name, order, FAMILIES[n % 2])) for n, data in enumerate(forced)]
+    for number, dataset in enumerate(free):
+        x, y = dataset["eigenfrequency"].values, np.abs(of_order(dataset, name, order).values)
+        kept = (x >= limits[0]) & (x <= limits[1])
+        colour, width = FREE[min(number, 1)]
+        ax.plot(x[kept], y[kept], color=colour, linewidth=width, zorder=1, solid_capstyle="butt")
+        top = max(top, float(np.nanmax(y[kept], initial=0.0)))
+    top = max(
+        [top, *(float(np.nanmax(line.y, initial=0.0)) for lines in families for line in lines)]
+    )
+    for number, lines in enumerate(families):
+        for line in lines:
+            at = np.flatnonzero(np.abs(np.diff(line.y)) > BREAK * top) + 1
+            # the second family lies below the first, and is seen where it differs
+            width, zorder = (1.1, 4) if number == 0 else (1.0, 3)
+            ax.plot(np.insert(line.x, at, np.nan), np.insert(line.y, at, np.nan), color=line.colour,
+                    linewidth=width, zorder=zorder)  # fmt: skip
+            if order == 1 and number == 0:
+                draw_jumps(ax, line, JUMP * top)
+    if order == 1 and families:
+        label_lines(ax, families[0], LABEL_AT * top)
+    ax.set(xlim=limits, ylim=(0.0, 1.08 * top or 1.0))
+
+
+def of_order(dataset: xr.Dataset, name: str, order: int) -> xr.DataArray:
+    """Return a harmonic, or the constant part for order 0."""
+    if order == 0:
+        return dataset[f"{name}_mean"]
+    return dataset[f"{name}_amplitude"].sel(harmonic=order)
+
+
+def lines_of(dataset: xr.Dataset, name: str, order: int, family: tuple[str, str]) -> Iterator[Line]:
+    """Yield the lines of a sweep; rows without an orbit are gaps."""
+    axis = frequency(dataset)
+    values = abs(of_order(dataset, name, order)).where(dataset["period_multiple"] > 0)
+    other = next((str(dim) for dim in values.dims if dim not in (axis, "direction")), "")
+    colours = shades(dataset.sizes[other] if other else 1, family)
+    for number, colour in enumerate(colours):
+        of_value = values.isel({other: number}) if other else values
+        directions = dataset["direction"].values if "direction" in of_value.dims else [""]
+        for way in directions:
+            row = (of_value.sel(direction=way) if way else of_value).sortby(axis)
+            coordinate = dataset[other][number] if other else None
+            yield Line(colour, coordinate, way == "down", row[axis].values, row.values)
+
+
+def draw_jumps(ax: Axes, line: Line, least: float) -> None:
+    """Draw the steps of a line from one branch to another as arrows in the direction in which it is followed."""
+    for index in np.flatnonzero(np.abs(np.diff(line.y)) > least):
+        ends = line.y[index], line.y[index + 1]
+        start, end = reversed(ends) if line.is_down else ends
+        jump(ax, float(line.x[index : index + 2].mean()), float(start), float(end), line.colour)
+
+
+def label_lines(ax: Axes, lines: Sequence[Line], height: float) -> None:
+    """Write the other coordinate of each line where the lowest of its values last passes a height, else at its end."""
+    numbers = {
+        line.coordinate.item(): line.coordinate for line in lines if line.coordinate is not None
+    }
+    for value, coordinate in numbers.items():
+        own = [
+            line
+            for line in lines
+            if line.coordinate is not None and line.coordinate.item() == value
+        ]
+        x = own[0].x
+        low = np.fmin.reduce([line.y for line in own])
+        above = np.flatnonzero(low >= height)
+        at = min(int(above[-1]) + 1 if above.size else x.size - 1, x.size - 1)
+        if not np.isfinite(low[at]):
+            continue
+        label(ax, float(x[at]), float(low[at]), value_text(coordinate), own[0].colour, ha="center", va="center",
+              zorder=6, bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip
+
+
+def x_limits(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> tuple[float, float]:
+    """Return the range of the frequencies of the force, else of the free motions."""
+    arrays = [d[frequency(d)] for d in forced] or [d["eigenfrequency"] for d in free]
+    return min(float(a.min()) for a in arrays), max(float(a.max()) for a in arrays)
+
+
+def x_label(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
+    """Return the label of the axis of frequencies."""
+    if not forced:
+        return axis_label(free[0]["eigenfrequency"])
+    axis = forced[0][frequency(forced[0])]
+    text = f"frequency {symbol_of(axis)} of the force, or eigenfrequency of the free motion"
+    return in_brackets(text, axis)
+
+
+def write_key(figure: Figure, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> None:
+    """Write above the first panel which colour is which motion, by the parameters in which they differ."""
+    entries = [("grey: free motion", GREY)]
+    names = ("blue", "orange")
+    for number, text in enumerate(difference_texts(forced)):
+        tail = ", seen where it differs" if number else ""
+        entries.append((f"{names[number % 2]}: {text}{tail}", FAMILIES[number % 2][1]))
+    left = LEFT
+    for text, colour in entries:
+        drawn = figure.text(
+            left / WIDE, 1 - 0.42 / HEIGHT, text, color=readable(colour), va="baseline"
+        )
+        left += drawn.get_window_extent().width / figure.dpi * CM_PER_INCH + 0.45
+
+
+def difference_texts(datasets: Sequence[xr.Dataset]) -> list[str]:
+    """Write the parameters in which datasets differ, of each; of a single one that it is forced."""
+    values = [scalar_parameters(dataset) for dataset in datasets]
+    if len(values) < 2:
+        return ["forced motion"] * len(values)
+    names = [n for n in values[0] if len({each.get(n, 0.0) for each in values}) > 1]
+    return [
+        series(plain_value(d[n]) if n in d.variables else f"{plain_symbol(n)} = 0" for n in names)
+        or "forced"
+        for d in datasets
+    ]

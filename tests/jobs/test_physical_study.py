@@ -141,9 +141,16 @@ def test_simulated_points_of_a_backbone_have_units(tmp_path) -> None:
 def test_a_table_has_units_in_its_head(results) -> None:
     run = CliRunner().invoke(app, ["table", str(results / "sweep.nc")])
     head = run.output.splitlines()[0].split(",")
-    assert head[:2] == ["omega (rad/s)", "delta (m)"]
-    assert {"F (N)", "H (N s/m)", "R1", "regime", "displacement_amplitude_2 (m)"} <= {*head}
+    assert head[:2] == ["omega (rad/s)", "delta (mm)"]
+    assert {"F (N)", "H (N s/m)", "R1", "regime", "displacement_amplitude_2 (mm)"} <= {*head}
     assert {"impact_velocity_max_1 (m/s)", "displacement_phase_1 (rad)", "m (kg)"} <= {*head}
+    last = dict(zip(head, run.output.splitlines()[-1].split(","), strict=True))
+    assert [last[each] for each in ("omega (rad/s)", "delta (mm)", "l (mm)", "C (N/mm)")] == [
+        "200.0",
+        "1.0",
+        "8.0",
+        "8.0",
+    ]
     frame = vp.table(results / "sweep.nc")
     assert frame.attrs["units"]["omega"] == "rad/s"
     assert "omega" in frame

@@ -204,6 +204,24 @@ def test_a_scene_and_a_file_are_drawn_as_by_their_study(results):
     assert len(of_file.axes) == len(of_node.axes) < len(all_panels.axes)
 
 
+def test_python_chooses_units(made):
+    motion = vp.to_physical(made["motion"], "2000 g", "8 N/mm", {"length": "cm", "time": "s"})
+    assert motion["displacement"].attrs["units"] == "m"
+    figure = vp.plot(motion)
+    assert "(cm)" in labels(figure)
+    assert "(s)" in labels(figure)
+    assert "2000 g" in figure.get_suptitle().replace("$", "") or "2000 g" in labels(figure)
+    assert "(in)" in labels(vp.plot([motion, motion], units={"length": "in"}))
+    with pytest.raises(
+        vp.ParameterError, match=r"units\.length: .* got 'mmm' \(did you mean mm\?\)"
+    ):
+        vp.plot(motion, units={"length": "mmm"})
+    with pytest.raises(
+        vp.ParameterError, match=r"units: must be units by dimension .* got 'lenght'"
+    ):
+        vp.to_physical(made["motion"], 2, 8000, {"lenght": "mm"})
+
+
 def test_importing_the_package_loads_no_pictures():
     names = ["matplotlib", "xarray", "vibropipe.scenes"]
     code = f"import sys, vibropipe; print({{*{names}}} & {{*sys.modules}})"

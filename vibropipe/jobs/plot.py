@@ -15,6 +15,7 @@ from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean
 from vibropipe.scenes.kind import Kind, Picture
 from vibropipe.scenes.registry import kind_of_dataset, kinds
+from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text, units_of
 from vibropipe.store import load
 from vibropipe.study import study_of_text
 from vibropipe.study.pydantic_errors import problem_of
@@ -48,7 +49,8 @@ def plot(
         else the first that fits it).
     **options
         Options of the key `figure` of a scene of this kind, such as `show=["displacement_mean"]`. Where a study names
-        another scene, as in `backbone`, a dataset or a path takes its place.
+        another scene, as in `backbone`, a dataset or a path takes its place. `units={"frequency": "rpm"}` chooses
+        units of datasets in SI by dimension (default: those of the study, or of `to_physical`).
 
     Returns
     -------
@@ -71,15 +73,16 @@ def plot(
     """
     from vibropipe.figures.style import HouseFigure, house_style
 
+    units = checked_units(options.pop("units", {}))
     if isinstance(dataset, Mapping) and not hasattr(dataset, "dims"):
-        return _overlay(dict(dataset), picture, options)
+        return _overlay(dict(dataset), picture, options, units)
     if isinstance(dataset, Sequence) and not isinstance(dataset, str):
-        return _overlay(dict(enumerate(dataset, 1)), picture, options)
+        return _overlay(dict(enumerate(dataset, 1)), picture, options, units)
     data = opened(dataset)
     kind = kind_of_data(data)
     data = with_a_grid(data)
     choice, others = _options(kind, data, dataset, picture, options)
-    shown = display_units({**others, SHOWN: data})
+    shown = display_units({SHOWN: with_units(data, units), **others})
     chosen = _picture(kind, shown[SHOWN], choice.chosen(), picture)
     with house_style():
         figure = chosen.draw(shown[SHOWN], choice, shown)
@@ -112,6 +115,13 @@ def kind_of_data(data: xr.Dataset) -> Kind:
         held = series(map(str, [*data.data_vars][:4])) or "nothing"
         raise ParameterError("dataset", data, must=must, got=f"a dataset of {held}")
     return kind
+
+
+def with_units(data: xr.Dataset, units: Mapping[str, str]) -> xr.Dataset:
+    """Return a dataset whose units for display are chosen."""
+    if not units:
+        return data
+    return data.assign_attrs({DISPLAY_UNITS: units_as_text({**units_of(data), **units})})
 
 
 def with_a_grid(data: xr.Dataset) -> xr.Dataset:
@@ -222,7 +232,10 @@ def _unknown(picture: str | None, fitting: Sequence[str]) -> ParameterError:
 
 
 def _overlay(
-    sources: Mapping[Any, Source], picture: str | None, options: Mapping[str, Any]
+    sources: Mapping[Any, Source],
+    picture: str | None,
+    options: Mapping[str, Any],
+    units: Mapping[str, str],
 ) -> Figure:
     """Draw datasets over one another."""
     from vibropipe.figures.style import HouseFigure, house_style
@@ -234,7 +247,9 @@ def _overlay(
         name = "picture" if picture is not None else next(iter(options.keys() - {"show"}))
         must = "must be left out where datasets are drawn over one another: only show is taken"
         raise ParameterError(name, picture, must=must, got="")
-    datasets = {key: with_a_grid(opened(source)) for key, source in sources.items()}
+    datasets = {
+        key: with_units(with_a_grid(opened(source)), units) for key, source in sources.items()
+    }
     names = [kind_of_data(data).name for data in datasets.values()]
     with house_style():
         figure = draw_overlay(display_units(datasets), names, tuple(options.get("show", ())))

@@ -13,9 +13,10 @@ import numpy as np
 from vibropipe.physics.exciter import ParameterError, si_value
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.named import SENSITIVITY, named
+from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text
 from vibropipe.solve.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
-from vibropipe.words.units import DIMENSIONS, tidy
+from vibropipe.words.units import DIMENSIONS, tidy, unit_of_text
 from vibropipe.words.vocabulary import (
     PARAMETER,
     PHYSICAL_NAMES,
@@ -40,7 +41,9 @@ _GOAL, _NUMBER = re.compile(r"(\w+)( [=<>][^;]*)"), re.compile(r"[-+\d.][-+\d.e]
 _START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
 
 
-def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset:
+def to_physical(
+    dataset: xr.Dataset | xr.DataTree, m: Any, C: Any, units: Mapping[str, str] | None = None
+) -> xr.Dataset:
     """Convert a dataset to SI, by eqs. (2)-(4).
 
     Parameters
@@ -50,6 +53,10 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
         of `Exciter.from_physical`). Lazy data stay lazy.
     m, C : number, str or pint.Quantity
         Mass and stiffness, as in `Exciter.from_physical`.
+    units : mapping of str to str, optional
+        Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, mass,
+        stiffness, damping, angle (default: of m and C as they are written, of all else SI with a prefix). The dataset
+        itself is in SI.
 
     Returns
     -------
@@ -63,7 +70,7 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
     Raises
     ------
     ParameterError
-        If m or C is out of range or has a wrong unit, or the dataset is in SI already.
+        If m or C is out of range or has a wrong unit, a unit of `units` is none, or the dataset is in SI already.
 
     References
     ----------
@@ -84,6 +91,10 @@ def to_physical(dataset: xr.Dataset | xr.DataTree, m: Any, C: Any) -> xr.Dataset
         variables |= _sensitivities_in_si(variables, numbers)
     coords = {physical_name(str(name)): None for name in data.coords}
     attrs = {name: _text_in_si(str(name), text, numbers) for name, text in data.attrs.items()}
+    written = {"mass": unit_of_text(m), "stiffness": unit_of_text(C), **checked_units(units or {})}
+    shown = {name: unit for name, unit in written.items() if unit}
+    if shown:
+        attrs[DISPLAY_UNITS] = units_as_text(shown)
     scalars = {name: xr.Variable((), value, attributes(name)) for name, value in numbers.items()}
     return xr.Dataset(
         {name: variable for name, variable in variables.items() if name not in coords},

@@ -8,8 +8,16 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
-from vibropipe.words.units import DIMENSIONS, is_of_cycles, tidy, unit_factor
+from vibropipe.words.units import (
+    DIMENSIONS,
+    UnitError,
+    check_unit,
+    is_of_cycles,
+    tidy,
+    unit_factor,
+)
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, split_suffix
 
 if TYPE_CHECKING:
@@ -21,12 +29,30 @@ SHOWN_UNITS = "shown_units"  # the same of a copy, which is in these units
 PER_PARAMETER = "/(unit of parameter)"
 # Values that come from a user: 9 Hz is shown as 9, not as its neighbour.
 GIVEN = {*PARAMETERS, *PHYSICAL, *STARTS, "free_period"}
+# Dimensions whose units can be chosen.
+CHOSEN = tuple(name for name in DIMENSIONS if name not in ("rate", "acceleration"))
 DIMENSION_OF = {entry.units: name for name, entry in DIMENSIONS.items()}
 
 
 def units_as_text(units: Mapping[str, str]) -> str:
     """Write units by dimension or parameter as the attribute of a dataset."""
     return "; ".join(f"{name}: {unit}" for name, unit in units.items())
+
+
+def checked_units(units: Mapping[str, Any]) -> dict[str, str]:
+    """Return units by dimension, or raise a ParameterError that names the one that is none."""
+    for name, unit in units.items():
+        if name not in CHOSEN:
+            must = f"must be units by dimension ({', '.join(CHOSEN)})"
+            raise ParameterError("units", units, must=must, got=repr(name))
+        try:
+            check_unit(unit, name)
+        except UnitError as error:
+            hint = f" ({error.hint})" if error.hint else ""
+            raise ParameterError(
+                f"units.{name}", unit, error.allowed, got=f"{unit!r}{hint}"
+            ) from None
+    return {name: " ".join(unit.split()) for name, unit in units.items()}
 
 
 def units_of(dataset: xr.Dataset) -> dict[str, str]:

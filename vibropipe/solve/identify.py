@@ -302,7 +302,8 @@ def _dataset(model: _Model, best: np.ndarray, low: np.ndarray, high: np.ndarray)
         "fit_result": ((), np.int8(quality.result)),
     }
     sigma = np.sqrt(np.diag(known.covariance))
-    variables |= {f"{name}_std": ((), value) for name, value in zip(found, sigma, strict=True)}
+    for suffix, column in (("std", sigma), ("lower", low), ("upper", high)):
+        variables |= {f"{n}_{suffix}": ((), value) for n, value in zip(found, column, strict=True)}
     for suffix, values in (
         ("measured", data.values),
         ("fitted", fitted),

@@ -41,6 +41,7 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_target": ("wanted {}", True),
     "_lower": ("lower bound of {}", True),
     "_upper": ("upper bound of {}", True),
+    "_swept": ("{} at points of a sweep", True),
     "_tolerance": ("tolerance of {}", True),
     "_yield": ("share of scattered parts that keep the goal of {}", False),
     "_quantile": ("quantile of {} over scattered parts", True),

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -21,7 +21,7 @@ from vibropipe.solve.design.scatter import (
     assumed_scatter,
     variables_of_yield,
 )
-from vibropipe.solve.design.search import Candidate
+from vibropipe.solve.design.search import Candidate, Samples
 from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.points import points_dataset, solve_points
@@ -32,6 +32,9 @@ from vibropipe.words.vocabulary import describe, quantity
 if TYPE_CHECKING:
     import xarray as xr
 
+# Dimensions of quantities whose parts may be wanted, with their sizes.
+SIZES = {"support": 2, "harmonic": HARMONICS, "multiplier": 2}
+
 
 def design_dataset(
     problem: Problem,
@@ -39,8 +42,9 @@ def design_dataset(
     margins: Sequence[float],
     all_judged: Sequence[Judged],
     steps: WorkCount,
+    swept: Samples | None = None,
 ) -> xr.Dataset:
-    """Return designs as a labelled dataset."""
+    """Return designs as a labelled dataset; `swept` are the points of a grid that a front was sought on."""
     harmonics = harmonics_of(problem.names, HARMONICS)
     parameters = problem.parameters(np.array([candidate.share for candidate in designs]))
     start = problem.x0, problem.v0
@@ -59,6 +63,8 @@ def design_dataset(
         "law_margin": ("design", np.array(margins)),
         **curve_misfit(problem, designs),
         **bound_variables(problem.goals, harmonics),
+        **swept_variables(problem, swept, harmonics),
+        **range_variables(problem.vary),
     }
     if all_judged:
         attrs["scatter"] = "given" if problem.tolerance else "assumed"
@@ -113,7 +119,7 @@ def curve_misfit(problem: Problem, designs: Sequence[Candidate]) -> dict[str, An
 
 def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
     """Return targets and bounds over the dimension of their quantity, NaN where there is none."""
-    sizes = {"support": 2, "harmonic": harmonics, "multiplier": 2}
+    sizes = {**SIZES, "harmonic": harmonics}
     variables: dict[str, Any] = {}
     for bound in goals.bounds:
         name = bound.quantity
@@ -129,4 +135,32 @@ def bound_variables(goals: Goals, harmonics: int) -> dict[str, Any]:
             empty = np.full([sizes[dim] for dim in dims], np.nan)
             _, values = variables.setdefault(f"{name.variable}_{suffix}", (dims, empty))
             values[... if name.number is None else name.number - 1] = end
+    return variables
+
+
+def range_variables(vary: Mapping[str, tuple[float, float]]) -> dict[str, Any]:
+    """Return the ends of the ranges of varied parameters."""
+    return {
+        f"{name}_{suffix}": ((), end)
+        for name, ends in vary.items()
+        for suffix, end in zip(("lower", "upper"), ends, strict=True)
+    }
+
+
+def swept_variables(problem: Problem, swept: Samples | None, harmonics: int) -> dict[str, Any]:
+    """Return both objectives at the points of a sweep that keep all bounds; NaN of other parts of a quantity."""
+    if swept is None:
+        return {}
+    values = swept.values[problem.is_met(swept.values)]
+    variables: dict[str, Any] = {}
+    for each in problem.goals.objectives:
+        name = each.quantity
+        dims = () if name.is_parameter else quantity(name.variable).dims
+        if name.derived or name.part or any(dim not in SIZES for dim in dims):
+            continue
+        sizes = {**SIZES, "harmonic": harmonics}
+        empty = np.full([len(values), *(sizes[dim] for dim in dims)], np.nan)
+        _, filled = variables.setdefault(f"{name.variable}_swept", (("swept", *dims), empty))
+        at = () if name.number is None else (name.number - 1,)
+        filled[(slice(None), *at)] = values[:, problem.names.index(name)]
     return variables

@@ -133,7 +133,10 @@ def design(
         displacement_misfit
             Root mean square distance from the wanted curve; designs are ranked by it.
         <name>_target, <name>_lower, <name>_upper
-            What is wanted, NaN where nothing is.
+            What is wanted, NaN where nothing is; of a varied parameter the ends of its range.
+        <name>_swept
+            Of a front without targets: both quantities at the points of a grid of 4,096 over the ranges whose motion
+            is a stable orbit within all bounds.
 
         with all that `steady_state` returns and, with `tolerance`, all that `vibropipe.tolerance` does.
 
@@ -174,8 +177,9 @@ def design(
     is_front = len(goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
     candidates, sampled = find_candidates(problem, samples, steps)
+    swept = None
     if is_front:
-        candidates = front(problem, sampled, candidates, steps)
+        candidates, swept = front(problem, sampled, candidates, steps)
     candidates = [moved_inside(problem, candidate) for candidate in candidates]
     is_front &= candidates[0].is_met
     if is_front:
@@ -192,7 +196,7 @@ def design(
     order = order if is_front else order[:designs]
     kept = [candidates[n] for n in order]
     dataset = design_dataset(
-        problem, kept, [margins[n] for n in order], [parts[n] for n in order if parts], steps
+        problem, kept, [margins[n] for n in order], [parts[n] for n in order if parts], steps, swept
     )
     steps.add(steps.total)
     if not kept[0].is_met:

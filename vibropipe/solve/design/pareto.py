@@ -26,26 +26,28 @@ STEPS = 2 * ENDS + FRONT + len(REACHES) + CHECKS
 
 def front(
     problem: Problem, samples: Samples, candidates: list[Candidate], steps: WorkCount
-) -> list[Candidate]:
-    """Return the designs of the front in the order of the first objective.
+) -> tuple[list[Candidate], Samples | None]:
+    """Return the designs of the front in the order of the first objective, and the grid that it was sought on.
 
     The front is sought by sweeps, over a grid and then around its own points within less and less, since laws of motion
     divide the ranges: derivatives see one law only. From its points the first objective is then made least along each
     law under a limit of the second one (epsilon constraint). Sweeps around the result check it. No point of a sweep
-    meets a target exactly: with targets there are limits alone, from the best designs already known.
+    meets a target exactly: with targets there are limits alone, from the best designs already known, and no grid.
     """
     known = [candidate for candidate in candidates if candidate.is_met]
     if not known:
-        return candidates
+        return candidates, None
+    swept = None
     has_targets = any(problem.goals.bounds[n].is_target for n in problem.smooth)
     if not has_targets:
-        known += _kept(problem, samples) + _kept(problem, solved(problem, grid(problem)))
+        swept = solved(problem, grid(problem))
+        known += _kept(problem, samples) + _kept(problem, swept)
     for which in (0, 1):
         for candidate in _best(problem, known, which, ENDS):
             known += _moved(problem, candidate, which, {})
             steps.add()
     known = (_along_limits if has_targets else _by_sweeps)(problem, known, steps)
-    return thinned(problem, undominated(problem, known), FRONT)
+    return thinned(problem, undominated(problem, known), FRONT), swept
 
 
 def _by_sweeps(problem: Problem, known: list[Candidate], steps: WorkCount) -> list[Candidate]:

@@ -79,6 +79,7 @@ scenes:
   shifted:
     kind: design
     title: Mean displacement of 0.05
+    exciter: {nu: 1}
     vary: {delta: [-0.3, 0.3], R2: [0.4, 0.9]}
     target: {displacement_mean: 0.05}
     tolerance: {R1: 0.003, R2: 0.003}

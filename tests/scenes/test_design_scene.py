@@ -11,8 +11,10 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.design.captions import wanted_text
-from vibropipe.scenes.design.report import answers, tables
+from vibropipe.scenes.design.data import wanted_text
+from vibropipe.scenes.design.front import beating, swept
+from vibropipe.scenes.design.ranking import verdicts
+from vibropipe.scenes.design.report import REPORT, answers, tables
 from vibropipe.scenes.design.workshop import percent
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -101,12 +103,30 @@ def test_needed_tolerances_hold_at_random_corners(dataset):
         assert float(orbit.impact_velocity_max.sel(support=1)) <= 0.8
 
 
-@pytest.mark.parametrize("name", ["designs", "tornado", "sensitivities"])
+@pytest.mark.parametrize("name", ["sketch", "designs", "tornado", "sensitivities"])
 def test_every_picture_is_drawn(dataset, name):
     picture = picture_of("design", dataset, name)
     shown = words(picture.draw(dataset, None, {}))
-    assert "support 1" in shown
-    assert "displacement_mean" in picture.describe(dataset, None, {})
+    assert ("may be off by" if name == "sketch" else "support 1") in shown.replace("\n", " ")
+    texts = picture.describe(dataset, None, {}) + picture.title(dataset, None, {})
+    assert "_" not in texts
+    assert 0 < len(picture.title(dataset, None, {})) <= 85
+
+
+def test_the_sketch_is_to_scale(dataset):
+    axes = picture_of("design", dataset, "sketch").draw(dataset, None, {}).axes[0]
+    upright = {line.get_xdata()[0] for line in axes.lines if np.ptp(line.get_xdata()) == 0}
+    half, offset = float(dataset.l), float(dataset.delta[0])
+    scale = 3.2 / half
+    for place in (-half, half, -offset):
+        assert any(abs(x - (6.4 + scale * place)) < 1e-9 for x in upright)
+
+
+def test_the_side_has_goals_and_ranges(dataset):
+    rows = {row.symbol: row.value for row in REPORT.side({"shifted": dataset}).rows}
+    assert rows["mean displacement"] == "−0.1 ± 0.005"
+    assert rows["largest impact velocity at support 1"] == "< 0.8"
+    assert (rows["δ"], rows["R₁"]) == ("−0.3 … 0.3", "0.4 … 0.9")
 
 
 def test_pictures_of_the_spread_say_what_to_add(dataset):
@@ -122,11 +142,10 @@ def test_goals_without_a_spread_show_the_usual_quantities(dataset):
         [name for name in dataset if str(name).endswith(("_target", "_upper"))]
     )
     of_law["impacts_per_period_target"] = ("support", [3.0, np.nan])
-    for name in ("designs", "tornado", "sensitivities"):
+    for name in ("sketch", "designs", "tornado", "sensitivities"):
         picture = picture_of("design", of_law, name)
         assert picture.draw(of_law, None, {}).axes
         assert picture.describe(of_law, None, {})
-    assert tables({"law": of_law})[2].as_data()["head"][-1].startswith("share of")
 
 
 def test_the_front_is_drawn(tmp_path):
@@ -137,35 +156,48 @@ def test_the_front_is_drawn(tmp_path):
     scene = load(tmp_path, text).scenes["shifted"]
     front = kind_of(scene).solve(scene)
     assert len(draw("design", front).axes) == 1
-    assert "The front goes from design 1" in picture_of("design", front).describe(front, None, {})
+    cloud, picture = swept(front), picture_of("design", front)
+    assert 1000 < len(cloud) <= 4096
+    assert beating(front) == 0
+    title = picture.title(front, None, {})
+    assert title == f"None of {len(cloud):,} swept motions beats a design of the front"
+    worse = front.copy()
+    worse["impact_velocity_max"] = front.impact_velocity_max + 0.05
+    assert beating(worse) > 1
+    assert "swept motions beat a design" in picture.title(worse, None, {})
+    for answer in answers({"front": front})["front"]:
+        assert " goes from " in answer.lead
+    point = {"delta": 0.3, "R1": 0.4}  # a corner of the grid
+    corner = vp.steady_state(vp.Exciter(l=0.5, nu=1, f=-1, h=0.2, R2=0.7, **point))
+    pair = [float(corner.impact_velocity_max[0]), float(corner.displacement_amplitude[0])]
+    assert np.abs(cloud - pair).max(axis=1).min() < 1e-9
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):
-    designs, yields, tight = (table.as_data() for table in tables({"shifted": dataset}))
+    designs, tight = (table.as_data() for table in tables({"shifted": dataset}))
     assert len(designs["rows"]) == dataset.sizes["design"]
-    assert [row[0] for row in tight["rows"]] == ["ν", "f", "h", "l", "δ", "R₁", "R₂"]
-    assert all(row[2].startswith("± ") for row in tight["rows"])
-    assert "The law of motion changes in 0 % to 0.1 % of the parts." in tight["note"]
-    # All designs have a yield and tolerances; the first line has the deviations.
-    assert len(yields["rows"]) == 1 + dataset.sizes["design"]
-    assert all(float(cell.rstrip("*")) > 0 for row in yields["rows"][1:] for cell in row[4:])
+    # All designs have tolerances; the first line has the deviations.
+    assert tight["head"][1:] == ["± ν", "± f", "± h", "± l", "± δ", "± R₁", "± R₂"]
+    assert len(tight["rows"]) == 1 + dataset.sizes["design"]
+    assert all(float(cell.rstrip("*")) > 0 for row in tight["rows"][1:] for cell in row[1:])
     first, best, spread = answers({"shifted": dataset})["shifted"]
     assert first.lead == "All 2 designs can be made."
-    assert best.lead.startswith("The largest velocity before impact (support 1) of design 1 is ")
+    assert best.lead.startswith("The largest impact velocity at support 1 of the best design is ")
     assert "standard deviations away" in best.rest
-    assert spread.lead.startswith("Most of the spread of the constant part of displacement comes")
+    assert spread.lead.startswith("Most of the spread of ")
+    assert verdicts(dataset)[0] == "can be made"
 
 
 def test_a_tolerance_below_the_given_deviation_is_marked(dataset):
     tight = dataset.copy()
     tight["R1_std"] = ((), 10 * float(dataset.R1_tolerance.max()))
     tight["delta_std"] = ((), 0.1 * float(dataset.delta_tolerance.min()))
-    _, yields, best = (table.as_data() for table in tables({"shifted": tight}))
-    marked = [[cell.endswith("*") for cell in row] for row in yields["rows"][1:]]
-    column = yields["head"].index("± R₁")
+    table = tables({"shifted": tight})[1].as_data()
+    marked = [[cell.endswith("*") for cell in row] for row in table["rows"][1:]]
+    column = table["head"].index("± R₁")
     assert all(row[column] and sum(row) == 1 for row in marked)
-    assert [row[0] for row in best["rows"] if row[2].endswith("*")] == ["R₁"]
-    assert "which cannot be held: R₁ of design 1; R₁ of design 2." in yields["note"]
+    assert "which cannot be held: R₁ of design 1; R₁ of design 2." in table["note"]
+    assert verdicts(tight) == ["tight: $R_1$"] * 2
 
 
 def test_a_design_on_its_bound_has_no_tolerance(dataset):
@@ -175,8 +207,12 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
         bound[name] = dataset[name].where(dataset.design != 1)
     bound["tolerance_result"] = ("design", [0, 1])
     yields = tables({"shifted": bound})[1].as_data()
-    assert "Design 2, no tolerance: on the bound impact_velocity_max_1 < 0.8." in yields["note"]
-    assert yields["rows"][2][4:] == ["–"] * len(names)
+    reason = (
+        "Design 2 has no tolerance: on the bound of the largest impact velocity at support 1 < 0.8."
+    )
+    assert reason in yields["note"]
+    assert yields["rows"][2][1:] == ["–"] * len(names)
+    assert verdicts(bound) == ["can be made", "no tolerance"]
     bound["yield"], bound["yield_low"], bound["yield_high"] = (
         ("design", [1.0, share]) for share in (0.614, 0.6, 0.63)
     )
@@ -188,7 +224,10 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
     first, _, lost = answers({"shifted": bound})["shifted"]
     assert first.lead == "None of 2 designs can be made."
     assert first.rest.startswith("Fewer than 95 % of the parts of each, scattered by the given")
-    assert lost.lead == "Designs 1 and 2 lose 40 to 50 % of their parts."
+    assert lost.lead == "2 designs lose up to 50 % of their parts."
+    picture = picture_of("design", bound, "designs")
+    assert picture.title(bound, None, {}) == "Designs 1 and 2 lose 40 to 50 % of their parts"
+    assert verdicts(bound) == ["loses parts"] * 2
 
 
 def test_yields_are_never_rounded_to_all():
@@ -199,14 +238,17 @@ def test_yields_are_never_rounded_to_all():
 def test_goals_are_written_in_the_units_shown():
     displacement = xr.DataArray([-50.0], dims="design", attrs={"units": "mm"})
     shown = xr.Dataset({"displacement_mean": displacement})
-    shown.attrs |= {"target": "displacement_mean = -0.05 m; displacement at 12 phases"}
+    shown.attrs |= {
+        "shown_units": "length: mm",
+        "target": "displacement_mean = -0.05 m; displacement at 12 phases",
+    }
     shown.attrs |= {"subject_to": "impact_velocity_max_1 > 0.5 m s-1, < 1e-07 m s-1"}
     assert wanted_text(shown) == (
-        "displacement_mean = −50 mm; displacement at 12 phases; "
-        "impact_velocity_max_1 > 0.5 m/s, < 1 × 10⁻⁷ m/s"
+        "mean displacement = −50 mm; displacement at 12 phases; "
+        "impact velocity max 1 > 0.5 m/s, < 1 × 10⁻⁷ m/s"
     )
     plain = xr.Dataset(attrs={"target": "displacement_mean = -0.1"})
-    assert wanted_text(plain) == "displacement_mean = −0.1"
+    assert wanted_text(plain) == "displacement mean = −0.1"
 
 
 def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):

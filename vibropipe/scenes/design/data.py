@@ -1,17 +1,36 @@
-"""What pictures and tables of designs show: the wanted quantities, and parameters by name."""
+"""What pictures and tables of designs show: the wanted quantities and parameters, by name and in words."""
 
 from __future__ import annotations
 
+import re
+from collections.abc import Collection
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import in_brackets, symbol_of
+from vibropipe.figures.text import (
+    REST,
+    format_number,
+    in_brackets,
+    rests_of,
+    symbol_of,
+    with_units,
+)
+from vibropipe.figures.units import unit_text
+from vibropipe.solve.shown_units import shown_unit
+from vibropipe.words.designs import DesignResult
 from vibropipe.words.vocabulary import PHYSICAL_NAMES
 
 # Quantities shown where no goal names any.
 USUAL = ("displacement_mean", "displacement_amplitude_1", "impact_velocity_max_1")
+# Short words of quantities that goals often name; all others have their long names.
+WORDS = {
+    "displacement_mean": "mean displacement",
+    "displacement_amplitude": "amplitude",
+    "impact_velocity_max": "largest impact velocity",
+    "impacts_per_period": "impacts per period",
+}
 INNER = ("support", "harmonic", "multiplier")
 ENDS = ("target", "lower", "upper")
 
@@ -31,6 +50,8 @@ class Part(NamedTuple):
     def of(self, dataset: xr.Dataset, suffix: str = "") -> xr.DataArray:
         """Return its values, or those of a quantity derived from it."""
         values = dataset[self.variable + suffix]
+        if not suffix and "estimate" in values.dims:  # a spread that is to be least
+            values = values.sel(estimate="first_order")
         return values.sel({self.dim: self.label}) if self.dim else values
 
     def symbol(self, dataset: xr.Dataset) -> str:
@@ -38,24 +59,22 @@ class Part(NamedTuple):
         return symbol_of(dataset[self.variable], self.label or None)
 
     def words(self, dataset: xr.Dataset) -> str:
-        """Return its long name and symbol, with the support that it is of."""
-        return (
-            f"{dataset[self.variable].attrs.get('long_name', self.variable)} {self.short(dataset)}"
-        )
-
-    def plain_words(self, dataset: xr.Dataset) -> str:
         """Return its long name as plain text, with the support or harmonic that it is of."""
-        name = dataset[self.variable].attrs.get("long_name", self.variable.replace("_", " "))
-        return f"{name} ({self.dim} {self.label})" if self.dim else str(name)
+        long_name = str(dataset[self.variable].attrs.get("long_name", ""))
+        name = WORDS.get(self.variable, long_name or self.variable.replace("_", " "))
+        if self.dim == "harmonic":
+            return f"{name.removeprefix('harmonic ')} of harmonic {self.label}"
+        at = " at" if self.dim == "support" else ","
+        return f"{name}{at} {self.dim} {self.label}" if self.dim else name
 
-    def short(self, dataset: xr.Dataset) -> str:
-        """Return its symbol, with the support that it is of."""
-        return self.symbol(dataset) + (f", support {self.label}" if self.dim == "support" else "")
+    def label_text(self, dataset: xr.Dataset) -> str:
+        """Return the label of an axis: words and the unit."""
+        return in_brackets(self.words(dataset), dataset[self.variable])
 
-    def label_text(self, dataset: xr.Dataset, short: bool = False) -> str:
-        """Return the label of an axis: words or symbol, and the unit."""
-        text = self.short(dataset) if short else self.words(dataset)
-        return in_brackets(text, dataset[self.variable])
+    def value_text(self, dataset: xr.Dataset, row: int, digits: int = 3) -> str:
+        """Write its value of a design with the unit."""
+        values = self.of(dataset)
+        return with_units(values, format_number(float(values.values[row]), digits))
 
     def end(self, dataset: xr.Dataset, which: str) -> float:
         """Return its target, lower or upper bound; NaN without one."""
@@ -69,7 +88,7 @@ def wanted_parts(dataset: xr.Dataset) -> list[Part]:
     found: list[Part] = []
     for name in map(str, dataset.data_vars):
         stem, _, end = name.rpartition("_")
-        if end in ENDS and stem in dataset:
+        if end in ENDS and stem in dataset and stem not in varied(dataset):
             values = dataset[name]
             dim = str(values.dims[0]) if values.dims else ""
             labels = (
@@ -136,3 +155,103 @@ def has_yield(dataset: xr.Dataset) -> bool:
 def has_tolerances(dataset: xr.Dataset) -> bool:
     """Return whether the tolerances that parameters need were asked for."""
     return "tolerance_result" in dataset
+
+
+class Goal(NamedTuple):
+    """A target, a bound, or what is least or largest: of what, and its text, such as `< 0.8`."""
+
+    words: str
+    text: str
+
+
+# A number of a goal, `displacement_mean = -0.05 m; ...`, with its unit if any.
+_NUMBER = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(?: ([A-Za-z][^,;]*))?")
+_SHOWN_DIGITS = 6
+MOST = {False: "least", True: "greatest"}
+
+
+def goals(dataset: xr.Dataset) -> list[Goal]:
+    """Return all that is wanted, with numbers in the units that the dataset shows."""
+    allowed = dict(_named(dataset, "allow"))
+    found = []
+    for name, text in _named(dataset, "target"):
+        shown = text.removeprefix("= ")
+        if name in allowed:
+            shown = f"{_bare(shown, allowed[name])} ± {allowed[name].removeprefix('= ')}"
+        found.append(Goal(words_of(dataset, name), shown))
+    found += [Goal(words_of(dataset, name), text) for name, text in _named(dataset, "subject_to")]
+    for text in objectives(dataset):
+        most = MOST[text.startswith("-")]
+        found.append(Goal(words_of(dataset, text.removeprefix("-")), most))
+    return found
+
+
+def off_allowed(dataset: xr.Dataset, part: Part) -> float:
+    """Return how far the target of a quantity may be off, in the unit shown; 0 if that is not said."""
+    for text in str(dataset.attrs.get("allow", "")).split("; "):
+        name, _, rest = text.partition(" = ")
+        if part_of(dataset, name) == part:
+            number, _, units = rest.partition(" ")
+            return shown_unit(dataset, units or "1")[1] * float(number)
+    return 0.0
+
+
+def _bare(number: str, other: str) -> str:
+    """Return a number without its unit if the other number has the same one."""
+    value, _, unit = number.partition(" ")
+    return value if unit and other.endswith(f" {unit}") else number
+
+
+def _named(dataset: xr.Dataset, key: str) -> list[tuple[str, str]]:
+    """Return the name and the text of each goal of an attribute."""
+    texts = str(dataset.attrs[key]).split("; ") if key in dataset.attrs else []
+    pairs = [text.partition(" ") for text in texts]
+    return [
+        (name, _NUMBER.sub(lambda match: _shown(dataset, *match.groups()), rest))
+        for name, _, rest in pairs
+    ]
+
+
+def _shown(dataset: xr.Dataset, number: str, units: str | None) -> str:
+    """Write a number of a goal, given in stored units, in the units shown."""
+    unit, factor = shown_unit(dataset, units or "1")
+    return f"{format_number(factor * float(number), _SHOWN_DIGITS)} {unit_text(unit)}".strip()
+
+
+def words_of(dataset: xr.Dataset, name: str) -> str:
+    """Return the words of a quantity by its name with index."""
+    part = part_of(dataset, name)
+    return part.words(dataset) if part else name.replace("_", " ")
+
+
+def wanted_text(dataset: xr.Dataset, told: Collection[str] = ()) -> str:
+    """Write what is wanted, one goal after the other, without goals of quantities that are told of."""
+    texts = []
+    for goal in (each for each in goals(dataset) if each.words not in told):
+        if goal.text in MOST.values():
+            texts.append(f"{goal.text} possible {goal.words}")
+        else:
+            sign = " " if goal.text.startswith(("<", ">", "at ")) else " = "
+            texts.append(f"{goal.words}{sign}{goal.text}")
+    return "; ".join(texts)
+
+
+def struck_texts(dataset: xr.Dataset) -> list[str]:
+    """Write how often each design strikes supports 1 and 2: `3 + 1`, or `2 + 1 in 2 periods`."""
+    impacts = dataset["impacts_per_orbit"].transpose("design", "support")
+    rests = rests_of(dataset, impacts).transpose("design", "support").values
+    texts = []
+    for m, counts, rested in zip(
+        dataset["period_multiple"].values, impacts.values, rests, strict=True
+    ):
+        text = " + ".join(
+            REST if rest > 0 else f"{n:g}" for n, rest in zip(counts, rested, strict=True)
+        )
+        texts.append(text if m == 1 else f"{text} in {m:g} periods")
+    return texts
+
+
+def is_met(dataset: xr.Dataset) -> np.ndarray:
+    """Return of each design whether all that is wanted holds."""
+    met: np.ndarray = dataset["design_result"].values == DesignResult.MET
+    return met

@@ -5,9 +5,9 @@ from __future__ import annotations
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
+from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.base import each_once
@@ -85,11 +85,13 @@ class DesignFigure(FigureOptions):
     """Options of the pictures of designs."""
 
     pictures: Annotated[
-        list[Literal["designs", "front", "tornado", "sensitivities"]], AfterValidator(each_once)
+        list[Literal["sketch", "designs", "front", "tornado", "sensitivities"]],
+        AfterValidator(each_once),
     ] = Field(
         default=[],
-        description="Pictures: the designs beside each other, the Pareto front, what each parameter alone does within "
-        "its tolerance, or the share that each has in the spread (default: the front or the designs, as fits).",
+        description="Pictures: design 1 to scale, all designs beside each other, the Pareto front, what each parameter "
+        "alone does within its tolerance, or the share that each has in the spread (default: sketch and designs; front "
+        "and designs of two quantities to be least).",
     )
 
 
@@ -135,6 +137,13 @@ class DesignScene(VariedScene):
     designs: Annotated[int, NumberRange(*DESIGNS, whole=True)] = Field(
         default=8, description="Largest number of designs; a front has up to 16."
     )
+
+    @model_validator(mode="after")
+    def _with_pictures(self) -> Self:
+        if not self.figure.pictures:
+            first: Literal["front", "sketch"] = "front" if len(self.minimise) == 2 else "sketch"
+            self.figure.pictures.extend((first, "designs"))
+        return self
 
     @property
     def row_count(self) -> int:  # noqa: D102 - as BaseScene

@@ -1,4 +1,4 @@
-"""Part of the report on designs: their numbers, and how tight each parameter must be made."""
+"""Part of the report on designs: whether they can be made, their numbers, and how far parameters may be off."""
 
 from __future__ import annotations
 
@@ -6,64 +6,85 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_least
-from vibropipe.figures.text import format_number, in_brackets, orbit_texts
-from vibropipe.report.parts import Answer, Answers
-from vibropipe.report.table import Datasets, Table, breakable
-from vibropipe.scenes.design.captions import leading, reached_text, value_of, wanted_text
+from vibropipe.figures.text import (
+    format_number,
+    in_brackets,
+    parameter_names,
+    plain_symbol_of,
+    with_units,
+)
+from vibropipe.report.parts import Answer, Answers, Row, Side
+from vibropipe.report.table import DASH, MAX_ROWS, Datasets, Table
 from vibropipe.scenes.design.data import (
-    Part,
+    goals,
     has_spread,
     has_yield,
+    is_met,
     numbers,
+    struck_texts,
     varied,
-    wanted_parts,
 )
+from vibropipe.scenes.design.front import ends_of, is_front
+from vibropipe.scenes.design.ranking import shown_parts
+from vibropipe.scenes.design.spread_pictures import leading
 from vibropipe.scenes.design.workshop import (
     NOMINAL_DIGITS,
-    lost_text,
+    lost_answer,
     makeable,
     nearest_limit_text,
     nominal,
-    parameters_table,
-    yields_table,
+    nominal_text,
+    tolerances_table,
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
+from vibropipe.words.wording import count
+
+MOST_QUANTITIES = 3  # of a table
 
 
 def tables(datasets: Datasets) -> list[Table]:
-    """Return the tables of designs: what they are, their yields and tolerances, and how tight the first one is."""
-    made = (designs_table, yields_table, parameters_table)
+    """Return the tables of designs: their numbers and, if they were asked for, their tolerances."""
+    made = (designs_table, tolerances_table)
     found = [table(name, dataset) for name, dataset in datasets.items() for table in made]
     return [table for table in found if table is not None]
 
 
-def designs_table(scene: str, dataset: xr.Dataset) -> Table:
-    """Return the designs of a scene, one per row."""
-    names, parts = varied(dataset), wanted_parts(dataset)
-    head = ["design", "law", *(with_symbol(dataset[name]) for name in names)]
-    head += [with_symbol(part.of(dataset), part) for part in parts] + ["margin"]
-    laws = orbit_texts(dataset, "design")
+def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the designs of a scene, one per row; None of more than a table has room for."""
+    if dataset.sizes["design"] > MAX_ROWS:
+        return None
+    names = varied(dataset)
+    parts = shown_parts(dataset)[:MOST_QUANTITIES]
+    head = [
+        "design",
+        *(in_brackets(plain_symbol_of(dataset[name]), dataset[name]) for name in names),
+    ]
+    head += [part.label_text(dataset) for part in parts]
+    head += ["margin (%)", "impacts, supports 1 + 2"]
+    struck = struck_texts(dataset)
     rows = [
         [
             str(number),
-            laws[row],
             *(format_number(nominal(dataset, name, row), NOMINAL_DIGITS) for name in names),
-            *(format_number(float(part.of(dataset).values[row]), 5) for part in parts),
-            at_least(float(dataset["law_margin"].values[row]), 2),
+            *(format_number(float(part.of(dataset).values[row]), NOMINAL_DIGITS) for part in parts),
+            margin_text(dataset, row),
+            struck[row],
         ]
         for row, number in enumerate(numbers(dataset))
     ]
     note = (
-        f"Wanted: {wanted_text(dataset)}. Law: (m; p1, p2). Margin: distance to the nearest change of law in shares of "
-        "the ranges, rounded down."
+        "Margin: distance to the nearest change of the law of motion in shares of the ranges, rounded down. Impacts: "
+        "in each forcing period unless it is said."
     )
-    return Table(head, rows, note, left=2, title="Laws and quantities of the designs", scene=scene)
+    widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
+    return Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
 
 
-def with_symbol(values: xr.DataArray, part: Part | None = None) -> str:
-    """Return the head of a column: the name with index, and the unit."""
-    return in_brackets(breakable(part.name) if part else str(values.name), values)
+def margin_text(dataset: xr.Dataset, row: int) -> str:
+    """Write the margin of a design in per cent."""
+    margin = float(dataset["law_margin"].values[row])
+    return at_least(100 * margin, 2) if np.isfinite(margin) else DASH
 
 
 def answers(datasets: Datasets) -> Answers:
@@ -73,27 +94,77 @@ def answers(datasets: Datasets) -> Answers:
 
 def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
-    if int(dataset["design_result"].values[0]) != DesignResult.MET:
-        lead, _, rest = reached_text(dataset).partition("; ")
-        return [Answer(f"{lead}.", f"{rest[:1].upper()}{rest[1:]}.")]
-    found = [makeable(dataset) if has_yield(dataset) else Answer(f"{reached_text(dataset)}.")]
+    if not is_met(dataset).any():
+        return [missed(dataset)]
+    if is_front(dataset):
+        return answers_of_front(dataset)
+    found = [makeable(dataset) if has_yield(dataset) else reached(dataset)]
     # Targets are met: what is bounded or least tells more.
-    parts = sorted(wanted_parts(dataset), key=lambda part: np.isfinite(part.end(dataset, "target")))
-    parts = [part for part in parts if part.variable != "yield"]
-    if parts:
-        words = parts[0].plain_words(dataset)
-        lead = f"The {words} of design 1 is {value_of(dataset, parts[0], 0)}."
+    if parts := shown_parts(dataset):
+        which = "design" if dataset.sizes["design"] == 1 else "best design"
+        lead = f"The {parts[0].words(dataset)} of the {which} is {parts[0].value_text(dataset, 0)}."
         found.append(Answer(lead, nearest_limit_text(dataset)))
-    if (lost := lost_text(dataset)) and has_yield(dataset):
+    if lost := lost_answer(dataset):
         found.append(Answer(lost))
-    elif has_spread(dataset) and (texts := leading(dataset, in_words=True)):
+    elif has_spread(dataset) and (texts := leading(dataset)):
         found.append(Answer(f"Most of the spread of {texts[0]}."))
     return found
 
 
+def missed(dataset: xr.Dataset) -> Answer:
+    """Return by how much the nearest design misses, and why."""
+    miss = format_number(float(dataset["design_miss"].values[0]), 2)
+    reason = DesignResult(int(dataset["design_result"].values[0])).reason
+    rest = f"The nearest misses by {miss} of what is wanted: {reason}."
+    return Answer("No design keeps all that is wanted.", rest)
+
+
+def reached(dataset: xr.Dataset) -> Answer:
+    """Return how many designs keep all that is wanted."""
+    amount = int(is_met(dataset).sum())
+    keep = "keeps" if amount == 1 else "keep"
+    rest = "How many scattered parts do is not known without tolerance or allow."
+    return Answer(f"{count(amount, 'design')} {keep} all that is wanted.", rest)
+
+
+def answers_of_front(dataset: xr.Dataset) -> list[Answer]:
+    """Return what a front says: between which values its ends lie."""
+    found = [makeable(dataset)] if has_yield(dataset) else []
+    for part, _ in ends_of(dataset):
+        ends = " to ".join(part.value_text(dataset, row) for row in (0, -1))
+        found.append(Answer(f"The {part.words(dataset)} goes from {ends} along the front."))
+    return found[:3]
+
+
+def side(datasets: Datasets) -> Side:
+    """Return what is wanted, given and free in the first scene, whose designs are drawn on the page."""
+    dataset = next(iter(datasets.values()))
+    rows = [Row("Goals"), *(Row(goal.words, goal.text) for goal in goals(dataset)), Row("Given")]
+    free = varied(dataset)
+    rows += [
+        Row(plain_symbol_of(dataset[name]), nominal_text(dataset, name, 0))
+        for name in parameter_names(dataset)
+        if name not in free and dataset[name].ndim == 0
+    ]
+    rows.append(Row("Free"))
+    return Side([*rows, *ranges(dataset, free)], has_drawing=False)
+
+
+def ranges(dataset: xr.Dataset, free: list[str]) -> list[Row]:
+    """Return the ranges of varied parameters; equal ones share a row."""
+    texts: dict[str, list[str]] = {}
+    for name in free:
+        if f"{name}_lower" in dataset:
+            ends = (float(dataset[f"{name}_{end}"]) for end in ("lower", "upper"))
+            text = with_units(dataset[name], " … ".join(format_number(end) for end in ends))
+            texts.setdefault(text, []).append(plain_symbol_of(dataset[name]))
+    return [Row(", ".join(symbols), text) for text, symbols in texts.items()]
+
+
 REPORT = ReportPart(
     "Designs",
-    "Which parameters give the wanted motion, and how tight must they be?",
+    "Which parameters give the wanted motion, and how far may they be off?",
     answers,
     tables,
+    side=side,
 )

@@ -2,19 +2,27 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.patches import Patch
+from matplotlib.ticker import MaxNLocator
 
-from vibropipe.figures.style import BLACK, BLUE, NEUTRAL, ORANGE, legend, new_figure, write_centred
-from vibropipe.figures.text import format_number, symbol_of, with_units
+from vibropipe.figures.canvas import WIDE, axes, colour_bar, new_canvas, zero_line
+from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED
+from vibropipe.figures.text import (
+    format_number,
+    plain_symbol_of,
+    sentences,
+    symbol_of,
+    with_units,
+)
 from vibropipe.scenes.design.data import Part, has_spread, spread_parts
 from vibropipe.solve.tolerance import WORST
+from vibropipe.words.wording import series
 
 NO_SPREAD = "No deviations of parameters are given: add tolerance"
 # Quantities of the map beside the wanted ones.
@@ -28,7 +36,10 @@ MAPPED = (
     Part("support_force_max", "support", 2),
     Part("energy_input"),
 )
-SIGNED = "RdBu_r"
+BELOW, ABOVE = METHODS["crude"].colour, EXACT
+# Centimetres: two panels in a line, a bar, and what stands beside and below them.
+PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.3
+ROW, WORDS, SCALE = 0.75, 6.3, 2.1  # of the map: a line, its words, its scale
 
 
 def draw_tornado(dataset: xr.Dataset) -> Figure:
@@ -37,24 +48,14 @@ def draw_tornado(dataset: xr.Dataset) -> Figure:
         return empty(NO_SPREAD)
     best = dataset.isel(design=0)
     parts = spread_parts(dataset)
-    k = best.sizes["parameter"]
-    figure = new_figure(len(parts) * (1.9 + 0.55 * k) + 1.6)
-    axes = figure.subplots(len(parts), 1, squeeze=False)[:, 0]
-    for ax, part in zip(axes, parts, strict=True):
+    high = BAR * best.sizes["parameter"]
+    lines = -(-len(parts) // 2)
+    step = HEAD + high + FOOT
+    figure = new_canvas(lines * step + 0.4)
+    for n, part in enumerate(parts):
+        left = LEFT + (n % 2) * (PANEL + LEFT + 0.1)
+        ax = axes(figure, left, 0.4 + (lines - 1 - n // 2) * step + FOOT, PANEL, high)
         draw_bars(ax, best, part)
-    entries = [
-        Patch(
-            facecolor=ORANGE,
-            edgecolor=BLACK,
-            hatch="////",
-            label=f"parameter {WORST:g} deviations below",
-        ),
-        Patch(facecolor=BLUE, edgecolor=BLACK, label=f"parameter {WORST:g} deviations above"),
-        Line2D(
-            [], [], color=BLACK, marker="|", linestyle="none", markersize=8, label="first order"
-        ),
-    ]
-    legend(figure, entries, "lower")
     return figure
 
 
@@ -62,27 +63,34 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     """Draw the bars of one quantity, the most important parameter on top."""
     moved = part.of(best, "_deviation").transpose("parameter", "side").values
     share = part.of(best, "_contribution").values
-    first = (
-        WORST
-        * np.sqrt(np.nan_to_num(share))
-        * float(part.of(best, "_std").sel(estimate="first_order"))
-    )
-    order = np.argsort(np.abs(moved).max(axis=1), kind="stable")
+    std = float(part.of(best, "_std").sel(estimate="first_order"))
+    first = WORST * np.sqrt(np.nan_to_num(share)) * std
+    order = np.argsort(np.nan_to_num(np.abs(moved)).max(axis=1), kind="stable")
     place = np.arange(order.size)
-    style: dict[str, Any] = {"edgecolor": BLACK, "linewidth": 0.5}
-    ax.barh(place + 0.2, moved[order, 0], height=0.38, color=ORANGE, hatch="////", **style)
-    ax.barh(place - 0.2, moved[order, 1], height=0.38, color=BLUE, **style)
+    style: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.4, "height": 0.36}
+    ax.barh(place + 0.19, moved[order, 0], color=BELOW, hatch="////", **style)
+    ax.barh(place - 0.19, moved[order, 1], color=ABOVE, **style)
     for sign in (-1, 1):
-        ax.plot(sign * first[order], place, "|", color=BLACK, markersize=14, markeredgewidth=1.2)
-    ax.axvline(0.0, color=BLACK, linewidth=0.6)
+        ax.plot(sign * first[order], place, "|", color=INK, markersize=11, markeredgewidth=1.0)
+    zero_line(ax, axis="x")
     names = [str(best["parameter"].values[n]) for n in order]
-    ax.set_yticks(place, [deviation_text(best, name) for name in names])
-    ax.set_xlabel("deviation of " + part.label_text(best))
+    ax.set_yticks(place, [deviation_text(best, name) for name in names], fontsize=8)
+    ax.tick_params(axis="y", length=0)
+    ax.spines["left"].set_visible(False)
+    ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    ax.xaxis.set_major_formatter(lambda value, _: format_number(value, 4))
+    ax.margins(x=0.05)
+    ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))
 
 
 def deviation_text(dataset: xr.Dataset, name: str) -> str:
     """Write a parameter with its standard deviation."""
-    return f"{symbol_of(dataset[name])} ± {with_units(dataset[name], format_number(float(dataset[f'{name}_std']), 2))}"
+    return f"{symbol_of(dataset[name])} ± {std_text(dataset, name)}"
+
+
+def std_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the standard deviation of a parameter with its unit."""
+    return with_units(dataset[name], format_number(float(dataset[f"{name}_std"]), 2))
 
 
 def draw_sensitivities(dataset: xr.Dataset) -> Figure:
@@ -94,28 +102,25 @@ def draw_sensitivities(dataset: xr.Dataset) -> Figure:
     parts = list(dict.fromkeys([*spread_parts(dataset), *held]))
     signed = np.array([shares_of(best, part) for part in parts])
     names = [str(name) for name in best["parameter"].values]
-    figure = new_figure(0.85 * len(parts) + 3.4)
-    ax = figure.subplots()
+    height = ROW * len(parts)
+    figure = new_canvas(height + 1.2)
+    ax = axes(figure, WORDS, 1.0, WIDE - WORDS - SCALE, height)
     image = ax.imshow(signed, cmap=SIGNED, vmin=-1, vmax=1, aspect="auto")
     for row, column in np.ndindex(signed.shape):
         value = signed[row, column]
         text = "–" if np.isnan(value) else f"{100 * value:+.0f} %".replace("-", "−")
-        ax.text(
-            column,
-            row,
-            text,
-            ha="center",
-            va="center",
-            color="white" if abs(value) > 0.6 else BLACK,
-        )
-    ax.set_xticks(range(len(names)), [deviation_text(best, name) for name in names])
-    ax.set_yticks(range(len(parts)), [row_text(best, part) for part in parts])
-    ax.set_xticks(np.arange(len(names) + 1) - 0.5, minor=True)
-    ax.set_yticks(np.arange(len(parts) + 1) - 0.5, minor=True)
-    ax.grid(which="minor", color=NEUTRAL, linewidth=0.8)
+        text = "0 %" if abs(value) < 0.005 else text
+        colour = "white" if abs(value) > 0.6 else INK
+        ax.text(column, row, text, ha="center", va="center", color=colour)
+    few = len(names) <= 4
+    ticks = [deviation_text(best, n) if few else symbol_of(best[n]) for n in names]
+    ax.set_xticks(range(len(names)), ticks, fontsize=8)
+    ax.set_yticks(range(len(parts)), [row_text(best, part) for part in parts], fontsize=8)
     ax.tick_params(which="both", length=0)
-    label = "share of the variance, with the sign\nof the derivative"
-    figure.colorbar(image, ax=ax, aspect=18, pad=0.02, label=label)
+    for side in ax.spines.values():
+        side.set_visible(False)
+    title = "share of the variance, with\nthe sign of the derivative"
+    colour_bar(figure, image, WIDE - SCALE + 0.35, 1.0, 0.3, height, title)
     return figure
 
 
@@ -127,15 +132,71 @@ def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
 
 
 def row_text(best: xr.Dataset, part: Part) -> str:
-    """Write a quantity with its symbol and standard deviation."""
+    """Write a quantity with its standard deviation."""
     std = float(part.of(best, "_std").sel(estimate="first_order"))
     return f"{part.words(best)}\n± {with_units(best[part.variable], format_number(std, 2))}"
 
 
 def empty(text: str) -> Figure:
     """Return a figure that says why there is nothing to show."""
-    figure = new_figure(3.0)
-    ax = figure.subplots()
+    figure = new_canvas(1.2)
+    ax = axes(figure, 0, 0, WIDE, 1.2)
     ax.set_axis_off()
-    write_centred(ax, text)
+    ax.text(0.5, 0.5, text, ha="center", va="center")
     return figure
+
+
+def leading(dataset: xr.Dataset) -> list[str]:
+    """Write, for each wanted quantity, which parameter matters most for its spread."""
+    best = dataset.isel(design=0)
+    texts = []
+    for part in spread_parts(dataset):
+        share = part.of(best, "_contribution")
+        most = int(share.fillna(-1).argmax("parameter"))
+        if float(share[most]) > 0.5:
+            name = plain_symbol_of(best[str(best["parameter"].values[most])])
+            words = f"the {part.words(dataset)}"
+            texts.append(f"{words} comes from {name} ({100 * float(share[most]):.0f} %)")
+    return texts
+
+
+def title_tornado(dataset: xr.Dataset) -> str:
+    """Return the title of the bars: which parameter moves the first quantity most."""
+    if not has_spread(dataset) or not (parts := spread_parts(dataset)):
+        return "What each parameter alone does is not known"
+    best = dataset.isel(design=0)
+    moved = abs(parts[0].of(best, "_deviation")).fillna(0.0).max("side")
+    name = plain_symbol_of(best[str(best["parameter"].values[int(moved.argmax("parameter"))])])
+    title = f"{name} moves the {parts[0].words(dataset)} most"
+    return title if float(moved.max()) > 0 else "No parameter alone moves the wanted quantities"
+
+
+def describe_tornado(dataset: xr.Dataset) -> str:
+    """Return the caption of the bars of each parameter."""
+    if not has_spread(dataset):
+        return sentences(NO_SPREAD)
+    return sentences(
+        "Design 1, marched anew with one parameter alone off by three of its standard deviations (at the axis): light, "
+        "hatched below its value, dark above; ticks: first order"
+    )
+
+
+def title_sensitivities(dataset: xr.Dataset) -> str:
+    """Return the title of the map of shares."""
+    if not has_spread(dataset):
+        return "The shares of the parameters in the spread are not known"
+    return "Share of each parameter in the spread of design 1"
+
+
+def describe_sensitivities(dataset: xr.Dataset) -> str:
+    """Return the caption of the map of shares."""
+    if not has_spread(dataset):
+        return sentences(NO_SPREAD)
+    std = series(
+        f"{plain_symbol_of(dataset[name])} ± {std_text(dataset, name)}"
+        for name in map(str, dataset["parameter"].values)
+    )
+    return sentences(
+        f"Share in the variance of each quantity to first order, for deviations {std}; under a quantity: its standard "
+        "deviation; minus: the quantity falls where the parameter rises"
+    )

@@ -8,16 +8,13 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_least
-from vibropipe.figures.text import format_number, in_brackets, plain_symbol, with_units
+from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
 from vibropipe.report.parts import Answer
-from vibropipe.report.table import DASH, Table, breakable
+from vibropipe.report.table import DASH, Table
 from vibropipe.scenes.design.data import (
-    Part,
-    has_spread,
     has_tolerances,
     has_yield,
     numbers,
-    spread_parts,
     wanted_parts,
 )
 from vibropipe.words.designs import ToleranceResult
@@ -39,17 +36,11 @@ def workshop_texts(dataset: xr.Dataset) -> list[str]:
     if not has_tolerances(dataset):
         return []
     texts = [BOX]
-    results = dataset["tolerance_result"].values
-    for row, number in enumerate(numbers(dataset)):
-        result = ToleranceResult(int(results[row]))
-        if result == ToleranceResult.FOUND:
-            continue
-        reason = result.reason
-        if result == ToleranceResult.ON_BOUND and (bound := nearest_bound(dataset, row)):
-            reason += f" {bound}"
-        texts.append(f"Design {number}, no tolerance: {reason}.")
+    texts += [
+        f"{text}." for row in range(numbers(dataset).size) if (text := no_tolerance(dataset, row))
+    ]
     marked = [
-        f"{series(plain_symbol(name) for name in names)} of design {number}"
+        f"{series(plain_symbol_of(dataset[name]) for name in names)} of design {number}"
         for row, number in enumerate(numbers(dataset))
         if (names := held_too_wide(dataset, row))
     ]
@@ -58,6 +49,17 @@ def workshop_texts(dataset: xr.Dataset) -> list[str]:
             f"{MARK} A tolerance below the given standard deviation, which cannot be held: {'; '.join(marked)}."
         )
     return texts
+
+
+def no_tolerance(dataset: xr.Dataset, row: int) -> str:
+    """Write why a design has no tolerances; empty if it has some."""
+    result = ToleranceResult(int(dataset["tolerance_result"].values[row]))
+    if result == ToleranceResult.FOUND:
+        return ""
+    reason = result.reason
+    if result == ToleranceResult.ON_BOUND and (bound := nearest_bound(dataset, row)):
+        reason += f" {bound}"
+    return f"Design {row + 1} has no tolerance: {reason}"
 
 
 def held_too_wide(dataset: xr.Dataset, row: int) -> list[str]:
@@ -86,40 +88,33 @@ def nearest_bound(dataset: xr.Dataset, row: int) -> str:
         for end, sign in (("lower", ">"), ("upper", "<")):
             limit = part.end(dataset, end)
             if np.isfinite(limit):
-                text = f"{part.name} {sign} {with_units(values, format_number(limit, 6))}"
+                text = f"of the {part.words(dataset)} {sign} {with_units(values, format_number(limit, 6))}"
                 found.append((abs(value - limit) / max(abs(limit), 1e-300), text))
     return min(found)[1] if found else ""
 
 
-def yields_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return the yield and the tolerances of all designs of a scene."""
-    if not has_yield(dataset):
-        return None
+def tolerances_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the tolerances of all designs of a scene; None if none were asked for or there is one design alone."""
     names = toleranced(dataset)
-    head = ["design", "yield", "95 % interval", "deviations to the nearest limit"]
-    head += [in_brackets(f"± {plain_symbol(name)}", dataset[name]) for name in names]
-    rows = []
-    if names:
-        given = [
-            format_number(float(dataset[f"{name}_std"]), 3) if f"{name}_std" in dataset else DASH
-            for name in names
-        ]
-        rows.append([f"{dataset.attrs['scatter']} deviation", DASH, DASH, DASH, *given])
+    if not names or dataset.sizes["design"] == 1:
+        return None
+    head = [
+        "design",
+        *(in_brackets(f"± {plain_symbol_of(dataset[name])}", dataset[name]) for name in names),
+    ]
+    given = [
+        format_number(float(dataset[f"{name}_std"]), 3) if f"{name}_std" in dataset else DASH
+        for name in names
+    ]
+    rows = [[f"{dataset.attrs['scatter']} deviation", *given]]
     for row, number in enumerate(numbers(dataset)):
-        low, high = (float(dataset[f"yield_{end}"].values[row]) for end in ("low", "high"))
         marked = held_too_wide(dataset, row)
-        rows.append(
-            [
-                str(number),
-                percent(float(dataset["yield"].values[row])),
-                f"{percent(low)} … {percent(high, up=True)}",
-                at_least(float(dataset["reliability_index"].values[row]), DIGITS),
-                *(shown_tolerance(dataset, name, row) + MARK * (name in marked) for name in names),
-            ]
-        )
-    note = " ".join([f"Yield: {yield_words(dataset)}. All rounded down.", *workshop_texts(dataset)])
-    title = "Yields and tolerances of all designs" if names else "Yields of all designs"
-    return Table(head, rows, note, title=title, scene=scene)
+        cells = [shown_tolerance(dataset, n, row) + MARK * (n in marked) for n in names]
+        rows.append([str(number), *cells])
+    note = " ".join(["Rounded down.", *workshop_texts(dataset)])
+    return Table(
+        head, rows, note, title="How far the parameters of each design may be off", scene=scene
+    )
 
 
 def yield_words(dataset: xr.Dataset) -> str:
@@ -180,54 +175,33 @@ def nearest_limit_text(dataset: xr.Dataset) -> str:
     )
 
 
+def is_lost(dataset: xr.Dataset) -> np.ndarray:
+    """Return of each design whether it is shown to lose more parts than one that can be made."""
+    lost: np.ndarray = dataset["yield_high"].values < MADE
+    return lost
+
+
 def lost_text(dataset: xr.Dataset) -> str:
     """Write which designs lose how many of their parts; empty if none loses many."""
-    if not has_yield(dataset):
-        return ""
-    lost = np.flatnonzero(dataset["yield_high"].values < MADE)
+    lost = np.flatnonzero(is_lost(dataset)) if has_yield(dataset) else np.empty(0, int)
     if not lost.size:
         return ""
     shares = dataset["yield"].values[lost]
     if lost.size == 1:
-        return f"Design {numbers(dataset)[lost[0]]} loses {percent(1 - shares[0], up=True)} of its parts."
-    which = series(str(number) for number in numbers(dataset)[lost])
+        return f"Design {lost[0] + 1} loses {percent(1 - shares[0], up=True)} of its parts."
     least, most = percent(1 - shares.max()), percent(1 - shares.min(), up=True)
+    last = len(shares) == 2 or (np.diff(lost) > 1).any()
+    which = series(str(n + 1) for n in lost) if last else f"{lost[0] + 1} to {lost[-1] + 1}"
     return f"Designs {which} lose {least.removesuffix(' %')} to {most} of their parts."
 
 
-def parameters_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return how tight each parameter of the first design must be, and what it does to the wanted quantities."""
-    best = dataset.isel(design=0)
-    limited = toleranced(dataset)
-    of_spread = [str(name) for name in dataset["parameter"].values] if has_spread(dataset) else []
-    names = [str(name) for name in dataset.coords if name in limited or name in of_spread]
-    if not names:
-        return None
-    parts = spread_parts(dataset) if of_spread else []
-    head = ["parameter", "nominal", *(["tolerance"] if limited else [])]
-    head += (
-        ["deviation", *(f"share of {breakable(part.name)}" for part in parts)] if of_spread else []
-    )
-    marked = held_too_wide(dataset, 0)
-    rows = []
-    for name in names:
-        cells = [plain_symbol(name), nominal_text(dataset, name, 0)]
-        if limited:
-            text = shown_tolerance(dataset, name, 0) if name in limited else DASH
-            cells.append(plus_minus(dataset, name, text) + MARK * (name in marked))
-        if of_spread:
-            given = float(dataset[f"{name}_std"]) if name in of_spread else np.nan
-            cells.append(plus_minus(dataset, name, format_number(given, 3)))
-            cells += [share_text(best, part, name) for part in parts]
-        rows.append(cells)
-    note = []
-    if of_spread:
-        low, high = (float(best[f"law_change_{end}"]) for end in ("low", "high"))
-        note = [
-            "Deviation: given, one standard deviation. Share: of the variance of a quantity.",
-            f"The law of motion changes in {percent(low)} to {percent(high, up=True)} of the parts.",
-        ]
-    return Table(head, rows, " ".join(note), title="The parameters of design 1", scene=scene)
+def lost_answer(dataset: xr.Dataset) -> str:
+    """Write how many designs lose how many of their parts at most; empty if none loses many."""
+    lost = int(is_lost(dataset).sum()) if has_yield(dataset) else 0
+    if lost < 2:
+        return lost_text(dataset)
+    most = percent(1 - float(dataset["yield"].values.min()), up=True)
+    return f"{lost} designs lose up to {most} of their parts."
 
 
 def nominal_text(dataset: xr.Dataset, name: str, row: int) -> str:
@@ -246,16 +220,3 @@ def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
     value = nominal(dataset, name, row)
     rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
     return at_least(float(dataset[f"{name}_tolerance"].values[row]) - rounding, DIGITS)
-
-
-def plus_minus(dataset: xr.Dataset, name: str, text: str) -> str:
-    """Write a tolerance or a deviation of a parameter with its unit; a dash if there is none."""
-    return DASH if text == DASH else f"± {with_units(dataset[name], text)}"
-
-
-def share_text(best: xr.Dataset, part: Part, name: str) -> str:
-    """Write the share that a parameter has in the variance of a quantity."""
-    if name not in best["parameter"].values:
-        return DASH
-    share = float(part.of(best, "_contribution").sel(parameter=name))
-    return DASH if np.isnan(share) else f"{100 * share:.0f} %"

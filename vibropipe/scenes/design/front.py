@@ -1,0 +1,136 @@
+"""The Pareto front of two quantities over the motions of a sweep of all ranges."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibropipe.figures.canvas import SMALL, axes, new_canvas
+from vibropipe.figures.palette import EXACT, INK, shades
+from vibropipe.figures.style import LINE_MARKERS
+from vibropipe.figures.text import sentences
+from vibropipe.scenes.design.data import (
+    Part,
+    is_met,
+    objectives,
+    part_of,
+    struck_texts,
+    wanted_text,
+)
+from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
+
+# Costs within this share of their spread are the same.
+EQUAL = 1e-6
+HEIGHT = 8.8
+CLOUD = "#9C9C9C"
+
+
+def is_front(dataset: xr.Dataset) -> bool:
+    """Return whether designs are a Pareto front that can be drawn."""
+    return (
+        len(ends_of(dataset)) == 2 and dataset.sizes["design"] > 1 and bool(is_met(dataset).all())
+    )
+
+
+def ends_of(dataset: xr.Dataset) -> list[tuple[Part, float]]:
+    """Return the two quantities of a front with their signs, -1 of one that is to be largest."""
+    found = [(part_of(dataset, text.removeprefix("-")), text) for text in objectives(dataset)]
+    return [(part, -1.0 if text.startswith("-") else 1.0) for part, text in found if part]
+
+
+def swept(dataset: xr.Dataset) -> np.ndarray:
+    """Return both quantities (n, 2) of the motions of the sweep; none where it is not stored."""
+    parts = [part for part, _ in ends_of(dataset)]
+    if any(f"{part.variable}_swept" not in dataset for part in parts):
+        return np.empty((0, 2))
+    return np.column_stack([part.of(dataset, "_swept").values for part in parts])
+
+
+def beating(dataset: xr.Dataset) -> int:
+    """Return how many motions of the sweep are better in both quantities than a design of the front."""
+    signs = np.array([sign for _, sign in ends_of(dataset)])
+    front = signs * np.column_stack([part.of(dataset).values for part, _ in ends_of(dataset)])
+    cloud = signs * swept(dataset)
+    room = EQUAL * np.ptp(front, axis=0)
+    better = (cloud[:, None] < front[None] - room).all(axis=2)
+    return int(better.any(axis=1).sum())
+
+
+def draw_front(dataset: xr.Dataset) -> Figure:
+    """Draw the second quantity over the first: the front, and the motions of the sweep behind it."""
+    if not is_front(dataset):
+        return draw_designs(dataset)
+    (first, _), (second, _) = ends_of(dataset)
+    figure = new_canvas(HEIGHT)
+    ax = axes(figure, 1.5, 1.2, 11.6, HEIGHT - 1.6)
+    cloud = swept(dataset)
+    ax.plot(
+        *cloud.T, ".", color=CLOUD, markersize=2.4, markeredgewidth=0, zorder=0, rasterized=True
+    )
+    x, y = first.of(dataset).values, second.of(dataset).values
+    ax.plot(x, y, color=INK, linewidth=0.6, zorder=1)
+    laws = struck_texts(dataset)
+    kinds = list(dict.fromkeys(laws))
+    for n, (law, colour) in enumerate(zip(kinds, shades(len(kinds)), strict=True)):
+        chosen = np.array([each == law for each in laws])
+        marker = LINE_MARKERS[n % len(LINE_MARKERS)]
+        style: dict[str, Any] = {"color": colour, "markeredgecolor": EXACT, "markeredgewidth": 0.5}
+        ax.plot(x[chosen], y[chosen], marker, markersize=5.0, label=law, **style)
+    number(ax, dataset, x, y)
+    ax.set_xlabel(axis_text(dataset, 0))
+    ax.set_ylabel(axis_text(dataset, 1))
+    ax.margins(0.05)
+    ax.legend(
+        title="impacts in a period,\nsupport 1 + support 2", loc="upper left", fontsize=SMALL,
+        bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, frameon=False, title_fontsize=SMALL, alignment="left",
+    )  # fmt: skip
+    return figure
+
+
+def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
+    """Write the numbers of designs on the side of the front where nothing else can lie."""
+    signs = [sign for _, sign in ends_of(dataset)]
+    places: dict[str, Any] = {
+        "ha": "right" if signs[0] > 0 else "left",
+        "va": "top" if signs[1] > 0 else "bottom",
+    }
+    for n, at in enumerate(zip(x, y, strict=True), start=1):
+        offset = (-3.0 * signs[0], -2.0 * signs[1])
+        ax.annotate(str(n), at, xytext=offset, textcoords="offset points", fontsize=SMALL, **places)
+
+
+def axis_text(dataset: xr.Dataset, which: int) -> str:
+    """Write what an axis shows, and in which direction it is better."""
+    part, sign = ends_of(dataset)[which]
+    text = part.label_text(dataset)
+    return f"← better   {text}" if sign > 0 else f"{text}   better →"
+
+
+def title_front(dataset: xr.Dataset) -> str:
+    """Return the title of the front: whether a motion of the sweep beats it."""
+    if not is_front(dataset):
+        return title_designs(dataset)
+    amount = len(swept(dataset))
+    if not amount:
+        return "What is better in one quantity is worse in the other"
+    if better := beating(dataset):
+        beat = "beats" if better == 1 else "beat"
+        return f"{better:,} of {amount:,} swept motions {beat} a design of the front"
+    return f"None of {amount:,} swept motions beats a design of the front"
+
+
+def describe_front(dataset: xr.Dataset) -> str:
+    """Return the caption of the front."""
+    if not is_front(dataset):
+        return describe_designs(dataset)
+    others = wanted_text(dataset, [part.words(dataset) for part, _ in ends_of(dataset)])
+    dots = "Grey: motions of a grid over the ranges that keep to the bounds"
+    return sentences(
+        f"Wanted: {others}" if others else "",
+        dots if len(swept(dataset)) else "",
+        "Markers: designs, in the order of the first quantity; between them the front is not followed",
+    )

@@ -10,9 +10,11 @@ from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.cli import main
+from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.basins.attractors import distinct_colours, letters_of
 from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure
@@ -186,6 +188,7 @@ def test_picture_of_starts_without_an_attractor():
     assert len(figure.axes) == 1
     assert title_basins(free) == "No motion was found on which the starts settle"
     assert describe_basins(free).endswith("for which no motion was found.")
+    assert "period" not in describe_basins(free)
     assert "slowest" not in describe_basins(free, ("periods_to_attractor",))
     assert tables({"free": free}) == []
     (answer,) = answers({"free": free})["free"]
@@ -228,6 +231,9 @@ def test_a_knock_ends_at_the_end_of_the_map():
     own[1, 5] = False  # at -0.5
     assert reach(v0, own, 0.25) == pytest.approx(0.65)
     assert np.isnan(reach(v0, own, 1.5))
+    # what is beyond the map is not known: no knock of a step is
+    assert np.isnan(reach(v0, np.ones((1, 21), bool), 0.95))
+    assert np.isnan(reach(v0[:1], own[:, :1], v0[0]))
     assert beside(v0, 2.0).size == 0
     assert beside(v0, v0[3]).tolist() == [3]
 
@@ -246,6 +252,24 @@ def test_rest_is_told_only_where_its_neighbours_agree(dataset):
     )
     assert at_rest(exact) == (index, True)
     assert basin_answers(exact)[1].lead == "From rest it settles on A (no impact)."
+
+
+def test_basins_that_share_a_regime_differ_in_lightness():
+    names = ["two_sided_more", "two_sided_more", "no_impact", "two_sided"]
+    colours = distinct_colours(names)
+    assert [colours[0], *colours[2:]] == [
+        REGIME_STYLES[name].colour for name in [names[0], *names[2:]]
+    ]
+    light = sorted(map(lightness, colours))
+    assert np.diff(light).min() >= MIN_STEP
+
+
+def test_many_attractors_have_letters_and_colours_of_their_own(dataset):
+    many = dataset.isel(attractor_id=np.arange(30) % 3).assign_coords(attractor_id=np.arange(30))
+    letters = letters_of(many)
+    assert len(set(letters.values())) == 30
+    assert {"A", "Z", "AA", "AD"} <= set(letters.values())
+    assert len(distinct_colours(["two_sided"] * 7)) == 7
 
 
 def test_table_lists_every_attractor(dataset):

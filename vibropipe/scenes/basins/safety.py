@@ -29,7 +29,7 @@ def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
         ]
         is_orbit = int(dataset["period_multiple"].sel(attractor_id=index)) > 0
         known = at_section and is_orbit and len(knocks) == len(states) > 0
-        found[int(index)] = min(knocks) if known else math.nan
+        found[int(index)] = float(np.min(knocks)) if known else math.nan  # NaN if one is
     return found
 
 
@@ -53,7 +53,8 @@ def beside(values: np.ndarray, value: float) -> np.ndarray:
 def reach(v0: np.ndarray, own: np.ndarray, v: float) -> float:
     """Return the distance from a velocity within which all starts of some columns (columns, v0) are own ones.
 
-    It ends at the last own start before the first other one, and at the nearer end of the map; NaN beyond the map.
+    It ends at the last own start before the first other one, and at the nearer end of the map; NaN beyond the map, and
+    where that end is nearer than a step.
     """
     edge = min(v - v0[0], v0[-1] - v)
     if edge < 0.0:
@@ -61,7 +62,7 @@ def reach(v0: np.ndarray, own: np.ndarray, v: float) -> float:
     distance, is_own = np.abs(v0 - v), own.all(axis=0)
     first = distance[~is_own].min(initial=np.inf)
     if first > edge:
-        return float(edge)
+        return float(edge) if edge >= np.diff(v0).max(initial=0.0) > 0.0 else math.nan
     return float(distance[distance < first].max(initial=0.0))
 
 

@@ -10,7 +10,14 @@ import xarray as xr
 
 from vibropipe.figures.claims import outwards
 from vibropipe.figures.motion_words import amount_text, number_word
-from vibropipe.figures.text import digits, format_number, in_brackets, sentences, with_units
+from vibropipe.figures.text import (
+    digits,
+    format_number,
+    in_brackets,
+    is_forced,
+    sentences,
+    with_units,
+)
 from vibropipe.report.parts import Answer
 from vibropipe.report.table import DASH, Table
 from vibropipe.scenes.basins.attractors import attractor_words, letters_of, named, ordered
@@ -74,6 +81,8 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 
 def start_text(dataset: xr.Dataset) -> str:
     """Write when in the forcing period the motions start."""
+    if not is_forced(dataset):
+        return ""
     phase = float(dataset["start_phase"])
     when = f"{format_number(phase)} of a forcing period" if phase else "the beginning of a period"
     return f" at {when}"
@@ -85,7 +94,8 @@ def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
         return ()
     has_chaos = bool((dataset["period_multiple"] == 0).any())
     dots = " (dots: of a motion that does not repeat)" if has_chaos else ""
-    states = f"White symbols: their states once every forcing period{dots}"
+    often = " once every forcing period" if is_forced(dataset) else ""
+    states = f"White symbols: their states{often}{dots}"
     orbits = dataset.sizes.get("border_orbit", 0)
     if not orbits:
         return (states,)

@@ -8,7 +8,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import Exciter, ParameterError, number_within
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.parameter_error import number_within
 from vibropipe.solve.attractor_families import follow_attractors
 from vibropipe.solve.attractors import (
     STARTS,

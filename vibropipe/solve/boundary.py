@@ -12,7 +12,8 @@ from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
 from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, check_first_harmonic
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary_of_pieces import boundaries_of_pieces, parameters_of
 from vibropipe.solve.branch import KEEP_SYMMETRY, is_symmetric

@@ -13,7 +13,8 @@ from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, effect_names
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, as_float
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch_dataset import branch_dataset, rest_dataset
 from vibropipe.solve.branch_of_pieces import follow_branches_of_pieces, solver_of_pieces

@@ -9,14 +9,9 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import (
-    TWICE_DAMPED,
-    Exciter,
-    ParameterError,
-    Parameters,
-    as_float,
-)
+from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
+from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS

@@ -9,7 +9,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.parameter_error import number_within
 from vibropipe.solve import curve_fit
 from vibropipe.solve.checks import check_whole, with_frequency
 from vibropipe.solve.design.face import check_vary

@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, si_value
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text

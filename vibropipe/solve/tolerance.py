@@ -9,8 +9,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters, number_within
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
+from vibropipe.physics.parameter_error import number_within
 from vibropipe.solve.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.gradient import values_and_jacobian

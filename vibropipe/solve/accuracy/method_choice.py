@@ -14,9 +14,10 @@ import numpy as np
 
 from vibropipe.march.grid import newmark_grid
 from vibropipe.march.log import EVALUATIONS, POLYNOMIALS, STEPS
-from vibropipe.physics.exciter import Exciter, ParameterError, as_float
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
+from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.accuracy.motion_errors import (
     Errors,
     deviation,

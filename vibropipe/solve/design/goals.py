@@ -10,7 +10,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, as_float, number_within
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
 from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import POSITIVE

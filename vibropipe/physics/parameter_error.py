@@ -1,0 +1,71 @@
+"""The error that a parameter or argument raises whose value is not allowed, and the numbers that are."""
+
+from __future__ import annotations
+
+from typing import Any
+
+from vibropipe.words.parameters import PHYSICAL, Range
+from vibropipe.words.units import UnitError, to_si
+
+
+class ParameterError(ValueError):
+    """A parameter or an argument has a value that is not allowed.
+
+    Its text reads "nu: must be a finite number > 0, got -1.0".
+
+    Parameters
+    ----------
+    name : str
+        Name of the parameter or argument.
+    value : Any
+        Its value.
+    allowed : str
+        What it takes, a noun phrase ("a finite number > 0"); `must` if left out.
+    must : str
+        What must hold, a full predicate; "must be <allowed>" if left out.
+    got : str or None
+        The value as the text shows it, "" for not at all; `repr(value)` if left out.
+    """
+
+    def __init__(
+        self, name: str, value: Any, allowed: str = "", must: str = "", got: str | None = None
+    ) -> None:
+        # All arguments go to the base class: a copy sent to another process is built from them.
+        super().__init__(name, value, allowed, must, got)
+        self.name, self.value, self.allowed = name, value, allowed or must
+        self.must = must or f"must be {allowed}"
+        self.got = repr(value) if got is None else got
+
+    def __str__(self) -> str:
+        return f"{self.name}: {self.must}" + (f", got {self.got}" if self.got else "")
+
+
+def as_float(name: str, value: Any, allowed: str) -> float:
+    """Return `value` as a float, or raise a ParameterError naming it; text and booleans are not numbers."""
+    try:
+        if isinstance(value, (str, bytes, bool)):
+            raise TypeError
+        return float(value)
+    except (TypeError, ValueError):
+        raise ParameterError(name, value, allowed) from None
+
+
+def number_within(name: str, value: Any, within: Range) -> float:
+    """Return `value` as a float that lies in a range, or raise a ParameterError naming it."""
+    number = as_float(name, value, within.text)
+    if not within.contains(number):
+        raise ParameterError(name, number, within.text)
+    return number
+
+
+def si_value(name: str, value: Any) -> float:
+    """Return a physical parameter as a number in SI, or raise a ParameterError naming it."""
+    physical = PHYSICAL[name]
+    try:
+        number = to_si(value, physical.dimension, numbers=True)
+    except UnitError as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        raise ParameterError(name, value, error.allowed, got=repr(value) + hint) from None
+    if not physical.range.contains(number):
+        raise ParameterError(name, value, physical.range.text)
+    return number

@@ -126,3 +126,26 @@ def test_multiples_are_those_of_fractions() -> None:
                 assert undamped_multiple(p) == (m, q)
     assert undamped_multiple(vp.Exciter(nu=1.0, f=0.1, l=1.0).parameters()) == (0, 0)
     assert undamped_multiple(vp.Exciter(nu=0.5, h=0.1, l=1.0).parameters()) == (0, 0)
+
+
+@pytest.mark.parametrize("n", [3, 7, 9, 13, 14, 24, 31, 38])
+def test_a_frequency_of_15_or_16_digits_is_that_of_its_fraction(n: int) -> None:
+    """0.1428571428571428 repeated after 5 forcing periods, and 15 digits of 1/7 never."""
+    for nu in (f"{1 / n:.15g}", f"{1 / n:.16g}", str(math.floor(1e16 / n) / 1e16)):
+        p = vp.Exciter(nu=float(nu), f=0.1, l=1.0).parameters()
+        assert undamped_multiple(p) == (1, n)
+
+
+@pytest.mark.parametrize(("nu", "f"), [(1.3106779661016950, 1.0), (2.0, 3.0)])
+def test_a_motion_between_ideal_rigid_supports_is_bounded(nu: float, f: float) -> None:
+    """Its energy grew in the window: at high speed it is far from any resonance (invariant curves confine it)."""
+    row = vp.steady_state(vp.Exciter(l=0.5, nu=nu, f=f))
+    assert int(row.regime) in (Regime.APERIODIC, Regime.UNRESOLVED)
+
+
+def test_the_resonances_of_large_motions() -> None:
+    """A mass hopping on soft ideal support 1: half of its swing takes pi, half pi / sqrt(1 + k1)."""
+    k1 = 3.0
+    for nu, regime in ((2 / (1 + 1 / math.sqrt(1 + k1)), Regime.UNBOUNDED), (1.4, None)):
+        row = vp.steady_state(vp.Exciter(l=1e9, delta=-1e9, nu=nu, f=1.0, k1=k1), outputs=())
+        assert (int(row.regime) == Regime.UNBOUNDED) == (regime is not None)

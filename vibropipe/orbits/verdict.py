@@ -8,11 +8,14 @@ that depends on both, and one that is not chaotic is followed further, until it 
 
 from __future__ import annotations
 
+import math
+
 from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS
 from vibropipe.orbits.recurrence import HISTORY_OFFSET, MAX_LONG_MULTIPLE, MAX_MULTIPLE
 from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.linear import (
+    FREQUENCY_ROUNDING,
     is_resonant,
     settles_without_impact,
     stays_off_supports,
@@ -48,13 +51,52 @@ def has_lossy_impact(p, log) -> bool:
 
 
 @jit
+def _half_swing(stiffness):
+    """Return the time of half a large swing beyond a struck support, in units of pi: 0 beyond a rigid one."""
+    return 1.0 / math.sqrt(1.0 + stiffness) if stiffness > 0.0 else 0.0
+
+
+@jit
+def _is_whole(number) -> bool:
+    """Return whether a number > 0 is whole within rounding, and not 0."""
+    whole = math.floor(number + 0.5)
+    return whole >= 1.0 and abs(number - whole) <= FREQUENCY_ROUNDING * number
+
+
+@jit
+def grows_without_bound(p, log) -> bool:
+    """Return whether a lossless motion that grows is at the resonance of the large motions that it leads to.
+
+    A large motion takes no note of where the supports are: each half of its swing takes pi, or less in a support that
+    it strikes. Its period is then that of the force or of its second harmonic, or several of these. Between two rigid
+    supports there is no resonance.
+
+    Parameters
+    ----------
+    p : Parameters
+    log : Log
+        Contacts of the last period.
+    """
+    if log.counts[IMPACTS] == 0:
+        return is_resonant(p)
+    upper, lower = 1.0, 1.0
+    for i in range(min(log.counts[IMPACTS], log.position.size)):
+        if abs(log.support[i]) == 1:
+            upper = _half_swing(p.k1)
+        else:
+            lower = _half_swing(p.k2)
+    swings = 0.5 * p.nu * (upper + lower)
+    return (p.f != 0.0 and _is_whole(swings)) or (p.f2 != 0.0 and _is_whole(2.0 * swings))
+
+
+@jit
 def classify_aperiodic(p, log, xs, vs, k):
     """Classify a motion without an orbit by the growth of its section over the quarters of the march.
 
     An undamped motion that certainly reaches no support has two frequencies: it is aperiodic. Any other one that grows
     from the second to the last quarter is drifting if damping or lossy impacts bound it. It is unbounded if it grows as
-    fast as before, through lossless impacts or at the resonance of the linear motion; off that it is drifting, since it
-    is a beat. Any other motion is aperiodic.
+    fast as before and is at resonance (`grows_without_bound`); off that it is drifting, since it is a beat. Any other
+    motion is aperiodic.
 
     Parameters
     ----------
@@ -87,8 +129,7 @@ def classify_aperiodic(p, log, xs, vs, k):
         if p.h > 0.0 or has_lossy_impact(p, log):
             return DRIFTING
         if late - middle > GROWTH_PERSISTENCE * (middle - early):
-            is_beat = log.counts[IMPACTS] == 0 and not is_resonant(p)
-            return DRIFTING if is_beat else UNBOUNDED
+            return UNBOUNDED if grows_without_bound(p, log) else DRIFTING
     return APERIODIC
 
 

@@ -18,6 +18,8 @@ MAX_TURNS = 2.0**30
 # Largest number of forcing periods, or of free vibrations, in which an undamped motion is sought to repeat, and of the
 # other; largest rounding of their ratio with which it is known to be whole.
 MAX_COMMENSURABLE, MAX_MULTIPLE, MAX_DOUBT = 10_000, 2.0**20, 1e-4
+# Relative rounding of a frequency with 15 digits, as spreadsheets write it: 1/7 is 0.142857142857143.
+FREQUENCY_ROUNDING = 2.0**-47
 
 
 @jit
@@ -166,7 +168,7 @@ def undamped_multiple(p):
     """Return after how many forcing periods an undamped motion without supports repeats, and how often it swings in it.
 
     Its free part exp(i tau) swings 1/nu times in a forcing period: the motion repeats after m of them if m/nu is whole.
-    It counts as whole if it is so within rounding.
+    It counts as whole if it is so within the rounding of a frequency that is written with 15 digits.
 
     Returns
     -------
@@ -179,7 +181,7 @@ def undamped_multiple(p):
     rate = p.nu if p.nu >= 1.0 else 1.0 / p.nu
     for fewer in range(1, MAX_COMMENSURABLE + 1):
         product = fewer * rate
-        rounding = 2.0**-51 * product
+        rounding = FREQUENCY_ROUNDING * product
         if not (rounding < MAX_DOUBT and product < MAX_MULTIPLE):
             break
         more = math.floor(product + 0.5)

@@ -21,7 +21,7 @@ NUMBERS = st.floats(-1e9, 1e9).filter(lambda value: value == 0.0 or abs(value) >
 
 
 def number(text: str) -> float:
-    mantissa, _, power = text.replace("−", "-").partition(" × 10")
+    mantissa, _, power = text.replace("−", "-").replace(",", "").partition(" × 10")
     superscripts = str.maketrans("⁻⁰¹²³⁴⁵⁶⁷⁸⁹", "-0123456789")
     return float(f"{mantissa}e{power.translate(superscripts)}" if power else mantissa)
 

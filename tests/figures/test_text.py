@@ -27,6 +27,9 @@ from vibropipe.words.wording import count, series
         (-0.035367, "−0.03537"),
         (1.5e-13, "1.5 × 10⁻¹³"),
         (2e10, "2 × 10¹⁰"),
+        (16000.0, "16,000"),
+        (-99994.0, "−99,990"),
+        (123456.0, "1.235 × 10⁵"),
         (float("nan"), "–"),
         (float("-inf"), "−∞"),
     ],
@@ -37,6 +40,8 @@ def test_number(value, text):
 
 def test_number_keeps_the_digits_asked_for():
     assert float(format_number(0.888613761684971, 6)) == 0.888614
+    assert format_number(1058.3, 3) == "1060"
+    assert format_number(12345.67, 7) == "12,345.67"
 
 
 def test_number_has_raised_powers_of_ten():

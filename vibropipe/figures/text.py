@@ -78,12 +78,14 @@ def reasons_text(status: np.ndarray) -> str:
 
 
 def format_number(value: float | str, digits: int = 4) -> str:
-    """Write a number with `digits` significant digits, a true minus sign and powers of ten; text stays.
+    """Write a number with `digits` significant digits, a true minus sign and powers of ten from 10⁵ on; text stays.
 
     >>> format_number(-0.035367)
     '−0.03537'
     >>> format_number(1.5e-13)
     '1.5 × 10⁻¹³'
+    >>> format_number(1058.3, 3)
+    '1060'
     """
     if isinstance(value, str):  # a direction
         return value
@@ -92,6 +94,11 @@ def format_number(value: float | str, digits: int = 4) -> str:
     if math.isinf(value):
         return "∞" if value > 0 else "−∞"
     mantissa, _, exponent = f"{value + 0.0:.{digits}g}".partition("e")
+    if exponent and 0 < int(exponent) < 5:
+        mantissa, exponent = f"{float(f'{mantissa}e{exponent}'):.0f}", ""
+    whole, point, decimals = mantissa.partition(".")
+    if len(whole.lstrip("-")) > 4:
+        mantissa = f"{int(whole):,}{point}{decimals}"
     text = mantissa.replace("-", "−")
     if not exponent:
         return text

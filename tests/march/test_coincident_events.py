@@ -117,7 +117,7 @@ def test_a_force_equal_to_the_spring_force_does_not_release(
     side: int, method: dict[str, Any]
 ) -> None:
     """f equals the spring force exactly: the gap acceleration touches zero once a period from below."""
-    e = exciter(side, l=0.5, delta=-1.0, f=-0.5, R1=0.5)
+    e = exciter(side, l=0.5, delta=-1.0, nu=1.0, f=-0.5, R1=0.5)
     ds = vp.simulate(e, tau_end=40.0, x0=-side * 0.5, **method)
     assert rests_of(ds) == [(0.0, math.inf, 1 if side == 1 else 2)]
     assert ds.impact_tau.size == 0

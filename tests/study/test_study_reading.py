@@ -11,10 +11,13 @@ ALIAS = "must be an alias of an anchor that is complete before it"
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        ("", "must be a mapping with title, description, exciter, physical, scenes, got nothing"),
+        (
+            "",
+            "must be a mapping with title, question, description, answers, table, hero, exciter, physical, units, scenes, got nothing",
+        ),
         (
             "- 1",
-            "must be a mapping with title, description, exciter, physical, scenes, got a list of 1",
+            "must be a mapping with title, question, description, answers, table, hero, exciter, physical, units, scenes, got a list of 1",
         ),
         ("title: [", "must be valid YAML, got a syntax error in line "),
         ("title: a\x00b", "must be valid YAML, got a syntax error ("),

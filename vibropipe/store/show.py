@@ -15,7 +15,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 LETTERS = {
-    "alpha": "α", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
+    "alpha": "α", "beta": "β", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
     "tau": "τ", "lambda": "λ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
     "det": "det", "partial": "∂", "Sigma": "Σ", "chi": "χ",
 }  # fmt: skip

@@ -5,6 +5,7 @@ from study_texts import BASE, faults, study_of
 
 from vibropipe.study import StudyError, load_study, parse_config, parse_study
 
+KEYS = "title, question, description, answers, table, hero, exciter, physical, units, scenes"
 ALIAS = "must be an alias of an anchor that is complete before it"
 
 
@@ -13,11 +14,11 @@ ALIAS = "must be an alias of an anchor that is complete before it"
     [
         (
             "",
-            "must be a mapping with title, question, description, answers, table, hero, exciter, physical, units, scenes, got nothing",
+            f"must be a mapping with {KEYS}, got nothing",
         ),
         (
             "- 1",
-            "must be a mapping with title, question, description, answers, table, hero, exciter, physical, units, scenes, got a list of 1",
+            f"must be a mapping with {KEYS}, got a list of 1",
         ),
         ("title: [", "must be valid YAML, got a syntax error in line "),
         ("title: a\x00b", "must be valid YAML, got a syntax error ("),

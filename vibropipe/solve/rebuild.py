@@ -133,7 +133,7 @@ def unit_of_row(row: xr.Dataset, name: str) -> float:
 def in_units_of(row: xr.Dataset, plain: xr.Dataset) -> xr.Dataset:
     """Return a dataset without units in the units of a row."""
     si = mass_and_stiffness(row)
-    return plain if si is None else shown_in(row).dataset(to_physical(plain, **si))
+    return plain if si is None else shown_in(row).dataset(to_physical(plain, si["m"], si["C"]))
 
 
 def without_units(row: xr.Dataset, name: str, value: float | None = None) -> float:

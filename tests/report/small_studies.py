@@ -1,6 +1,6 @@
 """Small studies of every kind of scene, as users write them: for tests of what any report must keep."""
 
-HEAD = "title: A study of {}\nexciter: {{l: 0.5, f: -1, h: 0.2, R1: 0.7, R2: 0.7}}\n"
+HEAD = "title: A study of {}\nexciter: {{l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}}\n"
 STUDIES = {
     "one_motion": HEAD.format("one motion")
     + """
@@ -14,8 +14,8 @@ description: Two motions, and the response on which they lie.
 scenes:
   rigid_supports: {kind: motion, title: Rigid supports, settle_periods: 100, tau_end: 12.6,
                    outputs: [motion, impacts, harmonics, stability]}
-  soft_supports: {kind: motion, title: Soft supports, exciter: {k1: 200, k2: 200, h1: 3, h2: 3}, settle_periods: 100,
-                  tau_end: 12.6, outputs: [motion, impacts, harmonics, stability]}
+  soft_supports: {kind: motion, title: Soft supports, exciter: {k1: 200, k2: 200, R1: 1, R2: 1, h1: 3, h2: 3},
+                  settle_periods: 100, tau_end: 12.6, outputs: [motion, impacts, harmonics, stability]}
   free: {kind: backbone, title: Free motion, amplitude: {start: 0.01, stop: 1.5, points: 60}}
   response:
     kind: sweep
@@ -94,7 +94,7 @@ scenes:
     "costs": HEAD.format("costs of effects")
     + """
 scenes:
-  costs: {kind: effects, full: plain, motions: {plain: {periods: 4}, no_damping: {exciter: {h: 0}, periods: 4}},
+  costs: {kind: effects, motions: {plain: {periods: 4}, no_damping: {exciter: {h: 0}, periods: 4}},
           repeats: 3}
 """,
 }

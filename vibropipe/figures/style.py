@@ -49,11 +49,6 @@ ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, NEUTRAL = "#7F7F7F", "#D8D8D8"
-# Text on regions of a map and on bands.
-REGION_LABEL: Mapping[str, Any] = {
-    "ha": "center", "va": "center", "fontsize": SMALL_FONT_SIZE,
-    "bbox": {"boxstyle": "round,pad=0.15", "facecolor": "white", "edgecolor": "none", "alpha": 0.85},
-}  # fmt: skip
 EXACT_COLOUR = "#A9D3F2"
 REST_COLOUR = YELLOW
 
@@ -282,9 +277,13 @@ def with_letters(text: str) -> str:
 
     >>> with_letters("$R_1$ of $10^{-3}$")
     '$R₁$ of $10⁻³$'
+    >>> with_letters("$x^-$")
+    '$x⁻$'
     """
     lowered = re.sub(r"_(\d)|_\{(\d+)\}", lambda m: (m[1] or m[2]).translate(LOWERED), text)
-    return re.sub(r"\^(\d)|\^\{([-−]?\d+)\}", lambda m: (m[1] or m[2]).translate(RAISED), lowered)
+    return re.sub(
+        r"\^([\d−-])|\^\{([−-]?\d+)\}", lambda m: (m[1] or m[2]).translate(RAISED), lowered
+    )
 
 
 def freeze_layout(figure: Figure) -> None:

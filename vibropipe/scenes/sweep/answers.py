@@ -289,7 +289,7 @@ def jumps_answer(dataset: xr.Dataset) -> Answer | None:
     where = between_text(line[axis], jump.before, jump.after)
     if len(found) == 1:
         return Answer(f"The first harmonic jumps {where}.")
-    return Answer("The first harmonic jumps in several places.", f"Most it jumps {where}.")
+    return Answer("The first harmonic jumps in several places.", f"The largest jump lies {where}.")
 
 
 def unresolved_answer(dataset: xr.Dataset) -> Answer | None:

@@ -134,7 +134,7 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
         f"The largest jump, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, to no "
         "impact (fold)."
     )
-    assert hardest.lead.startswith("Stable motions strike hardest at ν = ")
+    assert hardest.lead.startswith("Stable motions strike hardest between ν = ")
     assert "on each support" in hardest.rest
     rows = together_table("response", dataset).rows
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())

@@ -147,7 +147,9 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
     side = (main.report.side or side_of)(
-        parts[main] if main.report.side else {labels[n]: d for n, d in datasets.items()}
+        {labels[hero_scene]: parts[main][labels[hero_scene]], **parts[main]}
+        if main.report.side
+        else {labels[n]: d for n, d in datasets.items()}
     )
     return {
         "title": study.title,

@@ -61,11 +61,7 @@ class Part(NamedTuple):
     def words(self, dataset: xr.Dataset) -> str:
         """Return its long name as plain text, with the support or harmonic that it is of."""
         long_name = str(dataset[self.variable].attrs.get("long_name", ""))
-        name = WORDS.get(self.variable, long_name or self.variable.replace("_", " "))
-        if self.dim == "harmonic":
-            return f"{name.removeprefix('harmonic ')} of harmonic {self.label}"
-        at = " at" if self.dim == "support" else ","
-        return f"{name}{at} {self.dim} {self.label}" if self.dim else name
+        return in_words(self.variable, long_name, self.dim, self.label)
 
     def label_text(self, dataset: xr.Dataset) -> str:
         """Return the label of an axis: words and the unit."""
@@ -81,6 +77,15 @@ class Part(NamedTuple):
         if f"{self.variable}_{which}" not in dataset:
             return float("nan")
         return float(self.of(dataset, f"_{which}"))
+
+
+def in_words(variable: str, long_name: str, dim: str = "", label: int = 0) -> str:
+    """Return a quantity in words, with the support or harmonic that it is of."""
+    name = WORDS.get(variable, long_name or variable.replace("_", " "))
+    if dim == "harmonic":
+        return f"{name.removeprefix('harmonic ')} of harmonic {label}"
+    at = " at" if dim == "support" else ","
+    return f"{name}{at} {dim} {label}" if dim else name
 
 
 def wanted_parts(dataset: xr.Dataset) -> list[Part]:

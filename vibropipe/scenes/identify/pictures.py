@@ -2,27 +2,41 @@
 
 from __future__ import annotations
 
+import textwrap
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.style import BLACK, BLUE, GREY, legend, line_style, new_figure
+from vibropipe.figures.canvas import axes, hairlines, new_canvas, note, zero_line
+from vibropipe.figures.claims import at_most
+from vibropipe.figures.palette import EXACT, GREY, INK, METHODS
 from vibropipe.figures.text import (
     axis_label,
     format_number,
-    parameter_line,
-    plain_symbol,
+    in_brackets,
     plain_symbol_of,
     sentences,
     with_units,
 )
+from vibropipe.scenes.design.data import in_words
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.designs import FitResult, FoundResult
 from vibropipe.words.wording import series
 
-PANEL_CM, FRAME_CM = 4.2, 2.6
+# Centimetres: a panel of a quantity and of what is left, what stands below them, between two, at the left.
+PANEL, REST, FOOT, GAP, LEFT = 3.4, 2.6, 1.15, 0.45, 1.8
+WIDTH, NAMED = 13.9, 0.85
+MARKERS = "osD^vPX"
+TITLES = {
+    FitResult.EXPLAINED: "The fit of the {} leaves no more than noise",
+    FitResult.BEYOND_NOISE: "The nearest fit of the {} leaves more than noise",
+    FitResult.CONSTANT: "The {} that was measured tells nothing",
+    FitResult.ABSENT: "The nearest motion lacks some of the {}",
+    FitResult.NOT_JUDGED: "The nearest fit of the {}, whose noise is not known",
+}
 
 
 class Column(NamedTuple):
@@ -30,6 +44,7 @@ class Column(NamedTuple):
 
     name: str
     label: int | None
+    words: str
     measured: xr.DataArray
     fitted: xr.DataArray
     noise: xr.DataArray
@@ -48,7 +63,9 @@ def columns(dataset: xr.Dataset) -> list[Column]:
             parts = [each.sel({inner[0]: label}) if inner else each for each in own]
             if np.isfinite(parts[0].values).any():
                 text = f"{stem}_{label}" if inner else stem
-                found.append(Column(text, label, *parts))
+                long_name = str(own[0].attrs.get("long_name", "")).removeprefix("measured ")
+                words = in_words(stem, long_name, *(inner[0], label) if inner else ())
+                found.append(Column(text, label, words, *parts))
     return found
 
 
@@ -64,15 +81,13 @@ def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
         number, std = float(dataset[name]), float(dataset[f"{name}_std"])
         value = format_number(number, digits_for(number, std))
         if result == FoundResult.UNDETERMINED:
-            texts.append(f"{plain_symbol(name)} not determined")
+            texts.append(f"{plain_symbol_of(dataset[name])} not determined")
         elif result == FoundResult.AT_RANGE:
             texts.append(
                 f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value)}, at an end of its range"
             )
         else:
-            sigma = (
-                f" ± {format_number(float(dataset[f'{name}_std']), 2)}" if with_deviation else ""
-            )
+            sigma = f" ± {at_most(std, 2)}" if with_deviation else ""
             texts.append(
                 f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value + sigma)}"
             )
@@ -96,46 +111,83 @@ def draw_fit(dataset: xr.Dataset) -> Figure:
     """Draw each measured quantity with the fit, and below what is left in standard deviations of the noise."""
     parts, x = columns(dataset), along(dataset)
     order = np.argsort(x.values, kind="stable")
-    figure = new_figure((len(parts) + 1) * PANEL_CM + FRAME_CM)
-    axes = figure.subplots(len(parts) + 1, 1, sharex=True)
-    for n, (ax, part) in enumerate(zip(axes, parts, strict=False)):
-        style = line_style(n)
-        ax.plot(x[order], part.fitted[order], color=BLUE, linewidth=1.2, label="fitted")
+    height = FOOT + REST + len(parts) * (PANEL + GAP) + 0.3
+    figure = new_canvas(height)
+    rest = axes(figure, LEFT, FOOT, WIDTH, REST)
+    draw_rest(rest, parts, x)
+    rest.set_xlabel("phase in forcing periods" if x.name == "phase" else axis_label(x))
+    for n, part in enumerate(parts):
+        bottom = FOOT + REST + GAP + (len(parts) - 1 - n) * (PANEL + GAP)
+        ax = axes(figure, LEFT, bottom, WIDTH, PANEL, sharex=rest)
+        ax.plot(x[order], part.fitted[order], color=EXACT, linewidth=1.0)
         ax.plot(
-            x, part.measured, "o", color=BLACK, markersize=3.5, fillstyle="none", label="measured"
+            x, part.measured, "o", color=INK, markersize=3.4, fillstyle="none", markeredgewidth=0.7
         )
-        ax.set_ylabel(axis_label(part.fitted, part.label, width=26).removeprefix("fitted "))
-        left = (part.measured - part.fitted) / part.noise
-        axes[-1].plot(
-            x, left, "osD^vPX"[n % 7], color=style["color"], markersize=3.5, label=part.name
-        )
-    for level in (-2, 0, 2):
-        axes[-1].axhline(
-            level, color=GREY, linewidth=0.8, linestyle="-" if level == 0 else "--", zorder=0
-        )
-    axes[-1].set_ylabel("misfit in\nstandard deviations")
-    axes[-1].set_xlabel("phase in forcing periods" if x.name == "phase" else axis_label(x))
-    axes[0].set_title(parameter_line(dataset, leave_out=map(str, dataset["parameter"].values)))
-    figure.align_ylabels(axes)
-    entries = axes[0].get_legend_handles_labels()[0]
-    entries += axes[-1].get_legend_handles_labels()[0] if len(parts) > 1 else []
-    legend(figure, entries, "lower")
+        ax.tick_params(labelbottom=False)
+        text = in_brackets(part.words, part.measured)
+        ax.set_ylabel("\n".join(textwrap.wrap(text, 28)))
+        ax.yaxis.set_label_coords(-NAMED / WIDTH, 0.5)
+        hairlines(ax)
+    rest.yaxis.set_label_coords(-NAMED / WIDTH, 0.5)
     return figure
+
+
+def draw_rest(ax: Axes, parts: list[Column], x: xr.DataArray) -> None:
+    """Draw what the fit leaves of each quantity in standard deviations of its noise, with a marker each."""
+    colours = [EXACT, METHODS["rk45"].colour, GREY]
+    for n, part in enumerate(parts):
+        left = (part.measured - part.fitted) / part.noise
+        marker = MARKERS[n % len(MARKERS)]
+        ax.plot(
+            x,
+            left,
+            marker,
+            color=colours[n % 3],
+            markersize=3.4,
+            linestyle="none",
+            label=part.words,
+        )
+    for level in (-2, 2):
+        ax.axhline(level, color=GREY, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
+    zero_line(ax)
+    low, high = ax.get_ylim()
+    ax.set_ylim(min(low, -2.5), max(high, 2.5))
+    ax.set_ylabel("misfit in\nstandard deviations")
+    if len(parts) > 1:
+        ax.legend(
+            loc="lower right", bbox_to_anchor=(1.0, 0.97), ncols=min(len(parts), 3), frameon=False,
+            borderaxespad=0.0, handletextpad=0.2, columnspacing=1.2,
+        )  # fmt: skip
+    elif not np.isfinite(parts[0].fitted.values).any():
+        note(ax, 0.01, 0.95, "the nearest motion has none")
+
+
+def title_fit(dataset: xr.Dataset) -> str:
+    """Return the title of the fit: whether it leaves more than noise."""
+    first = columns(dataset)[0].words
+    return TITLES[FitResult(int(dataset["fit_result"]))].format(first)
+
+
+def noise_text(dataset: xr.Dataset) -> str:
+    """Write the noise of each quantity, and whether it was given."""
+    noise = series(
+        f"{with_units(part.measured, format_number(float(part.noise), 2))} of {part.words}"
+        for part in columns(dataset)
+    )
+    how = "given" if dataset.attrs.get("noise") == "given" else "estimated"
+    return f"{how} noise: {noise}"
 
 
 def describe_fit(dataset: xr.Dataset) -> str:
     """Return the caption of the fit."""
-    noise = series(
-        f"{part.name}: {with_units(part.measured, format_number(float(part.noise), 2))}"
-        for part in columns(dataset)
-    )
     explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
+    text, whose = noise_text(dataset), "found" if explained else "nearest"
     return sentences(
-        "Measured values and those of the parameters found, and below their difference over the standard deviation "
-        "of the noise; dashed: two of them",
-        f"{'Found' if explained else 'Nearest'}: {'; '.join(found_text(dataset, explained))}",
-        f"Noise of {noise}",
+        f"Circles: measured; line: with the parameters that are {whose}; below: measured "
+        "less fitted over the standard deviation of the noise, dashed: two of them",
+        f"{whose.capitalize()}: {'; '.join(found_text(dataset, explained))}",
+        text[0].upper() + text[1:],
     )
 
 
-PICTURES = (Picture("fit", draw_fit, describe_fit),)
+PICTURES = (Picture("fit", draw_fit, describe_fit, titled=title_fit),)

@@ -6,16 +6,18 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.text import format_number, plain_symbol, with_units
-from vibropipe.report.parts import Answer, Answers
+from vibropipe.figures.text import format_number, parameter_names, plain_symbol_of, with_units
+from vibropipe.report.parts import Answer, Answers, Row, Side
 from vibropipe.report.table import DASH, Datasets, Table
-from vibropipe.scenes.identify.pictures import columns, found_text, results
+from vibropipe.scenes.identify.pictures import Column, columns, digits_for, noise_text, results
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult
 from vibropipe.words.wording import series
 
 # Correlation above which two parameters are told apart badly.
 ALIKE = 0.95
+# Parameters whose correlations a table has room for, and scenes beside the exciter.
+MOST_CORRELATIONS, MOST_SCENES = 4, 2
 # A parameter belongs to a direction that is not determined by at least this part of it.
 PART = 0.1
 STATES = {
@@ -41,7 +43,7 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     if blind := undetermined_texts(dataset):
         found.append(Answer(blind[0], " ".join(blind[1:])))
     ended = [
-        plain_symbol(str(name))
+        plain_symbol_of(dataset[str(name)])
         for name, result in zip(dataset["parameter"].values, results(dataset), strict=True)
         if result == FoundResult.AT_RANGE
     ]
@@ -50,34 +52,67 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
         found.append(
             Answer(f"{series(ended)} ended at {whose}, unless nothing beyond is possible.")
         )
-    return found
+    if pairs := alike(dataset):
+        found.append(Answer(f"{pairs[0]} are told apart badly."))
+    if int(dataset["fit_result"]) == FitResult.EXPLAINED:
+        found += [Answer(text) for text in least_and_best_known(dataset)]
+    return found[:3]
 
 
 def verdict(dataset: xr.Dataset) -> Answer:
     """Return whether the measurements are explained, in words and numbers."""
     result = FitResult(int(dataset["fit_result"]))
-    nearest = f"Nearest are {'; '.join(found_text(dataset, with_deviation=False))}."
     if result == FitResult.EXPLAINED:
-        return Answer(
-            f"The measurements are explained within their noise by {'; '.join(found_text(dataset))}.",
-            fit_text(dataset),
-        )
+        lead = "The measurements are explained within their noise."
+        return Answer(lead, fit_text(dataset))
     lead = "The measurements are not explained."
     if result == FitResult.BEYOND_NOISE:
-        return Answer(lead, f"{fit_text(dataset)} {nearest}")
+        return Answer(lead, fit_text(dataset))
     if result == FitResult.CONSTANT:
-        return Answer(lead, f"{constant_text(dataset)} {nearest}")
+        return Answer(lead, constant_text(dataset))
     if result == FitResult.ABSENT:
-        lost = [
-            f"{part.name} at {int((~np.isfinite(part.fitted.values)).sum())} of {part.fitted.size} measurements"
-            for part in columns(dataset)
-            if not np.isfinite(part.fitted.values).all()
-        ]
-        return Answer(lead, f"The nearest motion has no {series(lost)}. {nearest}")
+        lost = max(columns(dataset), key=missing)
+        rest = f"The nearest motion has no {lost.words} at {missing(lost)} of {lost.fitted.size} measurements."
+        return Answer(lead, rest)
     return Answer(
         "Whether the measurements are explained is not known.",
-        f"There are too few of them to estimate their noise: give it. {nearest}",
+        "There are too few of them to estimate their noise: give it.",
     )
+
+
+def missing(part: Column) -> int:
+    """Return at how many measurements the nearest motion has no such quantity."""
+    return int((~np.isfinite(part.fitted.values)).sum())
+
+
+def least_and_best_known(dataset: xr.Dataset) -> list[str]:
+    """Write the parameters that are known least and best, by their standard deviations over their ranges."""
+    shares = {
+        str(name): float(dataset[f"{name}_std"])
+        / float(dataset[f"{name}_upper"] - dataset[f"{name}_lower"])
+        for name, result in zip(dataset["parameter"].values, results(dataset), strict=True)
+        if result == FoundResult.DETERMINED and f"{name}_upper" in dataset
+    }
+    order = sorted(shares, key=lambda name: -shares[name])
+    if len(order) == 1:
+        return [f"{symbol_with_deviation(dataset, order[0])}."]
+    words = {order[0]: "least", order[-1]: "best"} if order else {}
+    return [
+        f"{symbol_with_deviation(dataset, name)} is known {word}, relative to its range."
+        for name, word in words.items()
+    ]
+
+
+def symbol_with_deviation(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter that was found with its symbol and standard deviation."""
+    return f"{plain_symbol_of(dataset[name])} = {with_deviation(dataset, name)}"
+
+
+def with_deviation(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter that was found with its standard deviation and unit."""
+    value, std = float(dataset[name]), float(dataset[f"{name}_std"])
+    text = f"{format_number(value, digits_for(value, std))} ± {at_most(std, 2)}"
+    return with_units(dataset[name], text)
 
 
 def fit_text(dataset: xr.Dataset) -> str:
@@ -87,18 +122,18 @@ def fit_text(dataset: xr.Dataset) -> str:
     text = f"Chi-square per degree of freedom is {at_most(chi)} with the {noise} noise"
     if not np.isfinite(limit):
         return f"{text}, from too few measurements to judge it."
-    return f"{text}; noise alone gives at most {at_most(limit)} in 999 of 1000 cases."
+    return f"{text}; noise alone exceeds {at_most(limit)} in one case of a thousand."
 
 
 def constant_text(dataset: xr.Dataset) -> str:
     """Write which measured values are all the same, or that they are no larger than the noise."""
     same = [
-        part.name
+        part.words
         for part in columns(dataset)
         if np.ptp(part.measured.values[np.isfinite(part.measured)]) == 0
     ]
     if same:
-        return f"All values of {series(same)} are equal, as of a dead sensor."
+        return f"All values of the {series(same)} are equal, as of a dead sensor."
     return "The measured values are no larger than their noise, as of a dead sensor."
 
 
@@ -118,7 +153,7 @@ def undetermined_texts(dataset: xr.Dataset) -> list[str]:
         if not left:
             continue
         told |= {*left}
-        symbols = series(plain_symbol(name) for name in which)
+        symbols = series(plain_symbol_of(dataset[name]) for name in which)
         if len(which) == 1:
             texts.append(f"The measurements do not determine {symbols}.")
         else:
@@ -135,54 +170,90 @@ def correlation(dataset: xr.Dataset) -> np.ndarray:
         return np.asarray(covariance / sigma / sigma[:, None])
 
 
+def alike(dataset: xr.Dataset) -> list[str]:
+    """Write the pairs of parameters that are told apart badly."""
+    names, close = dataset["parameter"].values, np.abs(correlation(dataset)) > ALIKE
+    return [
+        f"{plain_symbol_of(dataset[str(names[i])])} and {plain_symbol_of(dataset[str(names[j])])}"
+        for i, j in np.argwhere(np.triu(close, 1))
+    ]
+
+
 def found_table(scene: str, dataset: xr.Dataset) -> Table:
-    """Return the parameters of a scene, with standard deviations and correlations."""
+    """Return the parameters of a scene, with standard deviations, ranges and correlations."""
     names = [str(name) for name in dataset["parameter"].values]
-    head = [
-        "parameter",
-        "found",
-        "standard deviation",
-        "by the measurements",
-        *(f"correlation with {plain_symbol(n)}" for n in names),
-    ]
-    rows = [
-        [
-            plain_symbol(name),
-            with_units(dataset[name], format_number(float(dataset[name]), 6)),
-            with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2)),
-            STATES[result],
-            *(DASH if np.isnan(value) else f"{value:.2f}" for value in shares),
-        ]
-        for name, result, shares in zip(names, results(dataset), correlation(dataset), strict=True)
-    ]
-    return Table(
-        head, rows, note_text(dataset), title="Parameters nearest to what was measured", scene=scene
-    )
+    shown = names if 1 < len(names) <= MOST_CORRELATIONS else []
+    head = ["parameter", "found", "standard deviation", "range", "by the measurements"]
+    head += [f"with {plain_symbol_of(dataset[name])}" for name in shown]
+    rows = []
+    for name, result, shares in zip(names, results(dataset), correlation(dataset), strict=True):
+        cells = [plain_symbol_of(dataset[name]), value_text(dataset, name)]
+        cells.append(with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2)))
+        cells += [range_text(dataset, name), STATES[result]]
+        texts = [DASH if np.isnan(value) else f"{value:.2f}".replace("-", "−") for value in shares]
+        rows.append([*cells, *(texts if shown else [])])
+    is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
+    title = "The parameters found" if is_found else "The parameters nearest to what was measured"
+    return Table(head, rows, note_text(dataset, bool(shown)), title=title, scene=scene)
 
 
-def note_text(dataset: xr.Dataset) -> str:
-    """Write number and noise of the measurements, what deviations hold for, and what is told apart badly."""
-    noise = series(
-        f"{part.name} {with_units(part.measured, format_number(float(part.noise), 2))}"
-        for part in columns(dataset)
-    )
-    how = "given" if dataset.attrs.get("noise") == "given" else "estimated"
-    text = (
-        f"{dataset.sizes['measurement']} measurements, {how} noise of {noise}. {fit_text(dataset)}"
-    )
+def value_text(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter that was found with the digits that it has."""
+    value, std = float(dataset[name]), float(dataset[f"{name}_std"])
+    return with_units(dataset[name], format_number(value, digits_for(value, std)))
+
+
+def range_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the range in which a parameter was sought."""
+    if f"{name}_lower" not in dataset:
+        return DASH
+    ends = (format_number(float(dataset[f"{name}_{end}"])) for end in ("lower", "upper"))
+    return with_units(dataset[name], " … ".join(ends))
+
+
+def note_text(dataset: xr.Dataset, has_correlations: bool) -> str:
+    """Write number and noise of the measurements, and what deviations and correlations stand for."""
+    text = f"{dataset.sizes['measurement']} measurements, {noise_text(dataset)}."
+    if has_correlations:
+        first = plain_symbol_of(dataset[str(dataset["parameter"].values[0])])
+        text += f" Under “with {first}”: correlation with it."
     if int(dataset["fit_result"]) != FitResult.EXPLAINED:
         text += " Deviations hold only where the misfit is noise, which it is not shown to be."
-    names, alike = dataset["parameter"].values, np.abs(correlation(dataset)) > ALIKE
-    pairs = [
-        f"{plain_symbol(names[i])} and {plain_symbol(names[j])}"
-        for i, j in np.argwhere(np.triu(alike, 1))
-    ]
+    pairs = alike(dataset)
     return text + (f" Told apart badly: {series(pairs)}." if pairs else "")
+
+
+def side(datasets: Datasets) -> Side:
+    """Return what was found in each of the first scenes, and what is given, below the exciter."""
+    rows = []
+    for label, dataset in list(datasets.items())[:MOST_SCENES]:
+        is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
+        head = "Found" if is_found else "Nearest"
+        rows.append(Row(f"{head}: {label}" if len(datasets) > 1 else head))
+        for name, result in zip(
+            map(str, dataset["parameter"].values), results(dataset), strict=True
+        ):
+            if result == FoundResult.UNDETERMINED:
+                rows.append(Row(plain_symbol_of(dataset[name]), "not determined"))
+                continue
+            is_known = is_found and result == FoundResult.DETERMINED
+            text = (with_deviation if is_known else value_text)(dataset, name)
+            rows.append(Row(plain_symbol_of(dataset[name]), text))
+    first = next(iter(datasets.values()))
+    given = [
+        Row(
+            plain_symbol_of(first[name]), with_units(first[name], format_number(float(first[name])))
+        )
+        for name in parameter_names(first)
+        if first[name].ndim == 0 and name not in first["parameter"].values
+    ]
+    return Side([*rows, *([Row("Given"), *given] if given else [])])
 
 
 REPORT = ReportPart(
     "Identification",
-    "Which parameters explain what was measured?",
+    "Which parameters explain what was measured, and how well are they known?",
     answers,
     tables,
+    side=side,
 )

@@ -31,6 +31,7 @@ from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readabl
 CM_PER_INCH = 2.54
 WIDE, HALF, GAP = 16.0, 7.75, 0.5  # a figure, one of two beside each other, between the two
 BODY, SMALL, LETTER = 8.0, 7.0, 9.0  # pt: labels and titles; ticks and notes; letters of panels
+NOTE_CM = 0.38  # of a line of SMALL type
 MIN_TYPE = 6.5  # pt, of anything in a figure
 WHITE_GROUND = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none"}
 MICRO = "\u00b5"
@@ -89,6 +90,17 @@ def note(ax: Axes, x: float, y: float, text: str, **options: Any) -> Text:
     """Write a grey note at a point of the unit square of axes."""
     style = {"color": GREY, "fontsize": SMALL, "transform": ax.transAxes, "ha": "left", "va": "top"}
     return ax.text(x, y, text, **{**style, **options})
+
+
+def note_height(text: str) -> float:
+    """Return the height of a note of one or more lines above a figure."""
+    return NOTE_CM * (1 + text.count("\n")) if text else 0.0
+
+
+def top_note(figure: Figure, text: str, left: float) -> None:
+    """Write a grey note, such as the parameters, above all axes of a figure, `left` from its edge."""
+    wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
+    figure.text(left / wide, 1 - 0.05 / high, text, color=GREY, fontsize=SMALL, va="top")
 
 
 def arrow(

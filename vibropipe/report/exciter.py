@@ -57,6 +57,13 @@ def side_of(datasets: Datasets) -> Side:
     return Side(rows)
 
 
+def side_of_first(datasets: Datasets) -> Side:
+    """Return the parameters and the drawing of the exciter of the first dataset, that of the hero."""
+    label = next(iter(datasets))
+    first = {label: datasets[label]}
+    return Side(side_of(first).rows, drawn=first)
+
+
 def values_text(name: str, datasets: Datasets) -> str:
     """Write the values of a parameter over all datasets with their unit; empty without it or its effect."""
     arrays = [data[name] for data in datasets.values() if name in data.variables]

@@ -108,7 +108,8 @@ class ReportPart:
     methods : callable
         Takes the datasets; returns at most two lines on what is particular to the kind.
     side : callable, optional
-        Takes the datasets; returns what stands beside the answers (default: the exciter with its numbers).
+        Takes the datasets, that of the hero first; returns what stands beside the answers (default: the exciter with
+        its numbers in all scenes).
     rank : int
         The hero is the first picture of the kind with the lowest rank, unless the study chooses it.
     """

@@ -14,10 +14,19 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import LETTER, SMALL, axes, colour_bar, new_canvas, support_bands
+from vibropipe.figures.canvas import (
+    LETTER,
+    SMALL,
+    axes,
+    colour_bar,
+    new_canvas,
+    note_height,
+    support_bands,
+    top_note,
+)
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
-from vibropipe.figures.text import axis_label, is_forced
+from vibropipe.figures.text import axis_label, is_forced, parameter_line
 from vibropipe.scenes.basins.attractors import (
     attractor_words,
     colours_of,
@@ -34,8 +43,8 @@ from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 # Forcing periods from which on only powers of ten are labelled.
 MANY_PERIODS = 30
 MAX_MOTIONS = 4  # that stand beside the map
-LEFT, LOW, GAP = 1.25, 1.05, 0.4  # cm: left of the axes, below them, above them
-MAP_CM, TALL_CM, TIMES_CM = 9.2, 7.6, 4.6
+LEFT, LOW, GAP = 1.25, 1.05, 0.25  # cm: left of the axes, below them, above them
+MAP_CM, TALL_CM, TIMES_CM = 9.2, 7.2, 4.2
 BESIDE, MOTION_CM, SLOT_CM = (
     11.95,
     3.85,
@@ -69,7 +78,9 @@ def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     has_map, has_times = "attractor" in show, "periods_to_attractor" in show
     lower = TIMES_CM + LOW if has_map and has_times else 0.0
     tall = TALL_CM if has_map else TALL_CM - 1.5
-    figure = new_canvas(LOW + lower + tall + GAP)
+    note = parameter_line(dataset)
+    figure = new_canvas(LOW + lower + tall + GAP + note_height(note))
+    top_note(figure, note, LEFT)
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
     if has_map:
         ax = axes(figure, LEFT, LOW + lower, MAP_CM, TALL_CM)

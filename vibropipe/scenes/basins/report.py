@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from vibropipe.report.exciter import side_of_first
 from vibropipe.report.parts import Answers
 from vibropipe.report.table import Datasets, Table
 from vibropipe.scenes.basins.attractors import swept_name
@@ -32,5 +33,6 @@ REPORT = ReportPart(
     "Which start settles on which motion, and how easily is it lost?",
     answers,
     tables,
+    side=side_of_first,
     rank=0,
 )

@@ -9,11 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import axes, label_region, new_canvas, panel
+from vibropipe.figures.canvas import axes, label_region, new_canvas, note_height, panel, top_note
 from vibropipe.figures.map_shapes import cell_edges
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
-from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
+from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, parameter_line, symbol_of
 from vibropipe.scenes.basins.attractors import (
     changes_of,
     colours_of,
@@ -43,9 +43,11 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
         Data of a branch scene along the same parameter, drawn under the amplitudes.
     """
     name = str(swept_name(dataset))
-    figure = new_canvas(10.6)
-    upper = axes(figure, 1.4, 6.0, 14.3, 4.0)
-    lower = axes(figure, 1.4, 1.05, 14.3, 4.2, sharex=upper)
+    note = parameter_line(dataset)
+    figure = new_canvas(10.2 + note_height(note))
+    top_note(figure, note, 1.4)
+    upper = axes(figure, 1.4, 5.8, 14.3, 3.8)
+    lower = axes(figure, 1.4, 1.05, 14.3, 4.0, sharex=upper)
     if branches is not None:
         draw_branches(upper, branches, name)
     if dataset.sizes["attractor_id"]:

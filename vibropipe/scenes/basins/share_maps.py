@@ -7,9 +7,9 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibropipe.figures.canvas import WIDE as CANVAS
-from vibropipe.figures.canvas import axes, new_canvas, panel
+from vibropipe.figures.canvas import axes, new_canvas, note_height, panel, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame
-from vibropipe.figures.text import axis_label, value_text
+from vibropipe.figures.text import axis_label, parameter_line, value_text
 from vibropipe.scenes.basins.attractors import swept_name
 from vibropipe.scenes.basins.basin_map import draw_attractor_map
 from vibropipe.scenes.basins.shares_text import mapped_values
@@ -23,7 +23,10 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
     """Draw the attractor of each start at some values of the parameter."""
     name, chosen = str(swept_name(dataset)), mapped_values(dataset)
     rows = -(-len(chosen) // COLUMNS)
-    figure = new_canvas(LOW + rows * UP)
+    note = parameter_line(dataset)
+    height = LOW + rows * UP + note_height(note)
+    figure = new_canvas(height)
+    top_note(figure, note, LEFT)
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
     for position, index in enumerate(chosen):
         row, column = divmod(position, COLUMNS)
@@ -36,7 +39,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
         is_lowest = position + COLUMNS >= len(chosen)
         ax.tick_params(labelbottom=is_lowest, labelleft=column == 0)
     centre = LEFT + 0.5 * ((min(len(chosen), COLUMNS) - 1) * ACROSS + WIDE)
-    height, middle = LOW + rows * UP, LOW + 0.5 * ((rows - 1) * UP + HIGH)
+    middle = LOW + 0.5 * ((rows - 1) * UP + HIGH)
     figure.text(centre / CANVAS, 0.15 / height, axis_label(dataset["x0"]), ha="center")
     figure.text(0.1 / CANVAS, middle / height, axis_label(dataset["v0"]), rotation=90, va="center")
     return figure

@@ -15,12 +15,12 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame
 from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
 from vibropipe.figures.region_labels import label_regions
 from vibropipe.figures.style import write_centred
-from vibropipe.figures.text import axis_label
+from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.sweep.regions import regions_of
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.vocabulary import FLAGS
@@ -90,7 +90,10 @@ def draw_boundaries(
     """
     whole, dataset = dataset, of_kinds(dataset, show)
     x, y = plane(dataset)
-    figure = new_canvas(LOW + HIGH + TOP)
+    note = parameter_line(whole)
+    height = LOW + HIGH + TOP + note_height(note)
+    figure = new_canvas(height)
+    top_note(figure, note, LEFT)
     ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
     of_axes = regimes if regimes is not None else whole
     for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
@@ -113,7 +116,7 @@ def draw_boundaries(
         write_centred(ax, "No curve is found")
     figure.legend(
         handles=curve_handles(dataset), loc="upper left", ncols=10, borderaxespad=0.1, fontsize=SMALL,
-        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0), handletextpad=0.5, columnspacing=1.2,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / height), handletextpad=0.5, columnspacing=1.2,
     )  # fmt: skip
     return figure
 

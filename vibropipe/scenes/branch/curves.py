@@ -11,10 +11,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, panel, top_note
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
-from vibropipe.figures.text import axis_label, value_text
+from vibropipe.figures.text import axis_label, parameter_line, value_text
 from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
 from vibropipe.scenes.branch.lines import (
     Piece,
@@ -63,7 +63,10 @@ def draw_branches(
     number = max(len(panels), 1)
     high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
     base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
-    figure = new_canvas(base + number * (high + BETWEEN) + TOP)
+    note = parameter_line(dataset)
+    height = base + number * (high + BETWEEN) + TOP + note_height(note)
+    figure = new_canvas(height)
+    top_note(figure, note, LEFT)
     limits = float(dataset[along].min()), float(dataset[along].max())
     drawn = []
     for position, each in enumerate(panels):
@@ -84,9 +87,10 @@ def draw_branches(
         drawn.append(draw_bars(figure, bars, colours, limits, number > 1))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
+    top = (LEFT / WIDE - 0.01, 1.0 - note_height(note) / height)
     figure.legend(
         handles=handles_of(dataset, backbone), loc="upper left", ncols=10, borderaxespad=0.1,
-        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0), handletextpad=0.5, columnspacing=1.2, fontsize=SMALL,
+        bbox_to_anchor=top, handletextpad=0.5, columnspacing=1.2, fontsize=SMALL,
     )  # fmt: skip
     return figure
 

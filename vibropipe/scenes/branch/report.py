@@ -12,6 +12,7 @@ import xarray as xr
 from vibropipe.figures.claims import inwards
 from vibropipe.figures.motion_words import amount_text, number_word
 from vibropipe.figures.text import format_number, in_brackets
+from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Answers
 from vibropipe.report.table import DASH, Datasets, Table
@@ -145,5 +146,6 @@ REPORT = ReportPart(
     "Which orbits are there, stable or not, and where do they change?",
     answers,
     tables,
+    side=side_of_first,
     rank=0,
 )

@@ -2,14 +2,17 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
+import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.scenes.sweep.answers import answers, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.captions import follow_text
 from vibropipe.scenes.sweep.jumps import jumps_of
-from vibropipe.scenes.sweep.regions import share_text
+from vibropipe.scenes.sweep.regions import regions_of, share_text
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -199,6 +202,29 @@ def test_answers_of_a_map_give_shares():
     assert share_text(int(is_struck), dataset["regime"].size) in lead
     assert not any("jumps" in text for text in others)
     assert "rows are unresolved" in others[-1] or "unbounded" in others[-1]
+
+
+@pytest.mark.parametrize("name", ["line", "lines", "columns", "map", "bands"])
+def test_every_number_of_an_answer_is_in_the_data(name, made):
+    """A value or coordinate, an amount of rows, or its share, to a unit of the last digit that is written."""
+    dataset = made[name][1]
+    amounts = [
+        np.unique(codes, return_counts=True)[1]
+        for codes in (dataset["regime"], regions_of(dataset)[0])
+    ]
+    amounts = np.concatenate([*amounts, [dataset["regime"].size]])
+    values = [np.ravel(dataset[each].values).astype(float) for each in dataset.variables]
+    known = np.concatenate([*values, amounts, 100.0 * amounts / dataset["regime"].size])
+    answers_found = sweep_answers(dataset)
+    assert 1 <= len(answers_found) <= 3
+    for answer in answers_found:
+        text = re.sub(r"supports? \d", "", f"{answer.lead} {answer.rest}")
+        numbers = re.findall(r"−?\d+(?:\.\d+)?", text)
+        assert len(numbers) <= 2, text
+        for number in numbers:
+            unit = 10.0 ** -len(number.partition(".")[2])
+            value = float(number.replace("−", "-"))
+            assert np.nanmin(np.abs(known - value)) <= 1.001 * unit, (number, text)
 
 
 def test_shares_have_the_digits_of_their_amounts():

@@ -19,7 +19,7 @@ from vibropipe.scenes.sweep.captions import (
     unresolved_text,
 )
 from vibropipe.scenes.sweep.map_layout import map_axes
-from vibropipe.scenes.sweep.quantities import SIGNED, combinations, series_words
+from vibropipe.scenes.sweep.quantities import SIGNED, combinations, directions, series_words
 from vibropipe.scenes.sweep.quantity_maps import drawn_panels, value_norm
 from vibropipe.scenes.sweep.regime_map import LABELLED, MAX_MAPS
 from vibropipe.scenes.sweep.regions import regions_of
@@ -75,7 +75,7 @@ def points_text(dataset: xr.Dataset) -> str:
     start = str(dataset.attrs.get("start", ""))
     rest = (
         " from the equilibrium without velocity"
-        if start == "x0 = 0, v0 = 0" and "load" not in dataset
+        if start == "x0 = 0, v0 = 0" and "load" not in dataset and not directions(dataset)
         else ""
     )
     return f"Steady state{rest} at {size} points of {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"

@@ -19,6 +19,7 @@ from vibropipe.jobs.drawing import (
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
+from vibropipe.report.own import own_answers, own_table
 from vibropipe.report.parts import MAX_LINES, Answer, Line
 from vibropipe.report.table import Datasets, Table
 from vibropipe.report.unsolved import UNSOLVED_HEADING, unsolved_table
@@ -33,7 +34,6 @@ from vibropipe.store import (
     with_fingerprint,
 )
 from vibropipe.study import Study
-from vibropipe.study.models import ReportTable
 from vibropipe.words.wording import paragraphs
 
 MAX_LABEL = 32  # letters of a scene's title that stands for it in tables and sentences
@@ -142,7 +142,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     hero = next(entry for entry in figures if entry["name"] == hero_name)
     groups = _groups(study, labels, figures, answers, parts, hero)
     if study.table is not None:
-        groups.insert(0, Group(items=[own_table(study.table).as_data()]))
+        groups.insert(0, Group(items=[own_table(**dict(study.table)).as_data()]))
     unsolved = unsolved_table({labels[name]: data for name, data in datasets.items()})
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
@@ -155,7 +155,10 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "title": study.title,
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
         "question": study.question or main.report.asked(parts[main]),
-        "answers": [*unit_answers(study), *(own_answers(study) or answers.pop("", []))],
+        "answers": [
+            *unit_answers(study),
+            *([_answer_data(each) for each in own_answers(study.answers)] or answers.pop("", [])),
+        ],
         "side": {
             "rows": [asdict(row) for row in side.rows],
             "drawing": drawing_of(side.drawn or datasets) if side.has_drawing else None,
@@ -172,19 +175,6 @@ def unit_answers(study: Study) -> list[dict[str, str]]:
     """Return what is odd about the lengths of a study, to stand before its answers; none for nothing."""
     odd = dict.fromkeys(scene.unit_warning() for scene in study.scenes.values())
     return [_answer_data(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
-
-
-def own_answers(study: Study) -> list[dict[str, str]]:
-    """Return the answers that the study itself has, each split after its first sentence."""
-    return [
-        _answer_data(Answer(f"{lead}." if found else lead, rest))
-        for lead, found, rest in (text.partition(". ") for text in study.answers)
-    ]
-
-
-def own_table(table: ReportTable) -> Table:
-    """Return the table that the study itself has."""
-    return Table(table.head, table.rows, table.note, left=len(table.head), title=table.title)
 
 
 def scene_labels(study: Study) -> dict[str, str]:
@@ -240,10 +230,16 @@ def _groups(
 ) -> list[Group]:
     """Return the groups after the hero: those of its scene, then of the other scenes, in the order of the study."""
     drawn = {labels[entry["scene"]] for entry in figures}
-    tables = [table for kind, own in parts.items() for table in _placed(kind, own, drawn)]
+    tables = [
+        table
+        for kind, own in parts.items()
+        for table in _placed(kind, own, drawn)
+        if table.scene in drawn
+    ]
     groups: list[Group] = []
     first = hero["scene"]
-    for scene in sorted(labels, key=lambda name: name != first):
+    scenes = dict.fromkeys([first, *(entry["scene"] for entry in figures)])
+    for scene in scenes:
         label = labels[scene]
         own_tables = [table for table in tables if table.scene == label]
         group = Group(answers=answers.get(label, []))

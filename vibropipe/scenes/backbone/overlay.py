@@ -45,7 +45,7 @@ HEIGHT, BOTTOM, TOP = 9.4, 1.05, 0.75  # cm
 LEFT, WIDTH, SMALL_LEFT, SMALL_WIDTH, GAP = 1.3, 8.95, 11.9, 3.95, 0.45  # cm
 FREE = (
     ("#BDBDBD", 4.0),
-    ("#7A7A7A", 0.9),
+    ("#4A4A4A", 0.9),
 )  # colour and width of the first free motion, and of others
 FAMILIES = (BLUES, ORANGES)
 BREAK, JUMP = (

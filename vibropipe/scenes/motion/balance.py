@@ -2,24 +2,29 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel, zero_line
+from vibropipe.figures.palette import METHODS
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
-from vibropipe.figures.style import BLACK, GREY, SKY, SMALL_FONT_SIZE, YELLOW, legend, new_figure
 from vibropipe.figures.text import (
+    ORDINALS,
     axis_label,
     format_number,
     in_brackets,
-    parameter_line,
+    parameters_text,
     sentences,
     with_units,
 )
 from vibropipe.words.vocabulary import label
 
-HEIGHT_CM = 6.5
+LEFT, BELOW, SPECTRUM = 1.75, 1.0, 6.6  # cm
+FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
     "energy": "from start to end of the motion",
@@ -64,43 +69,55 @@ def draw_energy(dataset: xr.Dataset) -> Figure:
     """Draw the energy fed in, lost and stored as bars, of the motion and of its orbit."""
     forms = [form for form in FORMS if energy_terms(dataset, form)]
     terms = [energy_terms(dataset, form) for form in forms]
-    rows, columns = (len(forms), 1) if max(map(len, terms)) > MAX_BARS else (1, len(forms))
-    figure = new_figure(HEIGHT_CM * rows)
-    axes = figure.subplots(rows, columns, squeeze=False).ravel()
-    for ax, form, bars in zip(axes, forms, terms, strict=True):
+    is_wide = max(map(len, terms)) > MAX_BARS or len(forms) == 1
+    width = WIDE - LEFT - 0.3 if is_wide else (WIDE - 2 * LEFT - 0.3) / 2
+    high, rows = 4.6, len(forms) if is_wide else 1
+    figure = new_canvas(rows * (high + BELOW) + 0.6)
+    for number, (form, bars) in enumerate(zip(forms, terms, strict=True)):
+        row, column = (number, 0) if is_wide else (0, number)
+        bottom = BELOW + (rows - 1 - row) * (high + BELOW + 0.1)
+        ax = axes(figure, LEFT + column * (width + LEFT), bottom, width, high)
         draw_bars(ax, bars)
-        ax.set_title(FORMS[form])
-    for ax in axes[::columns]:
+        panel(ax, "ab"[number] if len(forms) > 1 else "", FORMS[form])
         ax.set_ylabel(in_brackets("energy", terms[0][0][1]))
-    figure.suptitle(parameter_line(dataset))
     return figure
 
 
 def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
     """Draw a bar with its value for each term."""
     values = [value for _, _, value in terms]
-    colours = [SKY if value >= 0 else YELLOW for value in values]
-    hatches = ["" if value >= 0 else "///" for value in values]
-    ax.bar(
-        range(len(terms)),
-        values,
-        color=colours,
-        hatch=hatches,
-        edgecolor=BLACK,
-        linewidth=0.5,
-        width=0.6,
-    )
+    for position, value in enumerate(values):
+        # what is lost is hatched and darker
+        style: dict[str, Any] = (
+            {"color": FED}
+            if value >= 0
+            else {"facecolor": LOST, "edgecolor": "white", "hatch": "////"}
+        )
+        ax.bar(position, value, linewidth=0, width=0.6, **style)
     span = max(map(abs, values), default=1.0) or 1.0
     for position, value in enumerate(values):
         ax.annotate(
             format_number(value, 3), (position, value), (0, 2 if value >= 0 else -2),
             textcoords="offset points", ha="center", va="bottom" if value >= 0 else "top",
-            fontsize=SMALL_FONT_SIZE,
+            fontsize=SMALL,
         )  # fmt: skip
-    ax.axhline(0.0, color=GREY, linewidth=0.6)
+    zero_line(ax)
     ax.set_xticks(range(len(terms)), [text for text, _, _ in terms])
     low = min([0.0, *values])
     ax.set_ylim(low - 0.18 * span * (low < 0), max([0.0, *values]) + 0.18 * span)
+
+
+def energy_title(dataset: xr.Dataset) -> str:
+    """Write which loss takes most of the work of the force; empty without such work."""
+    form = next(form for form in reversed(FORMS) if energy_terms(dataset, form))
+    terms = {text.replace("\n", " "): value for text, _, value in energy_terms(dataset, form)}
+    work = terms.pop(TEXTS["input"].replace("\n", " "), 0.0)
+    losses = {text: -value for text, value in terms.items() if value < 0.0}
+    if work <= 0.0 or not losses:
+        return ""
+    top = max(losses, key=lambda text: losses[text])
+    verb = "take" if top.startswith("impacts") else "takes"
+    return f"{top[0].upper()}{top[1:]} {verb} {100 * losses[top] / work:.3g} % of the work of the force"
 
 
 def describe_energy(dataset: xr.Dataset) -> str:
@@ -110,24 +127,41 @@ def describe_energy(dataset: xr.Dataset) -> str:
         for form, text in FORMS.items()
         if f"{form}_residual" in dataset
     ]
-    return sentences("Energy fed in (positive) and lost (negative)", *texts)
+    return sentences(
+        "Energy fed in (positive) and lost (negative)", *texts, parameters_text(dataset)
+    )
 
 
 def draw_spectra(dataset: xr.Dataset) -> Figure:
     """Draw the harmonic amplitudes of the steady state of a motion over multiples of the forcing frequency."""
     names = [name for name in ("displacement", "velocity") if f"{name}_amplitude" in dataset]
-    figure = new_figure(HEIGHT_CM + 1.0)
-    for ax, name in zip(figure.subplots(1, len(names), squeeze=False)[0], names, strict=True):
+    figure = new_canvas(SPECTRUM)
+    width = (WIDE - LEFT * len(names) - 0.3) / len(names)
+    for number, name in enumerate(names):
+        ax = axes(figure, LEFT + number * (width + LEFT), 1.1, width, SPECTRUM - 1.7)
         draw_spectrum(ax, dataset, name)
         ax.set(xlabel=label("harmonic"), ylabel=axis_label(dataset[f"{name}_amplitude"]))
-    figure.suptitle(parameter_line(dataset))
-    legend(figure, spectrum_handles(dataset), "lower")
+        panel(ax, "ab"[number] if len(names) > 1 else "", name)
+    handles = spectrum_handles(dataset)
+    if len(handles) > 1:
+        figure.axes[-1].legend(handles=handles, loc="upper right")
     return figure
 
 
 def fits_spectrum(dataset: xr.Dataset) -> bool:
     """Return whether a motion has harmonics of its steady state."""
     return "displacement_amplitude" in dataset and "harmonic" in dataset.dims
+
+
+def spectrum_title(dataset: xr.Dataset) -> str:
+    """Write which harmonic of the displacement is the largest, and how large; empty without an orbit."""
+    amplitude = dataset["displacement_amplitude"]
+    if not np.isfinite(amplitude).any():
+        return ""
+    order = int(np.nanargmax(amplitude.values))
+    words = f"The {ORDINALS[order]} harmonic" if order < len(ORDINALS) else f"Harmonic {order + 1}"
+    size = with_units(amplitude, format_number(float(amplitude.values[order])))
+    return f"{words} of the displacement is the largest, {size}"
 
 
 def describe_spectra(dataset: xr.Dataset) -> str:
@@ -143,4 +177,5 @@ def describe_spectra(dataset: xr.Dataset) -> str:
     return sentences(
         "Amplitudes of the harmonics of the steady state",
         f"The constant part of the displacement is {mean}; its largest harmonic is number {number}, {largest}",
+        parameters_text(dataset),
     )

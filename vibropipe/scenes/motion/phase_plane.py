@@ -8,9 +8,18 @@ from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import axes, new_canvas, panel
+from vibropipe.figures.claims import at_most
 from vibropipe.figures.phase_plane import draw_points, draw_walls, walls_of
 from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, keep_zero_scale
-from vibropipe.figures.text import axis_label, clock, parameters_text, sentences
+from vibropipe.figures.text import (
+    axis_label,
+    clock,
+    format_number,
+    is_forced,
+    parameters_text,
+    sentences,
+    with_units,
+)
 from vibropipe.scenes.motion.curves import forcing_period
 from vibropipe.scenes.motion.panels import draw_plane, impacts_of, limits_of, window
 from vibropipe.words.vocabulary import label
@@ -83,6 +92,32 @@ def draw_section(dataset: xr.Dataset) -> Figure:
     ax.set(xlim=(0, 1), xlabel=label("impact_phase"), ylabel=text)
     panel(ax, "b" if is_sampled else "", "impacts")
     return figure
+
+
+def portrait_title(dataset: xr.Dataset) -> str:
+    """Write how fast the mass is, and whether its path repeats."""
+    velocity = dataset["velocity"]
+    fastest = with_units(velocity, at_most(float(np.abs(velocity.values).max()), 4))
+    text = f"In the phase plane the mass is no faster than {fastest}"
+    multiple = int(dataset["period_multiple"]) if "period_multiple" in dataset else 0
+    if multiple and is_forced(dataset):
+        return f"{text} and repeats after {count(multiple, 'forcing period')}"
+    return text
+
+
+def section_title(dataset: xr.Dataset) -> str:
+    """Write how hard the mass strikes at most, and in which part of the forcing period."""
+    impacts = impacts_of(dataset)
+    if not impacts.time.size:
+        return "The mass strikes no support, and its states are seen once per forcing period"
+    phase = np.mod(turns(dataset, impacts.time), 1.0)
+    top = int(np.abs(impacts.before).argmax())
+    speed = with_units(
+        dataset["impact_velocity"], format_number(abs(float(impacts.before[top])), 4)
+    )
+    return (
+        f"The hardest impact, {speed}, comes {phase[top]:.2f} of a forcing period after its start"
+    )
 
 
 def describe_portrait(dataset: xr.Dataset) -> str:

@@ -14,8 +14,10 @@ from vibropipe.scenes.motion.balance import (
     describe_spectra,
     draw_energy,
     draw_spectra,
+    energy_title,
     fits_energy,
     fits_spectrum,
+    spectrum_title,
 )
 from vibropipe.scenes.motion.captions import (
     describe_impacts,
@@ -32,6 +34,8 @@ from vibropipe.scenes.motion.phase_plane import (
     draw_phase_portrait,
     draw_section,
     fits_section,
+    portrait_title,
+    section_title,
 )
 from vibropipe.scenes.motion.together import draw_together
 
@@ -88,8 +92,9 @@ PICTURES = (
         lambda dataset, **others: describe_portrait(dataset),
         is_sampled,
         keywords,
+        lambda dataset, **others: portrait_title(dataset),
     ),
-    Picture("section", draw_section, describe_section, fits_section),
-    Picture("spectrum", draw_spectra, describe_spectra, fits_spectrum),
-    Picture("energy", draw_energy, describe_energy, fits_energy),
+    Picture("section", draw_section, describe_section, fits_section, titled=section_title),
+    Picture("spectrum", draw_spectra, describe_spectra, fits_spectrum, titled=spectrum_title),
+    Picture("energy", draw_energy, describe_energy, fits_energy, titled=energy_title),
 )

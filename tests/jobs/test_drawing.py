@@ -9,7 +9,14 @@ from figures.sample_datasets import Scene, motion, sweep
 
 from vibropipe.compiler.sources import PACKAGE
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.drawing import DRAWN, _files, figure_names, remove_unchosen, scenes_drawn
+from vibropipe.jobs.drawing import (
+    DRAWN,
+    _files,
+    figure_names,
+    figures_of,
+    remove_unchosen,
+    scenes_drawn,
+)
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import study_of_text
 
@@ -108,3 +115,18 @@ scenes:
 def test_the_hash_covers_what_fills_the_pages():
     files = {path.name for entry in DRAWN for path in _files(PACKAGE / entry)}
     assert {"template.typ", "reporting.py", "partial_report.py", "exciter.py", "claims.py"} <= files
+
+
+def test_scenes_that_others_draw_have_no_picture_of_their_own():
+    text = """
+title: One
+exciter: {l: 0.5, nu: 1, f: -1}
+scenes:
+  a: {kind: motion, figure: {together: [b, c, d]}}
+  b: {kind: motion}
+  c: {kind: motion, figure: {pictures: [portrait]}}
+  d: {kind: motion, figure: {together: [b]}}
+"""
+    study = study_of_text(text, "mine")
+    assert list(figures_of(study)) == ["a", "c", "d"]
+    assert scenes_drawn(study, study.scenes["d"]) == ["b", "d"]

@@ -509,3 +509,45 @@ def test_hero_and_question(keys, told, tmp_path):
 )
 def test_a_hero_that_is_drawn_is_accepted(keys, tmp_path):
     assert study_of(f"question: Why?\n{keys}\n{HERO}", tmp_path).question == "Why?"
+
+
+TOGETHER = """title: One
+exciter: {l: 0.5, nu: 1, f: -1}
+scenes:
+  a: {kind: motion, figure: {together: [b]}}
+  b: {kind: motion}
+  c: {kind: motion, outputs: [impacts]}
+  free: {kind: backbone, amplitude: [0.1, 0.6], figure: {together: [line]}}
+  line: {kind: sweep, over: {nu: [0.5, 1], f: [0.1, 0.2]}}
+  wide: {kind: sweep, over: {nu: [0.5, 1], f: [0.1, 0.2], h: [0.1, 0.2]}}
+  law: {kind: backbone, delta_over_l: [0], tau_bar: [1, 2]}
+"""
+
+
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("[b]", "[c]"), "scenes.a.figure.together[0]: must be another motion with samples (b), got 'c'"),
+        (("[b]", "[a]"), "scenes.a.figure.together[0]: must be another motion with samples (b), got 'a'"),
+        (("[line]", "[wide]"), "scenes.free.figure.together[0]: must be a backbone over amplitude, or a sweep of the "
+         "frequency and at most one more parameter, with harmonics (line), got 'wide'"),
+        (("tau_bar: [1, 2]", "tau_bar: [1, 2], figure: {together: [free]}"),
+         "scenes.law.figure.together: must be left out unless the scene runs over amplitude, got free"),
+        (("samples", "samples"), ""),
+        (("title: One", "title: One\nhero: {scene: b}"), "hero.scene: must name a scene with a picture of its own, not "
+         "one that another draws together with itself, got 'b'"),
+        (("title: One", "title: One\ntable: {title: T, head: [a, b], rows: [[x]]}"),
+         "table.rows[0]: must have a text for each of the 2 columns, got 1 text"),
+        (("title: One", f"title: One\nanswers: [{'a' * 251}]"),
+         "answers[0]: must be one line of text, at most 250 characters, got"),
+    ],
+)  # fmt: skip
+def test_what_is_drawn_together_and_told_fits(change, told, tmp_path):
+    text = TOGETHER.replace(*change)
+    if not told:
+        study = study_of(text, tmp_path)
+        assert study.scenes["a"].figure.shown_scenes() == ("b",)
+        return
+    assert [line for line in faults(text, tmp_path) if line.startswith(told)], faults(
+        text, tmp_path
+    )

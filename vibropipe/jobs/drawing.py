@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING
 
 from vibropipe.compiler.sources import PACKAGE
 from vibropipe.figures.units import display_units
-from vibropipe.scenes.keys.base import BaseScene
+from vibropipe.scenes.keys.base import BaseScene, drawn_by_others
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import read_scenes, seal_of
 from vibropipe.study import Study, canonical_text
@@ -32,13 +32,13 @@ def figure_names(scene: BaseScene) -> list[str]:
 def figures_of(study: Study) -> dict[str, BaseScene]:
     """Return the scene of each figure of a study by the figure's name.
 
-    A scene that another draws together with itself has none, unless it chooses pictures or draws others itself.
+    Scenes that others draw have none (`drawn_by_others`).
     """
-    shown = {name for scene in study.scenes.values() for name in scene.figure.drawn_together()}
+    left_out = drawn_by_others(study.scenes)
     return {
         figure: scene
-        for scene in study.scenes.values()
-        if scene.name not in shown or scene.figure.chosen() or scene.figure.drawn_together()
+        for name, scene in study.scenes.items()
+        if name not in left_out
         for figure in figure_names(scene)
     }
 

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Iterator
 from dataclasses import replace
 
+from vibropipe.scenes.keys.base import drawn_by_others
 from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study.models import Hero, ReportTable, Study
@@ -62,6 +63,10 @@ def _check_hero(study: Study, hero: Hero, faulty: Collection[str]) -> Iterator[P
         allowed = f"a scene of the study ({', '.join(study.scenes)})"
         hint = did_you_mean(hero.scene, study.scenes)
         yield Problem(("hero", "scene"), repr(hero.scene), allowed, hint)
+        return
+    if hero.scene in drawn_by_others(study.scenes):
+        must = "must name a scene with a picture of its own, not one that another draws together with itself"
+        yield Problem(("hero", "scene"), repr(hero.scene), must=must)
         return
     drawn = study.scenes[hero.scene].figure.chosen()
     if hero.picture is not None and hero.picture not in drawn:

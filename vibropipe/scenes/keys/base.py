@@ -5,6 +5,7 @@ from __future__ import annotations
 import hashlib
 import json
 import math
+from collections.abc import Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar
 
 import numpy as np
@@ -197,3 +198,16 @@ def resolved_start(start: dict[str, Any], values: dict[str, Any]) -> dict[str, A
     is_equilibrium = start["x0"] is None and largest_start(values, None) == 0.0
     at_zero = is_equilibrium and not np.any(values.get("load", 0.0))
     return {**start, "x0": 0.0} if at_zero else start
+
+
+def drawn_by_others(scenes: Mapping[str, Any]) -> set[str]:
+    """Return the scenes of a study that have no picture of their own.
+
+    Another scene draws them together with itself, and they neither choose pictures nor draw others.
+    """
+    shown = {name for scene in scenes.values() for name in scene.figure.drawn_together()}
+    return {
+        name
+        for name, scene in scenes.items()
+        if name in shown and not scene.figure.chosen() and not scene.figure.drawn_together()
+    }

@@ -10,12 +10,20 @@ scenes:
 """,
     "motions_and_response": HEAD.format("motions and a response")
     + """
-description: Two motions, and the response on which they lie.
+description: Motions side by side and alone, and the response on which they lie.
 scenes:
   rigid_supports: {kind: motion, title: Rigid supports, settle_periods: 100, tau_end: 12.6,
+                   figure: {together: [soft_supports, with_friction]},
                    outputs: [motion, impacts, harmonics, stability]}
   soft_supports: {kind: motion, title: Soft supports, exciter: {k1: 200, k2: 200, R1: 1, R2: 1, h1: 3, h2: 3},
                   settle_periods: 100, tau_end: 12.6, outputs: [motion, impacts, harmonics, stability]}
+  with_friction: {kind: motion, exciter: {friction: 0.15}, settle_periods: 60, tau_end: 12.6,
+                  outputs: [motion, impacts, harmonics, stability]}
+  at_rest_at_times: {kind: motion, exciter: {nu: 0.4, f: 0.8, h: 0.15, R1: 0.3, R2: 0.3}, settle_periods: 20,
+                     tau_end: 31.5, outputs: [motion, impacts, harmonics, stability]}
+  without_a_period: {kind: motion, exciter: {nu: 0.79, f: 1.67, h: 0.1, delta: 0.1, R1: 0.8, R2: 0.8},
+                     settle_periods: 20, tau_end: 60, outputs: [motion, impacts, harmonics, stability, lyapunov],
+                     figure: {pictures: [panels, section, portrait]}}
   free: {kind: backbone, title: Free motion, amplitude: {start: 0.01, stop: 1.5, points: 60}}
   response:
     kind: sweep

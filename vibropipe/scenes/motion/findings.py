@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 
 import numpy as np
@@ -42,13 +43,15 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
         text = seen_text(dataset).partition(",")[0].partition(";")[0]
         return Answer(f"{text} in the record.") if text else None
     tail = []
+    text = orbit_text(dataset)
+    has_room = len(re.findall(r"\d+ (?:times|forcing)", text)) < 2  # of two numbers in an answer
     if word := stability_text(dataset):
         tail.append(f"The motion is {word}")
-    if (mean := mean_text(dataset)) is not None:
+    if has_room and (mean := mean_text(dataset)) is not None:
         tail.append(
             f"its mean displacement is {mean}" if tail else f"Its mean displacement is {mean}"
         )
-    return Answer(f"{orbit_text(dataset)}.", f"{series(tail)}." if tail else "")
+    return Answer(f"{text}.", f"{series(tail)}." if tail else "")
 
 
 def orbit_text(dataset: xr.Dataset) -> str:

@@ -14,6 +14,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
+from vibropipe.figures.line_breaks import in_lines
 from vibropipe.figures.units import unit_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import PARAMETERS
@@ -51,9 +52,6 @@ NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
 NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
-LINE_DIGITS = (
-    95  # width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm
-)
 # Plain symbols of quantities of a physical dataset that have another name than without units.
 PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
 CYCLES = "/2π"
@@ -84,8 +82,6 @@ def format_number(value: float | str, digits: int = 4) -> str:
     '−0.03537'
     >>> format_number(1.5e-13)
     '1.5 × 10⁻¹³'
-    >>> format_number(1058.3, 3)
-    '1060'
     """
     if isinstance(value, str):  # a direction
         return value
@@ -289,29 +285,6 @@ def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     return ", ".join(
         plain_value(dataset[n]) for n in scalar_parameters(dataset) if n not in left_out
     )
-
-
-def in_lines(parts: list[str]) -> str:
-    """Join texts by commas, in as few lines of at most LINE_DIGITS as they need, all about as long."""
-    ends = np.cumsum([width_in_digits(f"{part},  ") for part in parts])
-    for amount in range(1, len(parts) + 1):
-        middles = ends - np.diff(ends, prepend=0) / 2
-        line_of = (amount * middles / ends[-1]).astype(int)
-        lines = [
-            ",  ".join(part for part, n in zip(parts, line_of, strict=True) if n == line)
-            for line in dict.fromkeys(line_of.tolist())
-        ]
-        if max(map(width_in_digits, lines)) <= LINE_DIGITS:
-            break
-    return ",\n".join(lines) if parts else ""
-
-
-def width_in_digits(text: str) -> float:
-    """Return about how wide a mathtext is, in digits: spaces and points are narrow, capitals and signs are wide."""
-    shown = re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text))
-    narrow = sum(letter in " ,.·/" for letter in shown)
-    wide = sum(letter.isupper() or letter in "=−" for letter in shown)
-    return len(shown) - 0.5 * narrow + 0.4 * wide
 
 
 def sentences(*parts: str) -> str:

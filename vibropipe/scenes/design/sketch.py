@@ -11,10 +11,10 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from vibropipe.figures.canvas import SMALL, WIDE, arrow, axes, new_canvas
+from vibropipe.figures.line_breaks import in_lines
 from vibropipe.figures.palette import BAND, FAILED, GREY, INK, SUPPORT_TEXT
 from vibropipe.figures.text import (
     format_number,
-    in_lines,
     parameter_names,
     sentences,
     symbol_of,

@@ -21,7 +21,12 @@ from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.plan import plan
 from vibropipe.scenes.basins.report import answers, tables
 from vibropipe.scenes.basins.safety import at_rest, beside, knocks_of, reach, states_of, step_of
-from vibropipe.scenes.basins.text import basin_answers, describe_basins, title_basins
+from vibropipe.scenes.basins.text import (
+    basin_answers,
+    describe_basins,
+    knock_text,
+    title_basins,
+)
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, write
@@ -203,6 +208,13 @@ def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
     assert rest.lead == "Next to rest, the starts of the map lead to A (no impact)."
     assert f"{100 * float(dataset.border.mean()):.1f}\u00a0%" in rest.rest
     assert knock.lead == "Motion C is lost most easily."
+    assert knock.rest.startswith("Beside its states, the map (steps of 0.103 in velocity)")
+    others = dataset.isel(attractor_id=[0, 1])
+    least = min(knocks_of(others).values())
+    assert least > step_of(dataset)
+    text = f"By the map, it survives knocks up to at least {knock_text(least, step_of(dataset))} in velocity"
+    assert basin_answers(others)[2].rest.startswith(text)
+    assert float(knock_text(least, step_of(dataset))) <= least
 
 
 def test_all_starts_within_a_knock_lead_back(dataset):

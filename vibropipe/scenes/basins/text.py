@@ -166,7 +166,7 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
         rest = f"Beside its states, the map (steps of {step} in velocity) has starts that settle elsewhere."
         return [Answer(lead, rest)]
     knock = with_units(speed, knock_text(knocks[index], step_of(dataset)))
-    rest = f"By the map, a knock of at least {knock} in velocity leads back (steps of {step})."
+    rest = f"By the map, it survives knocks up to at least {knock} in velocity (steps of {step})."
     return [Answer(lead, rest)]
 
 

@@ -174,7 +174,7 @@ def test_the_front_is_drawn(tmp_path):
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):
-    designs, tight = (table.as_data() for table in tables({"shifted": dataset}))
+    designs, tight, _ = (table.as_data() for table in tables({"shifted": dataset}))
     assert len(designs["rows"]) == dataset.sizes["design"]
     # All designs have tolerances; the first line has the deviations.
     assert tight["head"][1:] == ["± ν", "± f", "± h", "± l", "± δ", "± R₁", "± R₂"]
@@ -186,6 +186,16 @@ def test_the_table_tells_the_workshop_how_tight(dataset):
     assert "standard deviations away" in best.rest
     assert spread.lead.startswith("Most of the spread of ")
     assert verdicts(dataset)[0] == "can be made"
+
+
+def test_design_1_is_shown_in_units(dataset):
+    table = tables({"shifted": dataset})[2].as_data()
+    assert table["title"] == "Design 1 in units, for an exciter of l = 8 mm at 9 Hz"
+    best = dataset.isel(design=0)  # l = 0.5, nu = 1
+    p = 2 * np.pi * 9
+    scaled = [16 * float(best.delta), 0.016 * p * float(best.impact_velocity_max[0])]
+    found = [float(table["rows"][0][k].replace("−", "-")) for k in (2, 3)]
+    assert found == pytest.approx(scaled, rel=1e-3)
 
 
 def test_a_tolerance_below_the_given_deviation_is_marked(dataset):

@@ -46,6 +46,8 @@ LINE, LOW_LINE, FOOT = 0.5, 0.42, 0.8
 FEW = 8  # designs that stand in lines of full height
 HEAD_LINE, NOTE = 0.34, 0.4
 NUMBER, COLUMN, STRUCK, YIELD, VERDICT, GAP = 0.8, 1.25, 1.5, 1.7, 2.2, 0.45
+NEAREST = 1e-4  # of the ranges: nearer changes of the law are not told apart
+LONG = 1.2  # more for impacts in several periods
 MOST_PARAMETERS, MOST_PANELS, NARROWEST = 5, 3, 1.7
 KEPT = "\u00a0"
 LETTERS = 6.6  # of a head in a centimetre
@@ -61,11 +63,8 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
     """Draw a line for each design: parameters, wanted quantities with their bounds, yield and verdict."""
     n, names = dataset.sizes["design"], varied(dataset)[:MOST_PARAMETERS]
     height = line_of(n) * n
-    right = WIDE - VERDICT * any(verdicts(dataset))
-    struck = NUMBER + COLUMN * len(names) + STRUCK
-    left = struck + GAP
-    end = right - (YIELD + GAP) * has_yield(dataset)
-    shown = places(dataset, left, end)
+    struck, end, right = columns(dataset)
+    shown = places(dataset, struck + GAP, end)
     lines = max([len(in_width(part.label_text(dataset), width)) for part, _, width in shown] or [1])
     figure = new_canvas(HEAD_LINE * lines + NOTE + 0.15 + height + FOOT)
     text = axes(figure, 0, FOOT, WIDE, height)
@@ -85,7 +84,7 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
             text.text(x, row + 0.5, value, ha="right", va="center")
     head(text, struck, "impacts\nat 1 + 2", "right")
     for row, words in enumerate(struck_texts(dataset)):
-        text.text(struck, row + 0.5, words.replace(" in ", "\nin "), ha="right", va="center")
+        text.text(struck, row + 0.5, words, ha="right", va="center")
     if any(verdicts(dataset)):
         draw_verdicts(text, dataset, right + 0.1)
     if has_yield(dataset):
@@ -93,6 +92,15 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
     for part, x, width in shown:
         draw_part(axes(figure, x, FOOT, width, height), dataset, part)
     return figure
+
+
+def columns(dataset: xr.Dataset) -> tuple[float, float, float]:
+    """Return where the columns of impacts and of quantities end, and where the verdicts begin."""
+    texts = struck_texts(dataset)
+    names = varied(dataset)[:MOST_PARAMETERS]
+    struck = NUMBER + COLUMN * len(names) + STRUCK + LONG * any(" in " in text for text in texts)
+    right = WIDE - VERDICT * any(verdicts(dataset))
+    return struck, right - (YIELD + GAP) * has_yield(dataset), right
 
 
 def line_of(designs: int) -> float:
@@ -277,7 +285,8 @@ def title_designs(dataset: xr.Dataset) -> str:
 def describe_designs(dataset: xr.Dataset) -> str:
     """Return the caption of the designs beside each other."""
     margins = dataset["law_margin"].values
-    told = [part.words(dataset) for part, _, _ in places(dataset, 0.0, WIDE / 2)]
+    struck, end, _ = columns(dataset)
+    told = [part.words(dataset) for part, _, _ in places(dataset, struck + GAP, end)]
     parts = [
         "Diamonds: values; grey: outside the goal; impacts: at supports 1 + 2 in a forcing period"
     ]
@@ -290,5 +299,8 @@ def describe_designs(dataset: xr.Dataset) -> str:
         parts.append("Tight: a tolerance below the given standard deviation")
     if np.isfinite(margins).any():
         least = at_least(100 * float(np.nanmin(margins)), 2)
-        parts.append(f"Nearest change of the law that was found: {least} % of the ranges away")
+        near = f"{least} % of the ranges away"
+        if np.nanmin(margins) < NEAREST:
+            near = f"less than {100 * NEAREST:g} % of the ranges away"
+        parts.append(f"Nearest change of the law that was found: {near}")
     return sentences(*parts)

@@ -9,6 +9,7 @@ from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import (
     format_number,
     in_brackets,
+    is_forced,
     parameter_names,
     plain_symbol_of,
     with_units,
@@ -41,11 +42,12 @@ from vibropipe.words.designs import DesignResult
 from vibropipe.words.wording import count
 
 MOST_QUANTITIES = 3  # of a table
+USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
 
 
 def tables(datasets: Datasets) -> list[Table]:
     """Return the tables of designs: their numbers and, if they were asked for, their tolerances."""
-    made = (designs_table, tolerances_table)
+    made = (designs_table, tolerances_table, units_table)
     found = [table(name, dataset) for name, dataset in datasets.items() for table in made]
     return [table for table in found if table is not None]
 
@@ -79,6 +81,31 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
     )
     widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
     return Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
+
+
+def units_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return design 1 in units for an exciter of usual size; None if the study has units, no force or a front."""
+    has_units = "C" in dataset.coords or not is_forced(dataset)
+    if has_units or is_front(dataset) or not is_met(dataset)[0]:
+        return None
+    size = USUAL_MM / nominal(dataset, "l", 0)
+    speed = 1e-3 * size * 2 * np.pi * USUAL_HZ / nominal(dataset, "nu", 0)
+    velocities = dataset["impact_velocity_max"].isel(design=0).transpose("support").values
+    struck = [(n + 1, speed * v) for n, v in enumerate(velocities) if np.isfinite(v)]
+    head = ["", "distance l (mm)", "offset δ (mm)"]
+    head += [f"struck at support {n} (m/s)" for n, _ in struck]
+    lengths = [format_number(size * nominal(dataset, name, 0), 5) for name in ("l", "delta")]
+    rows = [["value", *lengths, *(format_number(v, 3) for _, v in struck)]]
+    held = [name for name in ("l", "delta") if f"{name}_tolerance" in dataset]
+    off = [size * float(dataset[f"{name}_tolerance"].values[0]) for name in held]
+    if len(off) == len(lengths) and np.isfinite(off).all():
+        rows.append(["may be off by", *(f"± {at_least(w, 2)}" for w in off), *[DASH] * len(struck)])
+    note = (
+        f"Lengths times {format_number(size, 4)} mm, velocities times {format_number(speed, 4)} m/s. A study with the "
+        "key physical is solved and reported in its own units."
+    )
+    title = f"Design 1 in units, for an exciter of l = {USUAL_MM:g} mm at {USUAL_HZ:g} Hz"
+    return Table(head, rows, note, title=title, scene=scene)
 
 
 def margin_text(dataset: xr.Dataset, row: int) -> str:
@@ -123,7 +150,7 @@ def reached(dataset: xr.Dataset) -> Answer:
     """Return how many designs keep all that is wanted."""
     amount = int(is_met(dataset).sum())
     keep = "keeps" if amount == 1 else "keep"
-    rest = "How many scattered parts do is not known without tolerance or allow."
+    rest = "How many scattered parts do is not known without the keys tolerance or allow."
     return Answer(f"{count(amount, 'design')} {keep} all that is wanted.", rest)
 
 

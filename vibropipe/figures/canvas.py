@@ -14,10 +14,11 @@ unless they are data of the axes.
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
+from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.backends.backend_agg import FigureCanvasAgg
@@ -29,6 +30,7 @@ from matplotlib.ticker import FuncFormatter, MaxNLocator
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
 
 CM_PER_INCH = 2.54
+LEGEND_LINE = 0.45  # cm of a line of a legend below a figure
 WIDE, HALF, GAP = 16.0, 7.75, 0.5  # a figure, one of two beside each other, between the two
 BODY, SMALL, LETTER = 8.0, 7.0, 9.0  # pt: labels and titles; ticks and notes; letters of panels
 NOTE_CM = 0.38  # of a line of SMALL type
@@ -215,3 +217,19 @@ def colour_bar(
     if title:
         bar.set_label(title, fontsize=BODY)
     return bar
+
+
+def legend_below(figure: Figure, handles: Sequence[Artist], columns: int, left: float) -> None:
+    """Put a legend at the lower edge of a figure, in lines of `columns` entries, `left` cm from the left edge."""
+    if handles:
+        columns = min(columns, len(handles))
+        at = (left / CM_PER_INCH / figure.get_figwidth(), 0.0)
+        figure.legend(
+            handles=by_rows(handles, columns), ncols=columns, loc="lower left", bbox_to_anchor=at, borderpad=0.2,
+            borderaxespad=0.0,
+        )  # fmt: skip
+
+
+def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
+    """Return handles in an order that reads along rows, since a legend fills its columns first."""
+    return [handle for column in range(columns) for handle in handles[column::columns]]

@@ -121,12 +121,6 @@ def rising_text(values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]
     return f"it still rises at the end of the range of {series(map(plain_symbol, names))}"
 
 
-def with_rise(text: str, values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]) -> str:
-    """Return a sentence on the largest value that says so if it lies at an end of the range; as `rising_text`."""
-    rises = rising_text(values, at, dims)
-    return f"{text}, where {rises}" if rises else text
-
-
 def _rises_at_end(values: xr.DataArray, at: xr.DataArray, dim: str) -> bool:
     """Return whether `at` lies at an end of the range of a dimension of numbers, and the value beside it is smaller."""
     axis = values[dim]

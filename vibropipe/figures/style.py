@@ -27,7 +27,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
 from matplotlib.transforms import Bbox
 
-from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE
+from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE, by_rows
 from vibropipe.figures.palette import INK
 from vibropipe.figures.palette import REGIME_STYLES as REGIME_STYLES
 from vibropipe.figures.palette import SUPPORT_COLOURS as SUPPORT_COLOURS
@@ -50,7 +50,6 @@ BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
 YELLOW, BLUE, VERMILLION, PURPLE = "#F0E442", "#0072B2", "#D55E00", "#CC79A7"
 GREY, NEUTRAL = "#7F7F7F", "#D8D8D8"
 EXACT_COLOUR = "#A9D3F2"
-REST_COLOUR = YELLOW
 
 LINES: tuple[Mapping[str, Any], ...] = (
     {"color": BLUE, "linestyle": "-"},
@@ -196,20 +195,6 @@ def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = ""
         drawn.remove()
 
 
-LEGEND_LINE = 0.45  # cm of a line of a legend below a figure
-
-
-def legend_below(figure: Figure, handles: Sequence[Artist], columns: int, left: float) -> None:
-    """Put a legend at the lower edge of a figure, in lines of `columns` entries, `left` cm from the left edge."""
-    if handles:
-        columns = min(columns, len(handles))
-        at = (left / CM_PER_INCH / figure.get_figwidth(), 0.0)
-        figure.legend(
-            handles=by_rows(handles, columns), ncols=columns, loc="lower left", bbox_to_anchor=at, borderpad=0.2,
-            borderaxespad=0.0,
-        )  # fmt: skip
-
-
 def write_centred(ax: Axes, *lines: str) -> None:
     """Write centred lines on an axis, the reason why it is empty."""
     ax.text(
@@ -224,11 +209,6 @@ def keep_zero_scale(ax: Axes, size: float, largest_value: float) -> None:
     """
     if size <= ROUNDING * largest_value:
         ax.set_ylim(-0.05 * largest_value or -1.0, 0.05 * largest_value or 1.0)
-
-
-def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
-    """Return handles in an order that reads along rows, since a legend fills its columns first."""
-    return [handle for column in range(columns) for handle in handles[column::columns]]
 
 
 def rasterise_many(artists: Iterable[Artist], amount: int) -> None:

@@ -14,10 +14,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import panel, zero_line
+from vibropipe.figures.canvas import LEGEND_LINE, legend_below, panel, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
-from vibropipe.figures.style import LEGEND_LINE, legend_below, write_centred
+from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import plain_symbol_of, sentences
 from vibropipe.scenes.sweep.captions import (
     combinations_text,

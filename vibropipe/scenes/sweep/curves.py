@@ -15,11 +15,19 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibropipe.figures.canvas import axes, note, panel, plain_ticks, zero_line
+from vibropipe.figures.canvas import (
+    LEGEND_LINE,
+    axes,
+    legend_below,
+    note,
+    panel,
+    plain_ticks,
+    zero_line,
+)
 from vibropipe.figures.line_labels import Named, label_lines
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
-from vibropipe.figures.style import LEGEND_LINE, keep_zero_scale, legend_below, write_centred
+from vibropipe.figures.style import keep_zero_scale, write_centred
 from vibropipe.figures.text import (
     REGIME_TEXT,
     format_number,

@@ -10,7 +10,7 @@ from matplotlib.artist import Artist
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import WIDE, axes, new_canvas, plain_ticks
+from vibropipe.figures.canvas import WIDE, axes, legend_below, new_canvas, plain_ticks
 from vibropipe.figures.phase_plane import (
     draw_points,
     draw_portrait,
@@ -20,7 +20,7 @@ from vibropipe.figures.phase_plane import (
     walls_of,
 )
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
-from vibropipe.figures.style import legend_below, write_centred
+from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.laws import Law, chosen_rows

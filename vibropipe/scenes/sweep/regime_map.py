@@ -12,9 +12,9 @@ from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
+from vibropipe.figures.canvas import LEGEND_LINE, legend_below
 from vibropipe.figures.palette import INK
 from vibropipe.figures.region_labels import label_regions
-from vibropipe.figures.style import LEGEND_LINE, legend_below
 from vibropipe.scenes.sweep.map_layout import (
     by_combination,
     draw_hatch,

@@ -59,8 +59,7 @@ def studies(tmp_path_factory):
         ("starts: 256", "starts: 32"),
     )
     text = (CONFIG / "paper.yaml").read_text(encoding="utf-8")
-    begin = text.index("  response_0:")
-    begin, end = text.index("      f: [", begin), text.index("  response_offset:", begin)
+    begin, end = text.index("  response_0:"), text.index("  response_offset:")
     whole = text[begin:end]
     paper = solved(path, "paper", "response_0", (whole, whole.replace("0.1, 0.25, 0.5, 1", "1")))
     return laws, branches, shares, paper

@@ -127,10 +127,14 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
         return answers_of_front(dataset)
     found = [makeable(dataset) if has_yield(dataset) else reached(dataset)]
     # Targets are met: what is bounded or least tells more.
-    if parts := shown_parts(dataset):
+    parts, limit = shown_parts(dataset), nearest_limit_text(dataset)
+    if parts and not np.isfinite(parts[0].end(dataset, "target")):
         which = "design" if dataset.sizes["design"] == 1 else "best design"
-        lead = f"The {parts[0].words(dataset)} of the {which} is {parts[0].value_text(dataset, 0)}."
-        found.append(Answer(lead, nearest_limit_text(dataset)))
+        value = parts[0].value_text(dataset, 0)
+        lead = f"The {parts[0].words(dataset)} of the {which} is {value}."
+        found.append(Answer(lead, limit))
+    elif limit:
+        found.append(Answer(limit.replace("Its nearest limit", "The nearest limit of design 1")))
     if lost := lost_answer(dataset):
         found.append(Answer(lost))
     elif has_spread(dataset) and (texts := leading(dataset)):

@@ -11,7 +11,7 @@ from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import side_of
 from vibropipe.scenes.motion.captions import steady_text
 from vibropipe.scenes.motion.findings import answers, exponent_answers, orbit_text
-from vibropipe.scenes.motion.report import steady_columns, steady_tables
+from vibropipe.scenes.motion.report import MAX_COLUMNS, fitting, steady_columns, steady_tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -51,8 +51,17 @@ def test_cells_that_differ_have_columns(datasets):
     assert columns["regime"] == ["two-sided", "aperiodic"]
     assert columns["multiple"] == ["1", "–"]
     (table,) = steady_tables({"symmetric": datasets["symmetric"], "chaotic": chaotic})
-    assert {"regime", "multiple", "stability"} < set(table.head)
+    assert {"regime", "stability"} < set(table.head)
     assert steady_tables({"free": datasets["free"]}) == []
+
+
+def test_columns_that_matter_least_are_left_out():
+    names = ["nu", "f", "h", "delta", "regime", "multiple", "impacts_1", "impacts_2", "rests", "mean (mm)",
+             "harmonic 1 (mm)", "harmonic 2 (mm)", "exponent"]  # fmt: skip
+    kept = list(fitting({name: ["1"] for name in names}, 4))
+    assert len(kept) == MAX_COLUMNS
+    left_out = ["h", "delta", "rests", "multiple"]
+    assert kept == [name for name in names if name not in left_out]
 
 
 def test_answers_name_orbits_velocities_and_means(datasets):

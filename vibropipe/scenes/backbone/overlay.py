@@ -41,7 +41,7 @@ from vibropipe.figures.text import (
 from vibropipe.words.wording import series
 
 Floats = NDArray[np.float64]
-HEIGHT, BOTTOM, TOP = 9.4, 1.05, 0.75  # cm
+HEIGHT, LOW, BOTTOM, TOP = 9.4, 8.0, 1.05, 0.75  # cm; LOW: without forced motions
 LEFT, WIDTH, SMALL_LEFT, SMALL_WIDTH, GAP = 1.3, 8.95, 11.9, 3.95, 0.45  # cm
 FREE = (
     ("#BDBDBD", 4.0),
@@ -80,8 +80,9 @@ def draw_overlay(
     name : str
         `displacement` or `velocity`.
     """
-    figure = new_canvas(HEIGHT)
-    high = HEIGHT - BOTTOM - TOP
+    height = HEIGHT if forced else LOW
+    figure = new_canvas(height)
+    high = height - BOTTOM - TOP
     orders = shown_orders([*free, *forced], name)
     main = axes(figure, LEFT, BOTTOM, WIDTH if orders else WIDE - LEFT - 0.3, high)
     small_high = (high - GAP * (len(orders) - 1)) / max(len(orders), 1)
@@ -255,7 +256,11 @@ def write_key(figure: Figure, free: Sequence[xr.Dataset], forced: Sequence[xr.Da
     left = LEFT
     for text, colour in entries:
         drawn = figure.text(
-            left / WIDE, 1 - 0.42 / HEIGHT, text, color=readable(colour), va="baseline"
+            left / WIDE,
+            1 - 0.42 / (float(figure.get_figheight()) * CM_PER_INCH),
+            text,
+            color=readable(colour),
+            va="baseline",
         )
         left += drawn.get_window_extent().width / figure.dpi * CM_PER_INCH + 0.45
 

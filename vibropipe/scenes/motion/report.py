@@ -30,6 +30,9 @@ from vibropipe.words.wording import series
 # Columns that are left out and said below the table if all rows are the same.
 COMMON = ("regime", "multiple", "stability", "rests")
 MAX_PARAMETERS = 4  # in which the motions differ, as columns
+# The columns that fit on a page beside the names, and what is left out first.
+MAX_COLUMNS = 9
+LEAST = ("rests", "multiple", "harmonic 2", "contact", "multiplier")
 CONTACTS = (("force", "support_force_max"), ("contact", "contact_duration_max"))
 
 
@@ -50,9 +53,22 @@ def steady_tables(datasets: Datasets) -> list[Table]:
         for name, cells in shown.items()
         if not {*cells} <= {DASH, "0"} or name == "mean"
     }
+    shown = fitting(shown, min(len(differing(steady)), MAX_PARAMETERS))
     title = "The steady state" if len(steady) == 1 else "Steady states of the motions"
     rows = [[label, *cells] for label, *cells in zip(steady, *shown.values(), strict=True)]
     return [Table(["motion", *shown], rows, note_text(shown, common), title=title)]
+
+
+def fitting(columns: dict[str, list[str]], n_parameters: int) -> dict[str, list[str]]:
+    """Return at most MAX_COLUMNS columns, without those that matter least; the first ones are of parameters."""
+    kept = dict(columns)
+    others = [[name for name in columns if name.startswith(start)] for start in LEAST]
+    parameters = [[name] for name in list(columns)[2:n_parameters]]
+    for names in (*reversed(parameters), *others):
+        for name in names:
+            if len(kept) > MAX_COLUMNS:
+                kept.pop(name, None)
+    return kept
 
 
 def note_text(shown: Sequence[str] | dict[str, list[str]], common: dict[str, str]) -> str:

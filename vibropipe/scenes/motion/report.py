@@ -84,7 +84,8 @@ def note_text(shown: Sequence[str] | dict[str, list[str]], common: dict[str, str
     struck = any(name.startswith("impacts_") for name in shown)
     texts.append("Struck: velocities before the impacts of the orbit." if struck else "")
     soft = any(name.startswith("force") for name in shown)
-    texts.append("Force and contact: the largest of soft supports." if soft else "")
+    both = "Force and contact" if any(name.startswith("contact") for name in shown) else "Force"
+    texts.append(f"{both}: the largest of soft supports." if soft else "")
     texts.append("Multiplier: largest modulus." if "multiplier" in shown else "")
     return " ".join(filter(None, texts))
 

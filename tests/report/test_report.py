@@ -14,7 +14,8 @@ from report_text import HOSTILE, flat, items, study_of
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
-from vibropipe.report.parts import Answer, split
+from vibropipe.report.own import own_answers
+from vibropipe.report.parts import Answer
 from vibropipe.report.table import MAX_ROWS, Table, symbol
 from vibropipe.store import StoreError, write
 from vibropipe.words.wording import paragraphs
@@ -163,10 +164,11 @@ def test_names_of_quantities_become_symbols():
     assert [symbol(name) for name in names] == ["δ", "ω (rad/s)", "A₁₂ (mm)", "R₁", "anything else"]
 
 
-def test_a_sentence_is_split_at_its_first_mark():
-    assert split("Three coexist: half, a third.") == Answer("Three coexist:", "half, a third.")
-    assert split("All are met.") == Answer("All are met.")
-    assert split(f"{'word ' * 30}.").lead == ""
+def test_own_answers_are_bold_up_to_their_first_full_stop():
+    assert own_answers(["Three coexist. Half, a third.", "All are met."]) == [
+        Answer("Three coexist.", "Half, a third."),
+        Answer("All are met."),
+    ]
 
 
 def test_data_is_json_without_loss(data):

@@ -6,7 +6,6 @@ Symbols and units are those of the dataset's own variables, so that the sentence
 from __future__ import annotations
 
 from collections.abc import Hashable, Iterable
-from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -18,19 +17,6 @@ from vibropipe.words.vocabulary import VOCABULARY
 
 # Symbol in mathtext -> the same in plain text.
 PLAIN = {entry.symbol: entry.plain for entry in VOCABULARY.values() if entry.plain}
-
-
-@dataclass(frozen=True)
-class Finding:
-    """What a study found: sentences without their full stops, empty ones left out, and the scene (empty: several)."""
-
-    sentences: tuple[str, ...]
-    scene: str = ""
-
-    @property
-    def texts(self) -> list[str]:
-        """The sentences with their full stops."""
-        return [f"{sentence.removesuffix('.')}." for sentence in self.sentences if sentence]
 
 
 def symbol_text(array: xr.DataArray) -> str:

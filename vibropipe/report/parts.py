@@ -5,16 +5,13 @@ How to write them is in CONTRIBUTING.md, "a picture".
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, replace
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 
-from vibropipe.report.findings import Finding
-from vibropipe.report.section import Section
-from vibropipe.report.table import Datasets, Table
+from vibropipe.report.table import Datasets
 
 MAX_ANSWERS = 3  # of a scene
 MAX_LINES = 6  # of methods and provenance
-MAX_LEAD = 80  # letters of a sentence that is bold as a whole
 
 
 @dataclass(frozen=True)
@@ -60,49 +57,3 @@ class Side:
     rows: Sequence[Row]
     has_drawing: bool = True
     drawn: Datasets | None = None
-
-
-def answers_of(findings: Callable[[Datasets], list[Finding]]) -> Callable[[Datasets], Answers]:
-    """Return a function that writes findings as answers, the first MAX_ANSWERS of each scene."""
-
-    def answers(datasets: Datasets) -> Answers:
-        return {
-            finding.scene: [split(text) for text in finding.texts[:MAX_ANSWERS]]
-            for finding in findings(datasets)
-        }
-
-    return answers
-
-
-def split(sentence: str) -> Answer:
-    """Split a sentence at its first colon or semicolon; a short one is bold as a whole, a long one nowhere."""
-    for mark in (": ", "; "):
-        lead, found, rest = sentence.partition(mark)
-        if found and len(lead) <= MAX_LEAD:
-            return Answer(f"{lead}{mark.strip()}", rest)
-    return Answer(sentence) if len(sentence) <= MAX_LEAD else Answer("", sentence)
-
-
-def tables_of(sections: Callable[[Datasets], list[Section]]) -> Callable[[Datasets], list[Table]]:
-    """Return a function that gives the tables of sections, under the titles of these."""
-
-    def tables(datasets: Datasets) -> list[Table]:
-        return [
-            replace(table, title=table.title or section.title)
-            for section in sections(datasets)
-            for table in section.tables
-        ]
-
-    return tables
-
-
-def lines_of(
-    name: str, notes: Callable[[Datasets], Iterable[str]]
-) -> Callable[[Datasets], list[Line]]:
-    """Return a function that writes notes as one line of methods."""
-
-    def lines(datasets: Datasets) -> list[Line]:
-        text = " ".join(notes(datasets))
-        return [Line(name, text)] if text else []
-
-    return lines

@@ -12,10 +12,8 @@ import xarray as xr
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
 DASH = "–"
-ZERO_WIDTH_SPACE = "\u200b"
 MAX_ROWS, ROWS_SHOWN = 12, 10  # of a table, and of one that is cut
 LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
-MAX_COLUMNS = 6  # scenes beside each other on the width of a page
 
 Datasets = Mapping[str, xr.Dataset]
 
@@ -94,17 +92,3 @@ def symbol(name: str) -> str:
     if harmonic := re.fullmatch(r"harmonic (\d+)", bare):
         return f"A{harmonic[1].translate(LOWERED)}{bracket}{unit}"
     return f"{SYMBOLS.get(bare, bare)}{bracket}{unit}"
-
-
-def blocks(datasets: Datasets) -> list[Datasets]:
-    """Split scenes into groups of at most MAX_COLUMNS."""
-    names = list(datasets)
-    return [
-        {name: datasets[name] for name in names[at : at + MAX_COLUMNS]}
-        for at in range(0, len(names), MAX_COLUMNS)
-    ]
-
-
-def breakable(name: str) -> str:
-    """Allow line breaks after the underscores of a name."""
-    return name.replace("_", f"_{ZERO_WIDTH_SPACE}")

@@ -150,8 +150,11 @@ def test_an_accuracy_of_1e13_is_reached_after_a_transient_of_40_periods() -> Non
     assert ds.accuracy_reached < 1e-13
 
 
-def test_where_the_exact_method_is_there_no_other_motion_is_solved(monkeypatch: Any) -> None:
-    request = MotionRequest(0.0, 60.0, 0.0, 0.0, 0, effects=ALL_EFFECTS)
+@pytest.mark.parametrize(("samples_per_period", "accuracy"), [(0, 1e-13), (256, 1e-3)])
+def test_where_the_exact_method_is_there_no_other_motion_is_solved(
+    samples_per_period: int, accuracy: float, monkeypatch: Any
+) -> None:
+    request = MotionRequest(0.0, 60.0, 0.0, 0.0, samples_per_period, effects=ALL_EFFECTS)
 
     def refuse(*_arguments: Any) -> None:
         raise AssertionError("another motion is solved")
@@ -159,7 +162,7 @@ def test_where_the_exact_method_is_there_no_other_motion_is_solved(monkeypatch: 
     name = "vibropipe.solve.accuracy.motion_errors.run_motion"
     monkeypatch.setattr(name, refuse)
     monkeypatch.setattr("vibropipe.solve.accuracy.method_choice.newmark_grid", refuse)
-    choice, _run, errors = choose_method(FIGURE_6, request, 1e-13)
+    choice, *_, errors = choose_method(FIGURE_6, request, accuracy)
     assert choice.reached
     assert choice.error < 1e-13
     assert errors["impact_tau"].size == 19

@@ -27,6 +27,7 @@ def to_dataset(
     run: MotionResult,
     steps_per_period: int | None = None,
     errors: Mapping[str, np.ndarray] | None = None,
+    variables: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Return the result of a motion as the dataset described in `simulate`.
 
@@ -39,10 +40,12 @@ def to_dataset(
         Steps of Newmark's method; None for the exact method.
     errors : mapping of str to array, optional
         Error of each quantity, which stands beside it.
+    variables : mapping, optional
+        The motion as of `to_variables`, if it is known.
     """
     import xarray as xr
 
-    variables = to_variables(exciter, request, run)
+    variables = dict(variables or to_variables(exciter, request, run))
     dims = {name: variables[name][0] for name in errors or ()}
     variables |= {f"{name}_error": (dims[name], error) for name, error in (errors or {}).items()}
     coords: dict[str, Any] = {name: ((), value) for name, value in exciter.stated().items()}

@@ -20,9 +20,10 @@ from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.accuracy.motion_errors import (
     Errors,
+    Scales,
+    Variables,
     deviation,
     exact_errors,
-    largest_relative_error,
     motion_scales,
 )
 from vibropipe.solve.motion_dataset import to_variables
@@ -107,7 +108,7 @@ def choose(
     """
     x, v = exciter.check_start(x0, v0)
     request = MotionRequest(tau_start, tau_end, x, v, samples_per_period=0)
-    choice, _run, _errors = choose_method(exciter, request, check_accuracy(accuracy))
+    choice, *_ = choose_method(exciter, request, check_accuracy(accuracy))
     return choice
 
 
@@ -122,7 +123,7 @@ def check_accuracy(accuracy: Any) -> float:
 
 def choose_method(
     exciter: Exciter, request: MotionRequest, accuracy: float
-) -> tuple[Choice, MotionResult, Errors]:
+) -> tuple[Choice, MotionResult, Variables, Errors]:
     """Select the method for a motion.
 
     Parameters
@@ -137,28 +138,33 @@ def choose_method(
     choice : Choice
     exact : MotionResult
         The exact motion.
+    variables : Variables
+        Its quantities (`to_variables`).
     errors : Errors
-        Its error estimates.
+        Their error estimates.
     """
     exact = run_motion(exciter, request)
-    errors = exact_errors(exciter, request, exact)
     variables = to_variables(exciter, request, exact)
+    errors = exact_errors(exciter, request, exact, variables)
     scales = motion_scales(exciter, request, variables)
     exact_error = largest_relative_error(variables, errors, scales, accuracy)
-    nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), exact)
+    unsampled, marched = request._replace(samples_per_period=0), exact
+    if request.samples_per_period > 0 and not request.effects.has_pieces:
+        # Trials have no samples: their price is compared with that of the exact march without samples.
+        marched = run_motion(exciter, unsampled._replace(energy=False))
+    nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), marched)
     best = Choice("exact", None, exact_error, exact_error <= accuracy, nanoseconds)
     # By pieces a step of Newmark's method costs as much as an exact one, and more of them are needed.
     if not best.reached or exact.status != Status.OK or request.effects.has_pieces:
-        return best, exact, errors
+        return best, exact, variables, errors
     periods = (request.tau_end - request.tau_start) / exciter.period
     if (
         accuracy
         < LEAST_ERROR
         * (min(1.0, exciter.nu) * 2 * math.pi / most_steps(nanoseconds, periods, exact)) ** 2
     ):
-        return best, exact, errors
+        return best, exact, variables, errors
     steps = MIN_STEPS
-    unsampled = request._replace(samples_per_period=0)
     while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
         grid = newmark_grid(request.effects, exciter.parameters(), steps)
         run = run_motion(exciter, unsampled, grid)
@@ -171,9 +177,43 @@ def choose_method(
                 for one, other in ((trial, variables), (variables, trial))
             )
             if error <= accuracy:
-                return Choice("newmark", steps, error, True, trial_cost), exact, errors
+                return Choice("newmark", steps, error, True, trial_cost), exact, variables, errors
         steps = math.ceil(steps * GROWTH)
-    return best, exact, errors
+    return best, exact, variables, errors
+
+
+def largest_relative_error(
+    variables: Variables, errors: Errors, scales: Scales, accuracy: float
+) -> float:
+    """Return the largest error of end state, rests and fast impacts, the larger of absolute and relative.
+
+    Impacts slower than `accuracy` times the velocity scale are ignored: they belong to a chatter, in which the number
+    of impacts itself depends on the accuracy.
+
+    Parameters
+    ----------
+    variables : Variables
+        The motion (`to_variables`).
+    errors : Errors
+        Error of each quantity.
+    scales : Scales
+        Scales that errors are relative to.
+    accuracy : float
+        Maximum error.
+    """
+    is_fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, scales.velocity)
+    values_by_kind = {
+        "displacement": [errors["displacement_end"]],
+        "velocity": [errors["velocity_end"], errors["impact_velocity"][is_fast]],
+        "time": [errors["impact_tau"][is_fast], errors["rest_start"], errors["rest_end"]],
+    }
+    worst = 0.0
+    for kind, values in values_by_kind.items():
+        largest = max(float(np.max(value, initial=0.0)) for value in values)
+        scale = min(1.0, getattr(scales, kind))
+        if largest > 0.0:
+            worst = max(worst, largest / scale if scale > 0.0 else math.inf)
+    return worst
 
 
 def cost(prices: Prices, steps: int, run: MotionResult) -> float:

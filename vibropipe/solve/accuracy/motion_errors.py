@@ -81,19 +81,23 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     return Scales(x, v, min(1.0, exciter.period))
 
 
-def exact_errors(exciter: Exciter, request: MotionRequest, run: MotionResult) -> Errors:
-    """Return the error estimate of each quantity of an exact motion, by name and in its shape."""
-    variables = to_variables(exciter, request, run)
-    errors = rounding_floor(exciter, request, variables)
+def exact_errors(
+    exciter: Exciter, request: MotionRequest, run: MotionResult, variables: Variables
+) -> Errors:
+    """Return the error estimate of each quantity of an exact motion, by name and in its shape.
+
+    variables : the motion (`to_variables`).
+    """
+    least = rounding_floor(exciter, request, variables)
     known = rounding_errors(exciter, request, run)
     if known is not None:
         for name in known.keys() & {"displacement", "velocity"}:
             # A sample lies where its tau does, which is rounded.
-            known[name] = known[name] + errors[name]
-        errors |= known
-        if "velocity" in errors:
-            errors["velocity"] = widen_at_jumps(variables, errors)
-        return errors
+            known[name] += least[name]
+        if "velocity" in known:
+            known["velocity"] = widen_at_jumps(variables, known)
+        return filled({n: least[n] for n in least if n not in known}, variables) | known
+    errors = filled(least, variables)
     touches = run.contacts["grazing_tau"].size > 0
     steps = steps_for_exact(exciter.nu, exciter.h, fastest_of_row(exciter.parameters()))
     for copy in range(COPIES):
@@ -137,7 +141,9 @@ def perturbed(
     return other, request._replace(x=x, v=v)
 
 
-def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variables) -> Errors:
+def rounding_floor(
+    exciter: Exciter, request: MotionRequest, variables: Variables
+) -> dict[str, float]:
     """Return the least error of each quantity: some roundings of its scale, and its change over one rounding of tau."""
     scales = motion_scales(exciter, request, variables)
     max_acceleration = scales.displacement + exciter.h * scales.velocity + abs(exciter.f)
@@ -158,10 +164,15 @@ def rounding_floor(exciter: Exciter, request: MotionRequest, variables: Variable
     force = abs(exciter.f) + 2 * abs(exciter.f2)
     least["force"] = force * (4 * ULP + 2 * exciter.nu * tau_error)
     return {
-        name: np.full(np.shape(values), least.get(name, 4 * tau_error + 64 * ULP * scales.time))
-        for name, (_dims, values) in variables.items()
+        name: least.get(name, 4 * tau_error + 64 * ULP * scales.time)
+        for name in variables
         if name not in ("tau", "status") and not name.endswith("support")
     }
+
+
+def filled(least: dict[str, float], variables: Variables) -> Errors:
+    """Return errors that are the same in all entries of a quantity, in its shape."""
+    return {name: np.full(np.shape(variables[name][1]), value) for name, value in least.items()}
 
 
 def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors:
@@ -281,37 +292,3 @@ def widen_at_jumps(variables: Variables, differences: Errors) -> np.ndarray:
     for i in np.flatnonzero(last > first):
         error[first[i] : last[i]] = np.maximum(error[first[i] : last[i]], jumps[i])
     return error
-
-
-def largest_relative_error(
-    variables: Variables, errors: Errors, scales: Scales, accuracy: float
-) -> float:
-    """Return the largest error of end state, rests and fast impacts, the larger of absolute and relative.
-
-    Impacts slower than `accuracy` times the velocity scale are ignored: they belong to a chatter, in which the number
-    of impacts itself depends on the accuracy.
-
-    Parameters
-    ----------
-    variables : Variables
-        The motion (`to_variables`).
-    errors : Errors
-        Error of each quantity.
-    scales : Scales
-        Scales that errors are relative to.
-    accuracy : float
-        Maximum error.
-    """
-    is_fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, scales.velocity)
-    values_by_kind = {
-        "displacement": [errors["displacement_end"]],
-        "velocity": [errors["velocity_end"], errors["impact_velocity"][is_fast]],
-        "time": [errors["impact_tau"][is_fast], errors["rest_start"], errors["rest_end"]],
-    }
-    worst = 0.0
-    for kind, values in values_by_kind.items():
-        largest = max(float(np.max(value, initial=0.0)) for value in values)
-        scale = min(1.0, getattr(scales, kind))
-        if largest > 0.0:
-            worst = max(worst, largest / scale if scale > 0.0 else math.inf)
-    return worst

@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
 from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
@@ -40,16 +42,15 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
         If the accuracy or the times are out of range.
     """
     requested_error = check_accuracy(accuracy)
-    choice, exact, errors = choose_method(exciter, request, requested_error)
-    run = exact
+    choice, run, variables, errors = choose_method(exciter, request, requested_error)
     if choice.steps_per_period is not None:
         grid = newmark_grid(request.effects, exciter.parameters(), choice.steps_per_period)
         run = run_motion(exciter, request, grid)
-        variables = to_variables(exciter, request, run)
-        errors = deviation(variables, to_variables(exciter, request, exact), errors)
+        exact, variables = variables, to_variables(exciter, request, run)
+        errors = deviation(variables, exact, errors)
     if run.status == Status.OK and not choice.reached:
-        run = run._replace(status=Status.INACCURATE)
-    dataset = to_dataset(exciter, request, run, choice.steps_per_period, errors)
+        variables["status"] = ((), np.int8(Status.INACCURATE))
+    dataset = to_dataset(exciter, request, run, choice.steps_per_period, errors, variables)
     dataset.attrs |= {"accuracy_asked": requested_error, "accuracy_reached": float(choice.error)}
     return dataset
 

@@ -88,9 +88,10 @@ def rounding_errors(exciter: Exciter, request: MotionRequest, run: MotionResult)
         # No flight increases sqrt(dx^2 + dx'^2), and its own rounding is part of what meets the next impact.
         times = request.tau_start + run.after * period
         within = leaving + np.append(leaving[1:], max(end))
-        flight = np.searchsorted(tau, times, side="right")
-        errors["displacement"] = np.append(within[flight], end[0])
-        errors["velocity"] = np.append(within[flight], end[1])
+        next_sample = np.searchsorted(times, tau)
+        samples = np.repeat(within, np.diff(next_sample, prepend=0, append=times.size))
+        errors["displacement"] = np.append(samples, end[0])
+        errors["velocity"] = np.append(samples, end[1])
     return errors
 
 

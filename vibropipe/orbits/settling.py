@@ -77,8 +77,8 @@ MARCH_TO_TRIAL_RATIO = 4
 MAX_CROWDED = 32
 NO_CHAOS, TRANSIENT_CHAOS, CHAOS = int(Chaos.NONE), int(Chaos.TRANSIENT), int(Chaos.IN_WINDOW)
 MAX_PERIODS_STATUS, MAX_STEPS_STATUS = int(Status.MAX_PERIODS), int(Status.MAX_STEPS)
-# Largest number of steps of a row, which take some seconds; a polynomial takes as long as POLYNOMIAL_STEPS of them.
-MAX_WORK, POLYNOMIAL_STEPS = 2_000_000_000, 100
+# Largest number of steps of a row, which take five seconds; a polynomial takes as long as 40 to 90 of them.
+MAX_WORK, POLYNOMIAL_STEPS = 1_000_000_000, 100
 
 
 class SteadyState(NamedTuple):

@@ -6,10 +6,10 @@ from vibropipe.words.parameters import Range
 
 # Requested error. One that double precision cannot reach is accepted; the result has the status `inaccurate`.
 ACCURACY = (1e-15, 0.1)
-# Newmark steps per forcing period, and steps of a whole march (some ten seconds of one core): of free flights, and of
-# pieces with soft supports or friction, each of which has a polynomial.
+# Newmark steps per forcing period, and steps of a whole march: of free flights (5 ns each, some twenty seconds),
+# and of pieces with soft supports or friction, each of which has a polynomial (200 to 460 ns, two to five seconds).
 STEPS_PER_PERIOD = (1, 10**8)
-MAX_MARCH_STEPS, MAX_PIECE_STEPS = 4 * 10**9, 4 * 10**7
+MAX_MARCH_STEPS, MAX_PIECE_STEPS = 4 * 10**9, 10**7
 # Samples of a motion: in all (3 GB of displacement and velocity), and per forcing period.
 MAX_SAMPLES = 2 * 10**8
 SAMPLES_PER_PERIOD = (0, MAX_SAMPLES)

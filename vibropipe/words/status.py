@@ -67,7 +67,7 @@ _REMEDIES = {
         "The motion was stopped at a support that `effects` leaves out. Add the support to `effects`."
     ),
     Status.MAX_STEPS: (
-        "The march takes too many steps, more than in some ten seconds. Raise nu, shorten tau_end, or lower h or the "
+        "The march takes too many steps, more than in some seconds. Raise nu, shorten tau_end, or lower h or the "
         "stiffness of the soft supports, or give these damping: fast vibrations in contact then decay."
     ),
 }

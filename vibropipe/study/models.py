@@ -81,7 +81,7 @@ class Study(StudyModel):
     )
     physical: Annotated[StudyPhysical | None, NotNull] = Field(
         default=None,
-        description="Parameters with units, in place of those without; datasets, figures and report are then in SI.",
+        description="Parameters with units, in place of those without; datasets are then in SI.",
     )
     units: Annotated[DisplayUnits | None, NotNull] = Field(
         default=None,

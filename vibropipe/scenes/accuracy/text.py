@@ -169,8 +169,9 @@ def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
     name, least = min(ratios.items(), key=lambda item: item[1])
     lead = f"{capital(NAMES[name])}: at least {multiple_text(least)} times as long."
     others = [m for m in ratios if m != name]
-    verb = "takes" if len(others) == 1 else "take"
-    return Answer(lead, f"{names_text(others)} {verb} longer still." if others else "")
+    verb, each = ("takes", "in its") if len(others) == 1 else ("take", "each in its")
+    rest = f"{names_text(others)} {verb} longer still, {each} fastest run." if others else ""
+    return Answer(lead, rest)
 
 
 def names_text(methods: Iterable[str]) -> str:

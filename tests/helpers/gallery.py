@@ -24,14 +24,16 @@ HEROES = {
     "paper": "free_response_0",
     "regimes": "regime_map",
 }
-WIDTH, COLOURS = 1280, 128
+WIDTH, COLOURS = 1280, 256
 
 
 def reduced(picture: BytesIO) -> Image.Image:
     """Return a picture with `WIDTH` pixels a row and `COLOURS` colours."""
     image = Image.open(picture).convert("RGB")
     size = WIDTH, round(WIDTH * image.height / image.width)
-    return image.resize(size, Image.Resampling.LANCZOS).quantize(COLOURS, dither=Image.Dither.NONE)
+    image = image.resize(size, Image.Resampling.LANCZOS)
+    # Coverage keeps the colours of small marks, and means those of areas.
+    return image.quantize(COLOURS, Image.Quantize.MAXCOVERAGE, kmeans=3, dither=Image.Dither.NONE)
 
 
 def main(results: Path) -> None:

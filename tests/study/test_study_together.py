@@ -148,9 +148,9 @@ def test_heads_of_tables_are_converted_or_refused(tmp_path, text, columns):
     ("scene", "said"),
     [
         ("sweep, over: {nu: [1, 2]}, figure: {pictures: [bifurcation], show: [displacement_mean]}",
-         "must leave out displacement_mean unless pictures have curves or map"),
+         "must leave out displacement_mean unless pictures have curves or quantities"),
         ("sweep, over: {nu: [1, 2]}, figure: {pictures: [energy], show: [period_multiple]}, outputs: [energy]",
-         "must leave out period_multiple unless pictures have curves or map"),
+         "must leave out period_multiple unless pictures have curves or quantities"),
         ("motion, figure: {pictures: [spectrum], show: [force]}, outputs: [motion, harmonics]",
          "must be left out unless pictures have panels"),
         ("motion, figure: {show: [force]}, outputs: [impacts]", "must be left out unless pictures have panels"),

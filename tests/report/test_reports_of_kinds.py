@@ -52,23 +52,8 @@ def reports(tmp_path_factory):
     return report_of
 
 
-# Pictures, sentences and tables that are older than these rules: take a study out where it keeps them.
-OLDER = {
-    "test_type_is_large_enough": {"checks"},
-    "test_no_identifier_stands_outside_methods_and_commands": {"race", "costs"},
-    "test_scenes_have_at_most_three_answers_of_two_numbers": {
-        "checks", "race", "costs",
-    },
-    "test_every_answer_begins_with_a_half_sentence_that_is_bold": {"costs"},
-    "test_titles_are_one_line": {"race"},
-}  # fmt: skip
-
-
 @pytest.fixture(params=[*STUDIES, *(pytest.param(n, marks=pytest.mark.slow) for n in SHIPPED)])
 def report(reports, request) -> SimpleNamespace:
-    if request.param in OLDER.get(request.node.originalname, ()):
-        reason = "older than this rule; take the study out of OLDER if it keeps it"
-        request.applymarker(pytest.mark.xfail(strict=True, reason=reason))
     return reports(request.param)
 
 

@@ -131,8 +131,11 @@ def test_answers_say_what_accuracy_costs(one):
 
 
 def test_another_race_has_another_answer(work_precision):
-    (several,) = answers(work_precision)
-    assert several.lead == "On 1 of 2 motions, no run of scipy's RK45 ends."
+    lost, exact = answers(work_precision)
+    assert lost.lead == "On 1 of 2 motions, no run of scipy's RK45 ends."
+    assert exact.lead == "Exact: 0.1 µs a period on all motions."
+    work_precision["time_per_period"][1, 2, 0] = 250.0
+    assert answers(work_precision)[1].lead == "Exact: 0.1 µs to 0.25 µs a period on all motions."
     assert title_of(work_precision) == "Only the exact method reaches ten digits on all 2 motions"
     work_precision["outcome"][:, 2] = Outcome.MISSED_IMPACT
     assert title_of(work_precision) == "No method reaches ten digits on all 2 motions"

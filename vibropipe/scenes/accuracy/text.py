@@ -186,8 +186,19 @@ def names_text(methods: Iterable[str]) -> str:
 
 
 def several(dataset: xr.Dataset) -> list[Answer]:
-    """Return on how many motions no other package ends a run; which methods are accurate says the title."""
-    return [Answer(lost_text(dataset))]
+    """Return where no other package ends a run, and the exact method's times; the title says who is accurate."""
+    return [Answer(lost_text(dataset)), Answer(exact_times_text(dataset))]
+
+
+def exact_times_text(dataset: xr.Dataset) -> str:
+    """Write between which times of a period the exact method solves the motions."""
+    curves = [curve(dataset.isel(motion=k), "exact")[1] for k in range(dataset.sizes["motion"])]
+    times = [time[0] for time in curves if time.size]
+    if not times:
+        return "The exact method does not solve these motions."
+    where = "on all motions" if len(times) == len(curves) else "on the motions that it solves"
+    ends = list(dict.fromkeys(time_text(time) for time in (min(times), max(times))))
+    return f"Exact: {' to '.join(ends)} a period {where}."
 
 
 def accurate_text(dataset: xr.Dataset) -> str:

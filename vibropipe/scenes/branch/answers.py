@@ -7,7 +7,7 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import between_text, inwards
+from vibropipe.figures.claims import inwards
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
@@ -161,16 +161,6 @@ def kinds_answer(dataset: xr.Dataset) -> Answer | None:
     return Answer("The motion changes its law at bifurcations.", f"The branches have {texts}.")
 
 
-def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
-    """Write where the largest velocity lies: between the stable points beside it, or at the last of a branch."""
-    axis, largest = dataset[followed(dataset)], velocity.max("support").values
-    beside = [n for n in (point - 1, point + 1) if 0 <= n < largest.size and largest[n] > 0]
-    if len(beside) < 2 or len({*dataset["branch_id"].values[[*beside, point]].tolist()}) > 1:
-        return f"at {at_text(dataset, float(axis.values[point]))}"
-    values = axis.values[[*beside, point]]
-    return between_text(axis, float(values.min()), float(values.max()))
-
-
 def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     """Write the largest impact velocity of the stable points and its place."""
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
@@ -188,6 +178,6 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
         "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"
     )
     return Answer(
-        f"Stable motions strike hardest {peak_text(dataset, velocity, point)}{beside}{end}.",
+        f"The hardest impact of the stable motions followed here is at {at_text(dataset, value)}{beside}{end}.",
         f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",
     )

@@ -117,7 +117,7 @@ def backbone_title(dataset: xr.Dataset) -> str:
     """Write how the velocity of impact changes with the period, by eq. (10)."""
     offsets = np.unique(np.abs(dataset["delta_over_l"].values))
     tail = ", and an offset shortens the range of periods" if offsets.size > 1 else ""
-    return f"The shorter the period, the harder the impacts{tail}"
+    return f"Shorter periods have harder impacts{tail}"
 
 
 def symmetry_text(dataset: xr.Dataset) -> str:

@@ -23,7 +23,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.words.vocabulary import label
 
-LEFT, BELOW, SPECTRUM = 1.75, 1.0, 6.6  # cm
+LEFT, BELOW, BETWEEN, SPECTRUM = 1.75, 1.0, 0.5, 6.6  # cm
 FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
@@ -72,10 +72,10 @@ def draw_energy(dataset: xr.Dataset) -> Figure:
     is_wide = max(map(len, terms)) > MAX_BARS or len(forms) == 1
     width = WIDE - LEFT - 0.3 if is_wide else (WIDE - 2 * LEFT - 0.3) / 2
     high, rows = 4.6, len(forms) if is_wide else 1
-    figure = new_canvas(rows * (high + BELOW) + 0.6)
+    figure = new_canvas(rows * (high + BELOW + BETWEEN) + 0.6 - BETWEEN)
     for number, (form, bars) in enumerate(zip(forms, terms, strict=True)):
         row, column = (number, 0) if is_wide else (0, number)
-        bottom = BELOW + (rows - 1 - row) * (high + BELOW + 0.1)
+        bottom = BELOW + (rows - 1 - row) * (high + BELOW + BETWEEN)
         ax = axes(figure, LEFT + column * (width + LEFT), bottom, width, high)
         draw_bars(ax, bars)
         panel(ax, "ab"[number] if len(forms) > 1 else "", FORMS[form])

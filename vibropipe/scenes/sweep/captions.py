@@ -62,7 +62,7 @@ def describe_sweep(
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
         else "",
-        row_kinds_text(dataset, show),
+        row_kinds_text(dataset, are_drawn=bool(quantities)),
         aperiodic_text(dataset),
         unresolved_text(dataset),
         "Wide grey line: free motion without losses" if backbone is not None else "",
@@ -147,10 +147,9 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
 
 
-def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Write the numbers of rows that are drawn as marks or not at all."""
+def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
+    """Write the numbers of rows that are drawn as marks, if any are, or not at all."""
     kinds = row_kinds(dataset)
-    drawn = bool(panels_of(dataset, show, joined=True))
     descriptions = [
         ("multiple", "an orbit of m > 1 forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),
@@ -158,7 +157,7 @@ def row_kinds_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     ]
     amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
     texts = [
-        f"{amounts[kind]} {'has' if amounts[kind] == 1 else 'have'} {what}{mark if drawn else ''}"
+        f"{amounts[kind]} {'has' if amounts[kind] == 1 else 'have'} {what}{mark if are_drawn else ''}"
         for kind, what, mark in descriptions
         if amounts[kind]
     ]

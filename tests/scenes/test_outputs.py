@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import json
 from itertools import combinations
-from types import SimpleNamespace
 
 import numpy as np
 import pytest

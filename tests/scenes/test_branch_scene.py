@@ -134,9 +134,7 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
         f"The largest jump, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, to no "
         "impact (fold)."
     )
-    assert hardest.lead.startswith(
-        "The hardest impact of the stable motions followed here is at ν = "
-    )
+    assert hardest.lead.startswith("Stable motions followed here strike hardest at ν = ")
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1).max("support")
     at = float(hardest.lead.partition("ν = ")[2].split()[0].rstrip(".,"))
     assert at == pytest.approx(float(dataset["nu"][int(velocity.argmax("point"))]), rel=1e-3)

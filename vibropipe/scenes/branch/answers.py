@@ -178,6 +178,6 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
         "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"
     )
     return Answer(
-        f"The hardest impact of the stable motions followed here is at {at_text(dataset, value)}{beside}{end}.",
+        f"Stable motions followed here strike hardest at {at_text(dataset, value)}{beside}{end}.",
         f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",
     )

@@ -177,7 +177,8 @@ def test_a_motion_without_its_impacts_is_drawn_and_its_caption_says_so(tmp_path)
     assert "impact_tau" not in dataset
     assert [ax.get_ylabel() for ax in draw("motion", dataset).axes][1:] != []
     said = caption(study.scenes[name], dataset, datasets)
-    assert "Impacts are not stored: add impacts to outputs." in said
+    assert said.count(" Impacts are not stored: add impacts to outputs. ") == 1
+    assert said.endswith("R₁ = 0.7, R₂ = 0.7.")
 
 
 def test_grazings_alone_are_drawn(tmp_path):

@@ -118,7 +118,9 @@ def test_chosen_panels_and_quantities_alone_are_drawn(made):
     panels = draw("motion", made["forced"][1], MotionFigure(show=["velocity", "force"]))
     assert [ax.get_ylabel() for ax in panels.axes] == [label("force"), label("velocity")]
     means = draw("sweep", made["line"][1], SweepFigure(show=["displacement_mean"]))
-    assert "constant part" in words(means)
+    (title,) = (text.get_text() for text in means.axes[0].texts)
+    assert title == rf"constant part of displacement {quantity('displacement_mean').symbol}"
+    assert len(means.axes) == 2
     assert "harmonic" not in words(means)
 
 

@@ -134,10 +134,14 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
         f"The largest jump, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, to no "
         "impact (fold)."
     )
-    assert hardest.lead.startswith("Stable motions followed here strike hardest at ν = ")
+    assert hardest.lead.startswith("Stable motions followed here strike hardest near ν = ")
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1).max("support")
     at = float(hardest.lead.partition("ν = ")[2].split()[0].rstrip(".,"))
-    assert at == pytest.approx(float(dataset["nu"][int(velocity.argmax("point"))]), rel=1e-3)
+    point = int(velocity.argmax("point"))
+    before, after = sorted(dataset["nu"].values[[point - 1, point + 1]])
+    # in the digits in which the points beside it agree
+    assert abs(at - before) <= 1.5 * 10.0 ** -(len(f"{at}") - 2)
+    assert abs(at - after) <= 1.5 * 10.0 ** -(len(f"{at}") - 2)
     assert "on each support" in hardest.rest
     rows = together_table("response", dataset).rows
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from dataclasses import dataclass
 
 import numpy as np
@@ -161,6 +162,20 @@ def kinds_answer(dataset: xr.Dataset) -> Answer | None:
     return Answer("The motion changes its law at bifurcations.", f"The branches have {texts}.")
 
 
+def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
+    """Write where the largest velocity lies, in the digits that the stable points beside it leave, or at an end."""
+    axis, largest = dataset[followed(dataset)], velocity.max("support").values
+    value = float(axis.values[point])
+    beside = [n for n in (point - 1, point + 1) if 0 <= n < largest.size and largest[n] > 0]
+    is_one_branch = len({*dataset["branch_id"].values[[*beside, point]].tolist()}) == 1
+    if len(beside) < 2 or not is_one_branch or value == 0.0:
+        return f"at {at_text(dataset, value)}"
+    reach = float(np.abs(axis.values[beside] - value).max())
+    last = math.floor(math.log10(abs(value)))
+    digits = next((n for n in (4, 3, 2) if reach <= 10.0 ** (last - n + 1)), 1)
+    return f"near {symbol_text(axis)} = {value_text(axis, value, digits)}"
+
+
 def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     """Write the largest impact velocity of the stable points and its place."""
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
@@ -178,6 +193,6 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
         "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"
     )
     return Answer(
-        f"Stable motions followed here strike hardest at {at_text(dataset, value)}{beside}{end}.",
+        f"Stable motions followed here strike hardest {peak_text(dataset, velocity, point)}{beside}{end}.",
         f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",
     )

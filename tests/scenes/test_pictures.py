@@ -10,12 +10,13 @@ from drawing import draw
 from figures.figure_text import texts, words
 from sampling import sampled
 
-from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE
+from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE, house_style
 from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.amplitude_frequency import parts
 from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.pictures import PICTURES
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import label, quantity
 
@@ -88,6 +89,16 @@ def test_print_width_and_size_of_letters(name, figures):
 def test_symbols_of_the_vocabulary_are_on_the_picture(name, quantities, figures):
     for each in quantities:
         assert quantity(each).symbol in words(figures[name])
+
+
+def test_symbols_of_chosen_quantities_and_of_maps_of_quantities_are_on_the_picture(made):
+    mean = quantity("displacement_mean").symbol
+    assert mean in words(draw("sweep", made["lines"][1], SweepFigure(show=["displacement_mean"])))
+    (of_map,) = (picture for picture in PICTURES if picture.name == "quantities")
+    with house_style():
+        quantities = words(of_map.draw(made["map"][1], SweepFigure(), {}))
+    assert mean in quantities
+    assert "largest velocity before impact, either support" in quantities
 
 
 def test_parts_of_a_curve_join(made):

@@ -156,7 +156,7 @@ def impacts_text(dataset: xr.Dataset) -> str:
             if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
                 impacts = "impacts, with rests,"
             clauses.append(f"{impacts} on support {support} (largest velocity {largest})")
-    return series(clauses) or NO_SUPPORT_STRUCK
+    return capital(series(clauses)) or NO_SUPPORT_STRUCK
 
 
 def grazing_text(dataset: xr.Dataset) -> str:
@@ -172,7 +172,11 @@ def grazing_text(dataset: xr.Dataset) -> str:
                 f"support {support} is grazed (contact at zero velocity) {times(int(at.sum()))}, "
                 f"first at {plain_symbol(clock(dataset))} = {first}"
             )
-    text = series(clauses)
+    return capital(series(clauses))
+
+
+def capital(text: str) -> str:
+    """Return a sentence with its first letter large."""
     return text[:1].upper() + text[1:]
 
 
@@ -209,8 +213,7 @@ def exact_text(dataset: xr.Dataset) -> str:
     """Write the largest deviation from the exact motion drawn under the curve."""
     if "displacement_exact" not in dataset:
         return ""
-    method = str(dataset.attrs.get("method", "this method"))
     return (
-        f"Pale line: exact solution; the displacement computed by {method} differs from it "
-        f"by at most {format_number(departure(dataset), 2)}"
+        "Pale line: exact solution; the displacement by Newmark's method differs from it "
+        f"by at most {at_most(departure(dataset), 2)}"
     )

@@ -64,7 +64,7 @@ def motions(absent: str, method: dict[str, Any], samples: int = 16) -> tuple[Any
 
 
 def compare_all() -> None:
-    """Compare every case by both methods bit for bit, uncompiled, since the compiler fuses products and sums."""
+    """Compare every case by both methods bit for bit, uncompiled, since their kernels take long to compile."""
     for absent in CASES:
         for method in METHODS:
             if method and absent.startswith("support"):
@@ -95,14 +95,11 @@ def test_null_effects_change_no_bit_of_the_formulas() -> None:
 
 
 @pytest.mark.parametrize("absent", sampled(["forcing and rest", "support 1", "support 2"]))
-def test_compiled_kernels_agree_within_a_few_roundings(absent: str) -> None:
-    """The compiler fuses other products and sums where there are fewer of them."""
-    full, without = motions(absent, {}, samples=0)
+def test_null_effects_change_no_bit_of_compiled_kernels(absent: str) -> None:
+    full, without = motions(absent, {}, samples=4)
     assert full.impact_tau.size > 2
-    for name in ("impact_support", "rest_support", "status"):
-        np.testing.assert_array_equal(full[name].values, without[name].values)
-    for name in ("impact_tau", "impact_velocity", "displacement_end", "velocity_end"):
-        np.testing.assert_allclose(without[name], full[name], rtol=0, atol=2e-13, err_msg=name)
+    for name in QUANTITIES:
+        np.testing.assert_array_equal(full[name].values, without[name].values, err_msg=name)
 
 
 @given(

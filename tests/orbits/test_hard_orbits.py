@@ -254,3 +254,11 @@ def test_a_damped_free_motion_ends_at_the_equilibrium() -> None:
     assert int(ds.regime) == NO_IMPACT
     assert float(ds.displacement_mean) == pytest.approx(0, abs=1e-12)
     assert np.abs(ds.displacement_amplitude.values).max() < 1e-12
+
+
+@pytest.mark.parametrize(("h", "delta"), [(0.05, 0.0), (0.1, 0.2), (0.3, 0.1)])
+def test_an_equilibrium_is_an_orbit_of_one_period(h: float, delta: float) -> None:
+    """Also where rounding is all that is left of the motion, which then repeats after any number of periods."""
+    starts = {"x0": np.linspace(-0.2, 0.5, 40), "v0": [0.1, 0.3]}
+    rows = vp.sweep(vp.Exciter(l=0.5, h=h, delta=delta, R1=0.6, R2=0.6), starts)
+    assert (rows.period_multiple == 1).all()

@@ -111,7 +111,8 @@ def test_other_parts_of_a_chaotic_motion_have_the_same_exponent(exciter: vp.Exci
     ]
     values = np.array([float(motion.lyapunov_exponent) for motion in motions])
     errors = np.array([float(motion.lyapunov_exponent_error) for motion in motions])
-    assert (np.abs(values - values.mean()) < 4 * errors).all()
+    # errors are of few blocks each, and scatter as well
+    assert (np.abs(values - values.mean()) < 4 * errors.mean()).all()
     assert 0.4 < errors.mean() / values.std(ddof=1) < 2.5
 
 

@@ -30,7 +30,7 @@ LONG_ORBITS = [
     (Parameters(3.808330787, -1.799585357, 0.1907996438, 0.5, 0.3983598063, 0.5470469625, 0.4267024246), 46),
     (Parameters(4.059923166, -1.568079306, 0.1224276611, 0.5, 0.3118956208, 0.7398313789, 0.3013997506), 48),
     # After each rest the motion is the same to rounding, chaotic as it is in between.
-    (Parameters(0.5299458755, -1.570481196, 0.002634082672, 0.5, 0.3191967047, 0.9567551355, 0.950876618), 142),
+    (Parameters(0.5299458755, -1.570481184, 0.002634082672, 0.5, 0.3191967047, 0.9567551355, 0.950876618), 214),
 ]  # fmt: skip
 # Chaotic for some hundreds of periods, then without impacts.
 LONG_TRANSIENTS = [

@@ -20,7 +20,8 @@ import vibropipe as vp
 HELD = Path(__file__).parents[1] / "reference" / "held.json"
 DIGITS = 1e-12
 """Largest change of a value of an orbit, relative to it or to 1, beside ten times its stated error."""
-LABELS = ("regime", "status", "period_multiple", "impacts_per_orbit", "rests_per_orbit")
+LABELS = ("regime", "status")
+COUNTS = ("period_multiple", "impacts_per_orbit", "rests_per_orbit")
 OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 SWITCHED = ("flip", "pitchfork", "grazing")
 PAPER = {"l": 0.5, "h": 0.2, "f": 1.0, "R1": 0.7, "R2": 0.7}
@@ -99,14 +100,21 @@ def record(ds: xr.Dataset) -> dict[str, Any]:
     found = {n: ds[n].values.tolist() for n in LABELS if n in ds}
     multipliers = np.abs(ds.floquet_multiplier.values)
     if np.isfinite(multipliers).all():
+        found |= {n: ds[n].values.tolist() for n in COUNTS if n in ds}
         found["spectral_radius"] = float(multipliers.max())
         found["spectral_radius_error"] = float(ds.floquet_multiplier_error.max())
         for n, v in sorted(ds.data_vars.items()):
-            is_value = v.dtype == float and str(n) not in LABELS
+            name, error = str(n), ds.get(f"{n}_error", ds.displacement_strobe_error)
+            if name.endswith("_phase") and v.dims == (
+                "harmonic",
+            ):  # any where the amplitude is zero: hold the parts of both
+                amplitude, name = name.replace("phase", "amplitude"), name.replace("phase", "parts")
+                v = ds[amplitude] * xr.concat([np.cos(v), np.sin(v)], "support")
+                error = ds.get(f"{amplitude}_error", ds.displacement_strobe_error)
+            is_value = v.dtype == float and name not in COUNTS
             if is_value and set(v.dims) <= {"support", "harmonic"}:
-                found[str(n)] = v.values.tolist()
-                error = ds.get(f"{n}_error", ds.displacement_strobe_error)
-                found[f"{n}_error"] = float(error.fillna(0.0).max())
+                found[name] = v.values.tolist()
+                found[f"{name}_error"] = float(error.fillna(0.0).max())
     return found
 
 

@@ -9,7 +9,6 @@ from vibropipe.compiler.flags import (
     jit_inline,
     jit_nogil,
     jit_parallel,
-    jit_unfused,
 )
 from vibropipe.compiler.sources import kernel_hash
 
@@ -19,6 +18,5 @@ __all__ = [
     "jit_inline",
     "jit_nogil",
     "jit_parallel",
-    "jit_unfused",
     "kernel_hash",
 ]

@@ -14,13 +14,9 @@ F = TypeVar("F", bound=Callable[..., Any])
 NO_WRAPPERS = {"no_cpython_wrapper": True, "no_cfunc_wrapper": True}
 
 
-def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags: Any) -> F:
-    """Return a function compiled by numba; fused: products and sums may be fused."""
+def _compile(function: F, forceinline: bool = False, **flags: Any) -> F:
+    """Return a function compiled by numba, which rounds every product and sum as Python does."""
     import numba
-
-    # Of fastmath only the fusion of a product and a sum, which halves the latency of every polynomial; the full set
-    # removes tests for nan.
-    fast = {"contract"} if fused else False
 
     # Set on every function: otherwise numba takes it from whichever caller is compiled first, and the machine
     # code depends on that order.
@@ -35,9 +31,7 @@ def _compile(function: F, fused: bool = True, forceinline: bool = False, **flags
     numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
     try:
         # numpy's error model: 1/0 gives inf, no branch per division.
-        compiled: Any = numba.njit(error_model="numpy", fastmath=fast, cache=True, **flags)(
-            function
-        )
+        compiled: Any = numba.njit(error_model="numpy", cache=True, **flags)(function)
         if COMPILER not in os.environ:
             compile_elsewhere(compiled)
         return cast(F, compiled)
@@ -75,12 +69,3 @@ def jit_parallel(function: F) -> F:
 def jit_nogil(function: F) -> F:
     """Compile a driver that releases the interpreter's lock, so that threads run in parallel."""
     return _compile(function, nogil=True)
-
-
-def jit_unfused(function: F) -> F:
-    """Compile products and sums that are rounded one by one, into the callers.
-
-    They give the same bits in every caller, for one motion or for many side by side, where the compiler would fuse
-    different products and sums.
-    """
-    return _compile(function, fused=False, _nrt=False, forceinline=True)

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_unfused
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.flow import (
     exact_map,
     exact_map_of_second,
@@ -240,7 +240,7 @@ def force_at_step(grid, step):
     return force_y, force_w
 
 
-@jit_unfused
+@jit_inline
 def whole_step(a11, a12, a21, a22, y, w, forcing_y, forcing_w):
     """Return (y, w) after a step; forcing_y, forcing_w : contributions of force and load.
 

@@ -1,8 +1,8 @@
 """Whole steps of Newmark's method: of one motion, and of a block of motions side by side.
 
-Both take the same step, `grid.whole_step`, whose products and sums are rounded one by one: the motions agree bit for
-bit. A block is one flat array with WIDTH numbers per field. Fields then lie at constant offsets, so the compiler can
-prove that no number written is read by another motion, and vectorises the loop.
+Both take the same step, `grid.whole_step`: the motions agree bit for bit. A block is one flat array with WIDTH numbers
+per field. Fields then lie at constant offsets, so the compiler can prove that no number written is read by another
+motion, and vectorises the loop.
 """
 
 from __future__ import annotations

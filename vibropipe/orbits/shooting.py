@@ -31,6 +31,9 @@ MAX_NEWTON = 12
 CLOSURE_TOLERANCE = 1e-13
 # Velocity below which an impact is a grazing, as a share of the norm of the motion.
 SLOWEST_IMPACT = 1e-9
+# Norm of a motion that is at its equilibrium, as a share of the distance from the support that its displacement is
+# computed from: a few roundings of it; and a norm of which nearly all digits are lost.
+STILL, TINY = 2.0**-50, 1e-300
 # Largest number of events in a forcing period, which bounds the time of a march. It is a numpy integer because numba
 # compiles another copy of the march for a literal constant.
 EVENTS_PER_PERIOD = np.int64(100_000)
@@ -197,7 +200,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         change = abs(dy) + abs(dw)
         norm = motion_norm(p, state, log)
         count_as_grazings(log, norm)
-        residual = change / norm if norm > 0.0 else 0.0
+        residual = change / norm if norm > STILL * abs(state.y) + TINY else 0.0
         if iteration == 0:
             first_dy, first_dw = dy, dw
             if residual > shooting.within:

@@ -88,7 +88,6 @@ def force_response(
 @jit
 def acceleration(p, x: float, v: float, turn: float) -> float:
     """Return x'' of eq. (5) at the phase `turn`, in turns."""
-    # A branch here would make the compiler fuse other products of the callers.
     return (first_harmonic(p, turn) - p.h * v - x) + second_harmonic(p, turn)
 
 

@@ -6,7 +6,7 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline, jit_unfused
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.physics.load import double_angle, second_parts
 from vibropipe.physics.turns import sincos_turns
 
@@ -46,20 +46,20 @@ def mean_factors_of_second(p, b1, b2, dt):
     return b1 * of_s, b1 * of_c, b2 * of_s, b2 * of_c
 
 
-@jit_unfused
+@jit_inline
 def force_contribution(factors, s, c):
     """Return the contributions of the force to y and w over a step, from sin and cos at its start."""
     return factors[0] * s + factors[1] * c, factors[2] * s + factors[3] * c
 
 
-@jit_unfused
+@jit_inline
 def contribution_of_second(factors, s, c):
     """Return the contributions of the second harmonic to y and w over a step, from sin and cos of nu tau."""
     s2, c2 = double_angle(s, c)
     return factors[0] * s2 + factors[1] * c2, factors[2] * s2 + factors[3] * c2
 
 
-@jit_unfused
+@jit_inline
 def load_contribution(force_s, force_c, of_load, s, c):
     """Return the contribution of force and constant load over a step, to y or to w."""
     return (force_s * s + force_c * c) + of_load

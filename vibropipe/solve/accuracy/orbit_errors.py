@@ -117,4 +117,4 @@ def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
         limit = np.sqrt(trace[:, None] * (size + trace[:, None]))
     # The small one follows from a determinant, a difference of products of the size of the large one.
     rounding = DETERMINANT * ULP * size.max(axis=1, keepdims=True)
-    return np.asarray(np.fmin(split, limit) + rounding + 0.0 * trace[:, None])
+    return np.where(np.isnan(trace)[:, None], np.nan, np.fmin(split, limit) + rounding)

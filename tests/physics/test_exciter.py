@@ -2,10 +2,13 @@
 
 from __future__ import annotations
 
+import copy
+import inspect
 import math
 import pickle
 import re
 import warnings
+from dataclasses import replace
 
 import pytest
 from hypothesis import given
@@ -39,6 +42,37 @@ def test_defaults_mean_that_an_effect_is_absent() -> None:
     assert (e.upper, e.lower, e.period) == (2.0, -2.0, 2 * math.pi)
     with pytest.raises(TypeError):
         vp.Exciter()  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize(
+    ("name", "dimensionless", "physical"),
+    [
+        ("zeta", "h = 2 zeta", "H = 2 zeta sqrt(m C)"),
+        ("zeta2", "h2 = 2 zeta sqrt(k2)", "H2 = 2 zeta sqrt(m C2)"),
+    ],
+)
+def test_damping_ratios_are_told_as_damping(name: str, dimensionless: str, physical: str) -> None:
+    told = f"{name}: is an unknown parameter; must be one of .* \\(a damping ratio is written as "
+    with pytest.raises(vp.ParameterError, match=f"^{told}{re.escape(dimensionless)}\\)$"):
+        vp.Exciter(l=1.0, **{name: 0.1})
+    with pytest.raises(vp.ParameterError, match=f"^{told}{re.escape(physical)}\\)$"):
+        vp.Exciter.from_physical(m=1, C=1, l=1, **{name: 0.1})
+
+
+@pytest.mark.parametrize(
+    ("name", "meant"), [("delta1", "delta"), ("omega", "nu"), ("Delta", "delta"), ("r1", "R1")]
+)
+def test_unknown_keywords_are_told_with_what_they_may_mean(name: str, meant: str) -> None:
+    told = (
+        rf"^{name}: is an unknown parameter; must be one of nu, f, .* \(did you mean '{meant}'\?\)$"
+    )
+    e = vp.Exciter(l=1.0)
+    with pytest.raises(vp.ParameterError, match=told):
+        vp.Exciter(l=1.0, **{name: 0.1})
+    with pytest.raises(vp.ParameterError, match=told):
+        replace(e, **{name: 0.1})
+    assert list(inspect.signature(vp.Exciter).parameters)[:2] == ["l", "nu"]
+    assert pickle.loads(pickle.dumps(e)) == e == copy.copy(e)
 
 
 def test_supports_on_one_number_are_refused() -> None:

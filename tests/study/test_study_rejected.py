@@ -8,9 +8,9 @@ from hypothesis import strategies as st
 from study_texts import BASE, faults, scene_faults, study_of
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.scenes.keys.spelling import nearest
 from vibropipe.study import StudyError, parse_study
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.spelling import nearest
 
 
 def test_message_names_file_key_value_allowed_and_nearest(tmp_path):

@@ -12,13 +12,14 @@ from pydantic import ValidationError
 from vibropipe.figures.units import display_units
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.parts import FigureOptions
-from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean
+from vibropipe.scenes.keys.problems import Problem, StudyError
 from vibropipe.scenes.kind import Kind, Picture
 from vibropipe.scenes.registry import kind_of_dataset, kinds
 from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text, units_of
 from vibropipe.store import load
 from vibropipe.study import study_of_text
 from vibropipe.study.pydantic_errors import problem_of
+from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.vocabulary import VOCABULARY, held_name
 from vibropipe.words.wording import series
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import functools
 import math
 import warnings
 from collections.abc import Collection, Mapping
@@ -9,7 +10,7 @@ from dataclasses import dataclass, replace
 from typing import Any, NamedTuple
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
-from vibropipe.physics.parameter_error import as_float, number_within, si_value
+from vibropipe.physics.parameter_error import as_float, check_keywords, number_within, si_value
 from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
 from vibropipe.physics.si import non_dimensional
@@ -80,6 +81,20 @@ def check_together(
             raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))
 
 
+def _telling_unknown_keywords(cls: type[Exciter]) -> type[Exciter]:
+    """Return the class, whose call says of an unknown keyword what could be meant."""
+    init = cls.__init__
+
+    @functools.wraps(init)
+    def checked(self: Exciter, *args: Any, **given: Any) -> None:
+        check_keywords(given, tuple(PARAMETERS))
+        init(self, *args, **given)
+
+    cls.__init__ = checked  # type: ignore[method-assign]
+    return cls
+
+
+@_telling_unknown_keywords
 @dataclass(frozen=True)
 class Exciter:
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
@@ -113,8 +128,8 @@ class Exciter:
     Raises
     ------
     ParameterError
-        If a value is out of range (`vibropipe.words.parameters`), the supports coincide in floating point, a rigid
-        support has damping, or a soft one has a damping beside Ri < 1 that is not the one Ri
+        If a keyword is unknown, a value is out of range (`vibropipe.words.parameters`), the supports coincide in
+        floating point, a rigid support has damping, or a soft one has a damping beside Ri < 1 that is not the one Ri
         gives.
     """
 
@@ -204,7 +219,8 @@ class Exciter:
         Raises
         ------
         ParameterError
-            If a value is out of range, has an unknown unit or one of another dimension, or lacks the one it needs.
+            If a keyword is unknown, or a value is out of range, has an unknown unit or one of another dimension, or
+            lacks the one it needs.
 
         Warns
         -----
@@ -212,8 +228,7 @@ class Exciter:
             If the nearer support is more than 100 times as far away as the mass swings without supports, as with l=8
             for 8 mm, or the force holds the spring more than 100 l from its equilibrium (`physics.plausible`).
         """
-        for name in further.keys() - PHYSICAL.keys():
-            raise TypeError(f"from_physical() got an unexpected keyword argument {name!r}")
+        check_keywords(further, (*PHYSICAL, "R1", "R2"))
         given = {"m": m, "C": C, "l": l, "H": H, "F": F, "omega": omega, "delta": delta, **further}
         given = {name: value for name, value in given.items() if value is not None}
         si = {name: si_value(name, value) for name, value in given.items()}

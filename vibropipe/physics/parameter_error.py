@@ -2,9 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from vibropipe.words.parameters import PHYSICAL, Range
+from vibropipe.words.spelling import hint_of_key
 from vibropipe.words.units import UnitError, to_si
 
 
@@ -38,6 +40,27 @@ class ParameterError(ValueError):
 
     def __str__(self) -> str:
         return f"{self.name}: {self.must}" + (f", got {self.got}" if self.got else "")
+
+
+def check_keywords(given: Iterable[str], known: Collection[str]) -> None:
+    """Raise a ParameterError if a keyword is none of the known parameters."""
+    for name in given:
+        if name not in known:
+            must = f"is an unknown parameter; must be one of {', '.join(known)}"
+            raise ParameterError(name, None, must=must + _hint(name, known), got="")
+
+
+def check_keys(argument: str, given: Iterable[Any], known: Collection[str]) -> None:
+    """Raise a ParameterError if a key of a mapping is none of those that the argument takes."""
+    for name in given:
+        if name not in known:
+            must = f"must have keys among {', '.join(known)}"
+            raise ParameterError(argument, given, must=must, got=f"{name!r}{_hint(name, known)}")
+
+
+def _hint(name: Any, known: Collection[str]) -> str:
+    hint = hint_of_key(name, known)
+    return f" ({hint})" if hint else ""
 
 
 def as_float(name: str, value: Any, allowed: str) -> float:

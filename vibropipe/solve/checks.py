@@ -11,7 +11,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
-from vibropipe.physics.parameter_error import as_float
+from vibropipe.physics.parameter_error import as_float, check_keys
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
@@ -70,10 +70,8 @@ def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
 def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
     arrays = {}
+    check_keys("over", over, (*Parameters._fields, *STARTS))
     for name, values in over.items():
-        if name not in (*Parameters._fields, *STARTS):
-            must = f"must have keys among {', '.join((*Parameters._fields, *STARTS))}"
-            raise ParameterError("over", over, must=must, got=repr(name))
         array = np.atleast_1d(np.asarray(values, dtype=float))
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
             raise ParameterError(f"over.{name}", values, "a non-empty list of finite numbers")

@@ -11,7 +11,7 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
-from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.gradient import values_and_jacobian
@@ -140,10 +140,7 @@ def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[
     """Return standard deviations in the order of the parameters, or raise a ParameterError."""
     if not tolerances:
         raise ParameterError("tolerance", tolerances, must="must have at least one parameter")
-    for name in tolerances:
-        if name not in Parameters._fields:
-            must = f"must have keys among {', '.join(Parameters._fields)}"
-            raise ParameterError("tolerance", tolerances, must=must, got=repr(name))
+    check_keys("tolerance", tolerances, Parameters._fields)
     check_soft("tolerance", exciter, tolerances, {})
     return {
         name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)

@@ -6,9 +6,10 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from vibropipe.scenes.keys.base import drawn_by_others
-from vibropipe.scenes.keys.problems import KeyPath, Problem, did_you_mean
+from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study.models import Hero, ReportTable, Study
+from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.wording import count
 
 

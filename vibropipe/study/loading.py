@@ -16,11 +16,9 @@ from vibropipe.scenes.keys.problems import (
     Problem,
     StudyError,
     describe,
-    did_you_mean,
     distinct,
     repeated,
 )
-from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
@@ -30,6 +28,7 @@ from vibropipe.study.slips import without_slips
 from vibropipe.study.tables import Files, with_tables
 from vibropipe.study.written import as_written, both_paths
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
+from vibropipe.words.spelling import did_you_mean, latin
 
 # Brackets mark the steps of a path that pydantic inserts (`<motion>`, `[key]`).
 _BRACKETS = re.compile(r"[<>\[\]]")

@@ -18,13 +18,14 @@ from vibropipe.figures.units import display_units
 from vibropipe.scenes.keys.base import BaseScene, Cell, Conclusion, Prose, Question, Title
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical
-from vibropipe.scenes.keys.problems import Problem, StudyError, did_you_mean, one_of
+from vibropipe.scenes.keys.problems import Problem, StudyError, one_of
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 from vibropipe.solve.shown_units import DISPLAY_UNITS, units_as_text
 from vibropipe.study.display import display_units_of
 from vibropipe.study.tables import Files
+from vibropipe.words.spelling import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr

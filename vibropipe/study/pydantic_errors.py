@@ -12,7 +12,6 @@ from vibropipe.scenes.keys.problems import (
     KeyPath,
     Problem,
     describe,
-    did_you_mean,
     one_of,
     required,
     unknown,
@@ -20,6 +19,7 @@ from vibropipe.scenes.keys.problems import (
 from vibropipe.scenes.keys.values import REFUSED
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, field_at, keys_of, model_at, tags
+from vibropipe.words.spelling import did_you_mean
 
 
 def plain_path(loc: KeyPath) -> KeyPath:

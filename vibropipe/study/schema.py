@@ -24,7 +24,6 @@ from vibropipe.scenes.keys.parts import (
     StudyPhysical,
 )
 from vibropipe.scenes.keys.problems import Problem, StudyError
-from vibropipe.scenes.keys.spelling import OLD_KEYS, greek
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
@@ -32,6 +31,7 @@ from vibropipe.study.loading import Config
 from vibropipe.study.models import Hero, ReportTable, study_model
 from vibropipe.study.physical import WRITTEN
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.spelling import OLD_KEYS, greek
 
 BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
 END = "<!-- table of keys: end -->"

@@ -6,7 +6,7 @@ from collections.abc import Collection
 from typing import Any
 
 from vibropipe.scenes.keys.problems import Problem, unknown
-from vibropipe.scenes.keys.spelling import nearest
+from vibropipe.words.spelling import nearest
 
 
 def without_slips(

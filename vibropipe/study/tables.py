@@ -15,9 +15,9 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
-from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import as_number
 from vibropipe.solve.design.goals import CURVE
+from vibropipe.words.spelling import latin
 from vibropipe.words.units import UnitError, to_si
 
 PHASE = "phase"

@@ -14,9 +14,10 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.base import Title, each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
-from vibropipe.scenes.keys.problems import Problem, did_you_mean, one_of
+from vibropipe.scenes.keys.problems import Problem, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.outputs import OF_MOTION, OUTPUTS, Output
+from vibropipe.words.spelling import did_you_mean
 
 
 class TimedMotion(MotionKeys):

@@ -11,7 +11,6 @@ from pydantic import BeforeValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
-from vibropipe.scenes.keys.spelling import latin
 from vibropipe.scenes.keys.values import (
     DisplayUnitRule,
     Measured,
@@ -23,6 +22,7 @@ from vibropipe.scenes.keys.values import (
 )
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
+from vibropipe.words.spelling import latin
 
 # Lines of a panel: as many as there are styles of lines.
 MAX_LINES = 7

@@ -8,7 +8,7 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.keys.spelling import nearest, only_looks_right
+from vibropipe.words.spelling import hint_of_key
 
 KeyPath = tuple[str | int, ...]
 
@@ -89,15 +89,6 @@ class StudyError(ValueError):
         super().__init__("\n".join(problem.line(source) for problem in self.problems))
 
 
-def did_you_mean(word: Any, known: Iterable[str]) -> str:
-    """Return the hint for a word that is none of `known`, or an empty text when nothing is near."""
-    near = nearest(word, known) if isinstance(word, str) else None
-    if near is None:
-        return ""
-    disguised = "; some of its letters only look right" if only_looks_right(word, near) else ""
-    return f"did you mean {near!r}?{disguised}"
-
-
 def repeated(path: KeyPath, spelling: str = "") -> Problem:
     """Return the fault of a key that occurs twice; its first value is kept and checked."""
     spelt = f" spelt {describe(spelling)}" if spelling else ""
@@ -137,19 +128,8 @@ def argument_path(error: ParameterError) -> KeyPath:
 def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
     """Return the fault of an unknown key, with the nearest one that exists."""
     instead = f"be {one_of(choices)}" if choices else "be left out"
-    hint = _damping_ratio(str(path[-1]), choices) or did_you_mean(path[-1], choices)
+    hint = hint_of_key(path[-1], choices)
     return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")
-
-
-def _damping_ratio(key: str, choices: Sequence[str]) -> str:
-    """Return what to write for a damping ratio; empty for any other key."""
-    match = re.fullmatch(r"(?:zeta|ζ|ξ|xi|damping_?ratio)_?([12₁₂]?)", key, re.IGNORECASE)
-    if match is None:
-        return ""
-    n = match[1].translate(str.maketrans("₁₂", "12"))
-    if f"h{n}" in choices:
-        return f"a damping ratio is written as h{n} = 2 zeta" + (f" sqrt(k{n})" if n else "")
-    return f"a damping ratio is written as H{n} = 2 zeta sqrt(m C{n})" if f"H{n}" in choices else ""
 
 
 def distinct(problems: Iterable[Problem]) -> list[Problem]:

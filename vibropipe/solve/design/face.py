@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.parameter_error import check_keys
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
@@ -210,10 +211,8 @@ def check_vary(
     """Return the ranges of varied parameters in the order of the parameters, or raise a ParameterError."""
     if not vary:
         raise ParameterError("vary", vary, must="must have at least one parameter with its range")
+    check_keys("vary", vary, PARAMETERS)
     for name, ends in vary.items():
-        if name not in PARAMETERS:
-            must = f"must have keys among {', '.join(PARAMETERS)}"
-            raise ParameterError("vary", vary, must=must, got=repr(name))
         try:
             low, high = map(float, ends)
         except (TypeError, ValueError):

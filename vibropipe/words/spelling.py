@@ -1,10 +1,11 @@
-"""Spelling of keys: Greek letters, look-alike letters, the nearest known word."""
+"""Spelling of keys: Greek letters, look-alike letters, the nearest known word, what a damping ratio is written as."""
 
 from __future__ import annotations
 
 import difflib
+import re
 import unicodedata
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from typing import Any
 
 from vibropipe.words.parameters import PARAMETERS
@@ -64,3 +65,29 @@ def nearest(word: str, known: Iterable[str]) -> str | None:
 def only_looks_right(word: str, near: str) -> bool:
     """Return whether `word` differs from `near` only by letters of another alphabet."""
     return not word.isascii() and _skeleton(word) == near
+
+
+def did_you_mean(word: Any, known: Iterable[str]) -> str:
+    """Return the hint for a word that is none of `known`, or an empty text when nothing is near."""
+    near = nearest(word, known) if isinstance(word, str) else None
+    if near is None:
+        return ""
+    disguised = "; some of its letters only look right" if only_looks_right(word, near) else ""
+    return f"did you mean {near!r}?{disguised}"
+
+
+def hint_of_key(key: Any, known: Iterable[str]) -> str:
+    """Return the hint for a key that is none of `known`: what states a damping ratio, else the nearest that exists."""
+    choices = list(known)
+    return _damping_ratio(str(key), choices) or did_you_mean(key, choices)
+
+
+def _damping_ratio(key: str, choices: Collection[str]) -> str:
+    """Return what to write for a damping ratio; empty for any other key."""
+    match = re.fullmatch(r"(?:zeta|ζ|ξ|xi|damping_?ratio)_?([12₁₂]?)", key, re.IGNORECASE)
+    if match is None:
+        return ""
+    n = match[1].translate(str.maketrans("₁₂", "12"))
+    if f"h{n}" in choices:
+        return f"a damping ratio is written as h{n} = 2 zeta" + (f" sqrt(k{n})" if n else "")
+    return f"a damping ratio is written as H{n} = 2 zeta sqrt(m C{n})" if f"H{n}" in choices else ""

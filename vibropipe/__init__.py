@@ -10,22 +10,22 @@ _FACE = {
     "Exciter": "vibropipe.physics.exciter",
     "ParameterError": "vibropipe.physics.exciter",
     "UnsolvedWarning": "vibropipe.words.status",
-    "simulate": "vibropipe.solve.motion",
-    "steady_state": "vibropipe.solve.steady",
-    "sweep": "vibropipe.solve.sweep",
-    "branch": "vibropipe.solve.branch",
-    "attractors": "vibropipe.solve.attractors",
-    "basins": "vibropipe.solve.basins",
-    "boundary": "vibropipe.solve.boundary",
+    "simulate": "vibropipe.solve.motion.simulate",
+    "steady_state": "vibropipe.solve.rows.steady",
+    "sweep": "vibropipe.solve.sweep.sweep",
+    "branch": "vibropipe.solve.branch.branch",
+    "attractors": "vibropipe.solve.basins.attractors",
+    "basins": "vibropipe.solve.basins.basins",
+    "boundary": "vibropipe.solve.boundary.boundary",
     "design": "vibropipe.solve.design.face",
-    "identify": "vibropipe.solve.identify",
-    "tolerance": "vibropipe.solve.tolerance",
-    "backbone": "vibropipe.solve.conservative",
-    "amplitude_frequency": "vibropipe.solve.conservative",
-    "symmetric_orbit": "vibropipe.solve.closed_orbits",
-    "symmetric_orbit_boundaries": "vibropipe.solve.closed_boundaries",
-    "one_sided_orbit": "vibropipe.solve.closed_orbits",
-    "one_sided_orbit_boundaries": "vibropipe.solve.closed_boundaries",
+    "identify": "vibropipe.solve.fit.identify",
+    "tolerance": "vibropipe.solve.design.tolerance",
+    "backbone": "vibropipe.solve.motion.conservative",
+    "amplitude_frequency": "vibropipe.solve.motion.conservative",
+    "symmetric_orbit": "vibropipe.solve.boundary.closed_orbits",
+    "symmetric_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
+    "one_sided_orbit": "vibropipe.solve.boundary.closed_orbits",
+    "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "table": "vibropipe.store",
@@ -65,23 +65,23 @@ if TYPE_CHECKING:
 
     from vibropipe.jobs.plot import plot
     from vibropipe.physics.exciter import Exciter, ParameterError
-    from vibropipe.solve.attractors import attractors
-    from vibropipe.solve.basins import basins
-    from vibropipe.solve.boundary import boundary
-    from vibropipe.solve.branch import branch
-    from vibropipe.solve.closed_boundaries import (
+    from vibropipe.solve.basins.attractors import attractors
+    from vibropipe.solve.basins.basins import basins
+    from vibropipe.solve.boundary.boundary import boundary
+    from vibropipe.solve.boundary.closed_boundaries import (
         one_sided_orbit_boundaries,
         symmetric_orbit_boundaries,
     )
-    from vibropipe.solve.closed_orbits import one_sided_orbit, symmetric_orbit
-    from vibropipe.solve.conservative import amplitude_frequency, backbone
+    from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
+    from vibropipe.solve.branch.branch import branch
     from vibropipe.solve.design.face import design
-    from vibropipe.solve.identify import identify
-    from vibropipe.solve.motion import simulate
+    from vibropipe.solve.design.tolerance import tolerance
+    from vibropipe.solve.fit.identify import identify
+    from vibropipe.solve.motion.conservative import amplitude_frequency, backbone
+    from vibropipe.solve.motion.simulate import simulate
     from vibropipe.solve.physical import to_physical
-    from vibropipe.solve.steady import steady_state
-    from vibropipe.solve.sweep import sweep
-    from vibropipe.solve.tolerance import tolerance
+    from vibropipe.solve.rows.steady import steady_state
+    from vibropipe.solve.sweep.sweep import sweep
     from vibropipe.store import load, open_study, table
     from vibropipe.words.status import UnsolvedWarning
 

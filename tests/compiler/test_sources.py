@@ -35,7 +35,7 @@ NUMBERS = (
     "words/status.py",
     "physics/saltation.py",
     "march/loop.py",
-    "solve/rows.py",
+    "solve/rows/many.py",
     "compiler/flags.py",
     "compiler/server.py",
 )

@@ -90,7 +90,7 @@ def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
     monkeypatch.setattr("vibropipe.compiler.cache.cache_root", lambda: tmp_path / "cache")
     assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
     # the folder alone, which importing the module creates, is not enough
-    kernels = tmp_path / f"cache/solve.rows-{source_hash([ROWS, COMPILER])}/__pycache__"
+    kernels = tmp_path / f"cache/solve.rows.many-{source_hash([ROWS, COMPILER])}/__pycache__"
     kernels.mkdir(parents=True)
     assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
     kernels.joinpath("rows.solve_piece.nbi").touch()

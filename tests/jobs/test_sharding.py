@@ -18,7 +18,7 @@ from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.scenes.sweep.keys import SweepScene
 from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
 from vibropipe.scenes.sweep.solve import solve_rows
-from vibropipe.solve import row_results
+from vibropipe.solve.rows import row_results
 from vibropipe.store import StoreError, load, write
 from vibropipe.study import load_study, parse_study
 from vibropipe.words.outputs import OUTPUTS

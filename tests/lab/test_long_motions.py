@@ -107,7 +107,7 @@ def test_a_chatter_ends_in_bounded_work(R: float, method: dict[str, Any]) -> Non
 
 def test_the_bound_on_impacts_counts_grazes(monkeypatch: pytest.MonkeyPatch) -> None:
     """The motion grazes a support in each half turn, and the log holds at most three grazings."""
-    monkeypatch.setattr("vibropipe.solve.run.MARCH_LOG_CAPACITY", 4)
+    monkeypatch.setattr("vibropipe.solve.motion.run.MARCH_LOG_CAPACITY", 4)
     for most, status in ((10, Status.MAX_IMPACTS), (1000, Status.OK)):
         e = vp.Exciter(l=0.5, nu=1.0, f=1e-300)
         ds = vp.simulate(e, 200.0, 0.5, samples_per_period=0, max_impacts=most)

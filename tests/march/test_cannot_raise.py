@@ -19,7 +19,7 @@ from numba.core.dispatcher import Dispatcher
 import vibropipe as vp
 from vibropipe.compiler import jit
 from vibropipe.lab.simulate_rows import simulate_rows
-from vibropipe.solve.rows import solve_piece
+from vibropipe.solve.rows.many import solve_piece
 from vibropipe.words.outputs import OUTPUTS
 
 # Exceptions of allocation. Arrays are created once per row or motion and their sizes are bounded by constants, so only
@@ -88,10 +88,10 @@ def functions() -> dict[str, Any]:
 
 def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
     for needed in (
-        "solve.rows.solve_piece", "solve.rows._sample", "lab.simulate_rows._drive",
+        "solve.rows.many.solve_piece", "solve.rows.many._sample", "lab.simulate_rows._drive",
         "march.loop.march_repeatedly",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
-        "solve.conservative_motion._sample", "solve.linear_motion._sample", "physics.conservative.arc",
+        "solve.motion.conservative_motion._sample", "solve.motion.linear_motion._sample", "physics.conservative.arc",
         "orbits.branches.steps.advance", "orbits.branches.steps.settle_at", "orbits.branches.rows.write_points",
     ):  # fmt: skip
         assert f"vibropipe.{needed}" in functions

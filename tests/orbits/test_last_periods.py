@@ -12,7 +12,7 @@ from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_sums, new_work
 from vibropipe.orbits.window import LISTED_PERIODS, Window, list_impacts, window_of
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.row_results import ImpactBuffer, new_rows
+from vibropipe.solve.rows.row_results import ImpactBuffer, new_rows
 from vibropipe.words.status import Status
 
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}

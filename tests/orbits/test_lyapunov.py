@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import vibropipe as vp
 from vibropipe.orbits.growth import BLOCK_PERIODS, EXPONENT_PERIODS
-from vibropipe.solve.sweep import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import assemble, solve_shard
 
 OUTPUTS = ("stability", "poincare", "lyapunov")
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}

@@ -16,7 +16,7 @@ from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.accuracy.method_choice import NEWMARK_PRICES, choose, cost
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
-from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
 IN_DOUBT = ("high_frequency", "fig7_conservative_graze")

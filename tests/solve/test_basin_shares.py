@@ -5,9 +5,9 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.attractor_families import carry
-from vibropipe.solve.attractor_set import AttractorSet
-from vibropipe.solve.attractors import scattered_starts
+from vibropipe.solve.basins.attractor_families import carry
+from vibropipe.solve.basins.attractor_set import AttractorSet
+from vibropipe.solve.basins.attractors import scattered_starts
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import FLAGS
 

@@ -10,11 +10,11 @@ from scipy.stats import binomtest
 
 import vibropipe as vp
 from vibropipe.orbits.basins import LINES
-from vibropipe.solve.attractor_set import SAME_ORBIT, AttractorSet, visited_cells
-from vibropipe.solve.attractors import reachable_velocity, scattered_starts, shares
-from vibropipe.solve.basins import border_starts
-from vibropipe.solve.neighbourhood import trapping_ellipse
-from vibropipe.solve.section_map import SectionMap
+from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet, visited_cells
+from vibropipe.solve.basins.attractors import reachable_velocity, scattered_starts, shares
+from vibropipe.solve.basins.basins import border_starts
+from vibropipe.solve.basins.neighbourhood import trapping_ellipse
+from vibropipe.solve.basins.section_map import SectionMap
 from vibropipe.words.regimes import Regime
 
 PERIODS = 3000

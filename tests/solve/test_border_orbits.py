@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.section_map import SectionMap
+from vibropipe.solve.basins.section_map import SectionMap
 
 THREE = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
 SYMMETRIC = vp.Exciter(l=0.5, nu=1.61, f=1.66, h=0.02, R1=0.8, R2=0.8)

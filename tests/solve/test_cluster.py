@@ -17,8 +17,8 @@ import xarray as xr
 from distributed import Client, LocalCluster
 
 import vibropipe as vp
-from vibropipe.solve import cluster
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep import cluster
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
 OVER = {"f": np.linspace(0.2, 2.0, 40), "nu": np.linspace(0.4, 1.4, 100)}

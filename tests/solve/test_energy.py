@@ -13,8 +13,8 @@ import vibropipe as vp
 from vibropipe.lab.hard_cases import energy as independent
 from vibropipe.lab.hard_cases.analytic import flights
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.solve.contacts import log_of
-from vibropipe.solve.energy import TERMS, work_of_flights
+from vibropipe.solve.motion.contacts import log_of
+from vibropipe.solve.motion.energy import TERMS, work_of_flights
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import quantity
 

@@ -5,9 +5,9 @@ from __future__ import annotations
 import numpy as np
 
 import vibropipe as vp
-from vibropipe.solve.gradient import STEP, by_differences, values_and_jacobian
-from vibropipe.solve.named import named
-from vibropipe.solve.points import solve_points
+from vibropipe.solve.rows.gradient import STEP, by_differences, values_and_jacobian
+from vibropipe.solve.rows.named import named
+from vibropipe.solve.rows.points import solve_points
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "lyapunov")

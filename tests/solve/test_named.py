@@ -8,9 +8,9 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.gradient import exact_slopes
-from vibropipe.solve.named import SMOOTH, labels, named, outputs_of
-from vibropipe.solve.points import solve_points
+from vibropipe.solve.rows.gradient import exact_slopes
+from vibropipe.solve.rows.named import SMOOTH, labels, named, outputs_of
+from vibropipe.solve.rows.points import solve_points
 from vibropipe.words.contacts import OF_SOFT
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.1)

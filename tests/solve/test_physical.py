@@ -11,7 +11,7 @@ from scipy.integrate import solve_ivp
 
 import vibropipe as vp
 from vibropipe.solve.physical import physical_grid
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.vocabulary import VOCABULARY, physical_quantity, quantity
 

@@ -3,7 +3,7 @@
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.sweep import solve_blocks
+from vibropipe.solve.sweep.sweep import solve_blocks
 from vibropipe.words.progress import WorkCount, part_of
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)

@@ -16,7 +16,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, all_effects
 from vibropipe.solve.accuracy import request as requests
 from vibropipe.solve.accuracy.method_choice import choose_method
 from vibropipe.solve.accuracy.rounding import rounding_errors
-from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
 FIGURE_6 = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)

@@ -13,7 +13,7 @@ from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
-from vibropipe.solve.sweep import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import assemble, solve_shard
 from vibropipe.words.status import Status
 
 NUDGE = mpmath.mpf("1e-18")

@@ -11,8 +11,8 @@ import pytest
 import vibropipe as vp
 from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.solve.run import MotionRequest, closed_form_solver, run_motion
-from vibropipe.solve.sweep import solve_shard
+from vibropipe.solve.motion.run import MotionRequest, closed_form_solver, run_motion
+from vibropipe.solve.sweep.sweep import solve_shard
 from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.status import Status
 

@@ -6,8 +6,8 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.attractor_set import AttractorSet
-from vibropipe.solve.section_map import SectionMap
+from vibropipe.solve.basins.attractor_set import AttractorSet
+from vibropipe.solve.basins.section_map import SectionMap
 
 PAPER = vp.Exciter(l=0.5, nu=2.5, f=-1.0, h=0.2, R1=0.7, R2=0.7)
 THREE = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)

@@ -13,9 +13,10 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.solve import rows, sweep_grid
-from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks, solve_shard
-from vibropipe.solve.sweep_grid import SweepGrid, row_blocks
+from vibropipe.solve.rows import many as rows
+from vibropipe.solve.sweep import sweep_grid
+from vibropipe.solve.sweep.sweep import PATIENCE, assemble, solve_blocks, solve_shard
+from vibropipe.solve.sweep.sweep_grid import SweepGrid, row_blocks
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}

@@ -12,7 +12,7 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibropipe.solve.sweep_grid import SweepGrid, row_blocks
+from vibropipe.solve.sweep.sweep_grid import SweepGrid, row_blocks
 
 
 @st.composite
@@ -107,7 +107,7 @@ def test_the_values_of_a_grid_stay_as_they_were_given() -> None:
 
 def test_nothing_slow_is_loaded_for_a_grid() -> None:
     code = (
-        "import sys, vibropipe.solve.sweep_grid\n"
+        "import sys, vibropipe.solve.sweep.sweep_grid\n"
         "print({'numba', 'xarray', 'h5py', 'netCDF4'} & set(sys.modules))"
     )
     done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)

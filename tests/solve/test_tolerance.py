@@ -84,7 +84,7 @@ def test_a_law_that_changes_is_counted():
 def test_first_order_is_that_of_ten_thousand_random_samples():
     spread = vp.tolerance(EXCITER, SIGMA)
     generator = np.random.default_rng(1)
-    from vibropipe.solve.points import solve_points
+    from vibropipe.solve.rows.points import solve_points
 
     rows = np.tile(np.array(EXCITER.parameters()), (10_000, 1))
     for name, sigma in SIGMA.items():

@@ -14,8 +14,8 @@ from row_checks import broken_rows
 import vibropipe as vp
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_multipliers
-from vibropipe.solve import rows
-from vibropipe.solve.unsolved import mask_unsolved
+from vibropipe.solve.rows import many as rows
+from vibropipe.solve.rows.unsolved import mask_unsolved
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status

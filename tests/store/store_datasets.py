@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe import store
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.vocabulary import describe
 
 IDENTITY = {"kernel_hash": "0123456789abcdef", "fingerprint": "fedcba", "title": "Response"}

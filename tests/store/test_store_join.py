@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 from store_datasets import expected_grid, motion, rows_of_sweep, shard, write_shards
 
 from vibropipe import store
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store import StoreError, joining
 from vibropipe.store.encoding import chunk_shape
 

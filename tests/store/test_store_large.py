@@ -12,12 +12,12 @@ import numpy as np
 import pytest
 from store_datasets import rows_of_sweep, write_shards
 
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 
 JOIN = """
 import sys
 import numpy as np
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store import join, joining
 
 joining.BLOCK_ROWS = 1 << 13

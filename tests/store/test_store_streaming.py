@@ -14,7 +14,7 @@ import xarray as xr
 from store_datasets import rows_of_sweep, shard, write_shards
 
 from vibropipe import store
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store import encoding, streaming
 
 ROWS = 60

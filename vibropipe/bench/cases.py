@@ -20,8 +20,8 @@ from vibropipe.lab.timing import repeated
 from vibropipe.lab.work_precision import build, build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.branch import branch
-from vibropipe.solve.sweep import sweep
+from vibropipe.solve.branch.branch import branch
+from vibropipe.solve.sweep.sweep import sweep
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.outputs import OF_STEADY_STATE
 

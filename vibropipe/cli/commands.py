@@ -116,7 +116,7 @@ def simulate(
     """Simulate one motion and print its impacts, rests and end state as a table."""
     from vibropipe.jobs.terminal_tables import motion_text
     from vibropipe.physics.exciter import Exciter
-    from vibropipe.solve.motion import simulate as solve_motion
+    from vibropipe.solve.motion.simulate import simulate as solve_motion
 
     given = {"nu": nu, "h1": h1, "h2": h2}
     exciter = Exciter(

@@ -18,10 +18,10 @@ PACKAGE = Path(__file__).parents[1]
 COMPILER = "vibropipe.compiler.server"
 # Modules that turn parameters into numbers: the public functions.
 SOLVERS = (
-    "vibropipe.solve.conservative",
-    "vibropipe.solve.motion",
-    "vibropipe.solve.steady",
-    "vibropipe.solve.sweep",
+    "vibropipe.solve.motion.conservative",
+    "vibropipe.solve.motion.simulate",
+    "vibropipe.solve.rows.steady",
+    "vibropipe.solve.sweep.sweep",
     COMPILER,
 )
 # Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them.

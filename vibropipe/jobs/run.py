@@ -41,7 +41,7 @@ WORKING_FOLDERS = (".", ".snakemake", "logs")
 # one core half a minute: for less work than that, others would wait for it.
 SECONDS_PER_THREAD, SECONDS_PER_THREAD_UNCOMPILED = 4, 30
 # The module whose kernels solve rows.
-ROWS = "vibropipe.solve.rows"
+ROWS = "vibropipe.solve.rows.many"
 # Priority of jobs that start before all others.
 FIRST = 1000
 

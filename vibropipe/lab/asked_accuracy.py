@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.lab.motion_reference import MotionReference
 from vibropipe.lab.timing import Timer, repeated, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
-from vibropipe.solve.motion import simulate
+from vibropipe.solve.motion.simulate import simulate
 
 TIME_SIDES = ("", "_low", "_high")
 

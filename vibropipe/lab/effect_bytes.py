@@ -9,8 +9,8 @@ import xarray as xr
 
 from vibropipe.lab.effect_work import samples_of
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
-from vibropipe.solve.motion import simulate
-from vibropipe.solve.sweep import sweep
+from vibropipe.solve.motion.simulate import simulate
+from vibropipe.solve.sweep.sweep import sweep
 from vibropipe.store.encoding import encode
 
 # Rows of the larger of two encoded sweeps: their difference excludes what does not grow with rows (parameters, grids).

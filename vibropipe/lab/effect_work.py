@@ -15,15 +15,15 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.physics.effects import Effects, all_effects, effects_of
-from vibropipe.solve.row_results import (
+from vibropipe.solve.motion.run import closed_form_solver, run_motion
+from vibropipe.solve.rows.many import solve_piece
+from vibropipe.solve.rows.row_results import (
     ORBIT_LOG_CAPACITY,
     new_impact_buffer,
     new_rows,
 )
-from vibropipe.solve.rows import solve_piece
-from vibropipe.solve.run import closed_form_solver, run_motion
-from vibropipe.solve.sweep import MAX_PERIODS
-from vibropipe.solve.sweep_grid import ROWS_PER_CALL
+from vibropipe.solve.sweep.sweep import MAX_PERIODS
+from vibropipe.solve.sweep.sweep_grid import ROWS_PER_CALL
 
 # Harmonics of a row, and samples per forcing period of a motion, where a case includes them.
 HARMONICS = 3

@@ -20,8 +20,8 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.load_steps import sincos_tables
 from vibropipe.solve.checks import span_in_turns
-from vibropipe.solve.motion import check_steps
-from vibropipe.solve.row_results import columns_of, from_equilibrium
+from vibropipe.solve.motion.simulate import check_steps
+from vibropipe.solve.rows.row_results import columns_of, from_equilibrium
 from vibropipe.words.parameters import FURTHER
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import describe

@@ -12,7 +12,7 @@ from vibropipe.lab.work_precision import MAX_STEPS, Entry, build_method, entries
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.march.log import STEPS
 from vibropipe.solve.accuracy.method_choice import least_cost
-from vibropipe.solve.run import MotionResult, run_motion
+from vibropipe.solve.motion.run import MotionResult, run_motion
 from vibropipe.words.measurements import OWN_METHODS, Outcome
 
 # Seconds of the 40-digit reference for a motion and for each of its impacts.

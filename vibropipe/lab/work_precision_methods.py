@@ -29,7 +29,7 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.equilibrium import about_equilibrium, from_equilibrium
-from vibropipe.solve.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
+from vibropipe.solve.motion.run import MARCH_LOG_CAPACITY, MotionRequest, run_motion
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
 

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.physical import physical_grid
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.wording import count, method_text
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError, Par
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
 from vibropipe.physics.parameter_error import as_float, check_keys
 from vibropipe.physics.restitution import SUPPORTS
-from vibropipe.solve.sweep_grid import DIRECTIONS, Follow
+from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterable
 from typing import Any
 
-from vibropipe.solve.sweep_grid import Follow
+from vibropipe.solve.sweep.sweep_grid import Follow
 from vibropipe.words.methods import METHODS
 
 EXACT, NEWMARK = METHODS

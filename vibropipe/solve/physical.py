@@ -13,9 +13,9 @@ import numpy as np
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency
-from vibropipe.solve.named import SENSITIVITY, named
+from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy, unit_of_text
 from vibropipe.words.vocabulary import (

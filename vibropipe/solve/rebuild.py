@@ -15,7 +15,7 @@ from numpy.typing import NDArray
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.physics.start import start_at
-from vibropipe.solve.motion import simulate
+from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import convert, is_physical, to_physical
 from vibropipe.solve.shown_units import in_si, shown_factor, shown_in
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL

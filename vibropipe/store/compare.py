@@ -15,7 +15,7 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store.encoding import StoredVariable, encode, encode_coords
 from vibropipe.store.shards import ROW, open_raw
 

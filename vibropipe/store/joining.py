@@ -16,7 +16,7 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.solve.physical import grid_attributes
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store.atomic import StoreError, atomic_file, seal
 from vibropipe.store.encoding import (
     CHUNK_BYTES,

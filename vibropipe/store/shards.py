@@ -16,7 +16,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.solve.sweep_grid import SweepGrid
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store.atomic import AGAIN, StoreError, check_intact
 from vibropipe.store.encoding import NO_CACHE, StoredVariable
 

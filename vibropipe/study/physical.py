@@ -18,8 +18,8 @@ from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule
 from vibropipe.solve.design.goals import CURVE
-from vibropipe.solve.named import SENSITIVITY, named
 from vibropipe.solve.physical import unit_factors
+from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.study.pydantic_errors import plain_path
 from vibropipe.study.quoting import quoted
 from vibropipe.study.tables import PHASE

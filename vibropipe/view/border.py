@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.claims import between_text
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import number, symbol, value_of
 

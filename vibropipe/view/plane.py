@@ -24,7 +24,7 @@ from vibropipe.scenes.sweep.quantities import (
     series_of,
     with_impacts_per_period,
 )
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.results import is_basins
 from vibropipe.view.words import label_of
 from vibropipe.words.regimes import Regime

@@ -23,9 +23,9 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
-from vibropipe.solve.contacts import log_of
+from vibropipe.solve.motion.contacts import log_of
 from vibropipe.solve.rebuild import Motion, mass_and_stiffness
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import ELEMENTS
 from vibropipe.view.words import html, number, symbol
 from vibropipe.words.regimes import Chaos, Regime

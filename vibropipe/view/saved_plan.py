@@ -15,7 +15,7 @@ from vibropipe.figures.style import SUPPORT_COLOURS
 from vibropipe.figures.text import parameter_names
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, unit_of_row, without_units
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.drawing import MASS
 from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import even_cells, flag_colours, limits_of

@@ -17,7 +17,7 @@ from bokeh.models import Button, Spacer, Spinner, Toggle
 from vibropipe.figures.text import format_number, parameter_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
-from vibropipe.solve.basins import basins
+from vibropipe.solve.basins.basins import basins
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import (
     changed_row,
@@ -27,10 +27,10 @@ from vibropipe.solve.rebuild import (
     section_of,
     without_units,
 )
+from vibropipe.solve.rows.steady import steady_state
 from vibropipe.solve.shown_units import shown_in
-from vibropipe.solve.steady import steady_state
-from vibropipe.solve.sweep import PATIENCE, assemble, solve_blocks
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep import PATIENCE, assemble, solve_blocks
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol, unit_of
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS

@@ -11,8 +11,8 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.solve.motion import simulate
-from vibropipe.solve.steady import steady_state
+from vibropipe.solve.motion.simulate import simulate
+from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:

@@ -25,7 +25,7 @@ from vibropipe.lab.peers.solve_ivp import solve_by_scipy
 from vibropipe.lab.work_precision import Entry, build
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.motion import simulate
+from vibropipe.solve.motion.simulate import simulate
 from vibropipe.words.measurements import Outcome
 
 METHODS = ("crude", "newmark", "DOP853", "DOP853_loose", "DOP853_short", "exact", "closed")

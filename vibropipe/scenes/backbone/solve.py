@@ -9,8 +9,8 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.conservative import amplitude_frequency, backbone
-from vibropipe.solve.motion import simulate
+from vibropipe.solve.motion.conservative import amplitude_frequency, backbone
+from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:

@@ -24,7 +24,7 @@ from vibropipe.scenes.basins.attractors import (
 )
 from vibropipe.scenes.branch.curves import UNSTABLE
 from vibropipe.scenes.branch.lines import pieces_of
-from vibropipe.solve.attractors import shares
+from vibropipe.solve.basins.attractors import shares
 
 # Share of the height that a band needs for its letter.
 MIN_HEIGHT = 0.07

@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.basin_rows import Assigned, BasinRows
-from vibropipe.solve.basins import rows_of_basins, solve_basins
+from vibropipe.solve.basins.basin_rows import Assigned, BasinRows
+from vibropipe.solve.basins.basins import rows_of_basins, solve_basins
 from vibropipe.solve.physical import stored
 from vibropipe.words.parameters import STARTS
 

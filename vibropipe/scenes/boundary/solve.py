@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.boundary import boundary
+from vibropipe.solve.boundary.boundary import boundary
 from vibropipe.solve.physical import convert, stored
 from vibropipe.words.vocabulary import held_name
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS
-from vibropipe.solve.branch import MUST_REPEAT, branch
+from vibropipe.solve.branch.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
 from vibropipe.words.vocabulary import attributes
 

@@ -38,7 +38,7 @@ from vibropipe.scenes.design.workshop import (
     percent,
     yield_words,
 )
-from vibropipe.solve.named import OF_LAW
+from vibropipe.solve.rows.named import OF_LAW
 from vibropipe.words.designs import DesignResult, ToleranceResult
 
 # Centimetres: a line; what stands over it and below; columns of the number, a parameter, the yield and the verdict.

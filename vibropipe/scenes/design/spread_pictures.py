@@ -21,7 +21,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.design.data import Part, has_spread, spread_parts
-from vibropipe.solve.tolerance import WORST
+from vibropipe.solve.design.tolerance import WORST
 from vibropipe.words.wording import series
 
 NO_SPREAD = "No deviations of parameters are given: add tolerance"

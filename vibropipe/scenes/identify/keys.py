@@ -108,7 +108,7 @@ class IdentifyScene(VariedScene):
 
 def _measured(scene: IdentifyScene) -> Iterator[Problem]:
     """Check the table as `vibropipe.identify` does, and that its parameters are in range and stated once."""
-    from vibropipe.solve.identify import read_measured
+    from vibropipe.solve.fit.identify import read_measured
 
     try:
         read_measured(scene.measured, scene.ranges(), scene.noise or None)

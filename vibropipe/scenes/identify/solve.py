@@ -7,7 +7,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.identify import identify
+from vibropipe.solve.fit.identify import identify
 from vibropipe.solve.physical import stored
 
 if TYPE_CHECKING:

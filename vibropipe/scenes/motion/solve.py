@@ -11,11 +11,11 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.checks import span_in_turns
-from vibropipe.solve.energy import FRICTION_TERM, TERMS
-from vibropipe.solve.motion import simulate
+from vibropipe.solve.motion.energy import FRICTION_TERM, TERMS
+from vibropipe.solve.motion.run import MotionRequest
+from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import stored
-from vibropipe.solve.run import MotionRequest
-from vibropipe.solve.steady import steady_state
+from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.outputs import OF_ORBIT, OF_STEADY_STATE
 from vibropipe.words.progress import Progress, WorkCount, part_of

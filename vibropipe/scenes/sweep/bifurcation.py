@@ -42,7 +42,7 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
 )
 from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 

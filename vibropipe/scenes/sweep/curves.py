@@ -57,7 +57,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.scenes.sweep.strips import Strip, draw_strips
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.contacts import OF_SOFT
 
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.

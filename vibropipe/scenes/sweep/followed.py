@@ -19,7 +19,7 @@ from vibropipe.figures.text import with_units
 from vibropipe.report.findings import point_text, symbol_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.quantities import directions
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 
 # Of two rows in one orbit: they agree within this share of the largest value.

@@ -36,7 +36,7 @@ from vibropipe.scenes.keys.parts import (
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
-from vibropipe.solve.sweep_grid import DIRECTIONS
+from vibropipe.solve.sweep.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import PARAMETERS, STARTS
 

@@ -16,7 +16,7 @@ from vibropipe.figures.style import rasterise_many
 from vibropipe.figures.text import value_text
 from vibropipe.scenes.sweep.jumps import jump_steps
 from vibropipe.scenes.sweep.quantities import directions, row_kinds
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 
 Floats = NDArray[np.float64]
 MARKS_PER_CM = 5.0  # of a kind of rows along a line

@@ -17,7 +17,7 @@ from vibropipe.figures.palette import GREY, INK
 from vibropipe.figures.style import rasterise_many
 from vibropipe.figures.text import value_text
 from vibropipe.scenes.sweep.quantities import combinations, evenly, fitted_label, swept
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 
 LEFT, RIGHT, BETWEEN = 1.2, 0.15, 0.55  # cm left of the panels, right of them, between them
 TITLE_LINE, LABELS = 0.38, 1.05  # cm of a line above a panel, and below the panels

@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.stability import is_unstable
 from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
 from vibropipe.scenes.keys.parts import MAX_LINES
-from vibropipe.solve.sweep_grid import DIRECTION
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import REGIMES
 

@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.physical import stored
-from vibropipe.solve.sweep import assemble, solve_blocks
+from vibropipe.solve.sweep.sweep import assemble, solve_blocks
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene

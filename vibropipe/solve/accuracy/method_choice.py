@@ -26,8 +26,8 @@ from vibropipe.solve.accuracy.motion_errors import (
     exact_errors,
     motion_scales,
 )
-from vibropipe.solve.motion_dataset import to_variables
-from vibropipe.solve.run import MotionRequest, MotionResult, run_motion
+from vibropipe.solve.motion.motion_dataset import to_variables
+from vibropipe.solve.motion.run import MotionRequest, MotionResult, run_motion
 from vibropipe.words.status import Status
 
 # Newmark steps per forcing period of the first trial.

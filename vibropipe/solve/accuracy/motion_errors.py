@@ -24,9 +24,9 @@ from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row
 from vibropipe.physics.start import within_room
 from vibropipe.solve.accuracy.rounding import rounding_errors
-from vibropipe.solve.energy import FRICTION_TERM, TERMS
-from vibropipe.solve.motion_dataset import to_variables
-from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver, run_motion
+from vibropipe.solve.motion.energy import FRICTION_TERM, TERMS
+from vibropipe.solve.motion.motion_dataset import to_variables
+from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver, run_motion
 from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.parameters import PARAMETERS
 

@@ -11,8 +11,8 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
 from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_method
 from vibropipe.solve.accuracy.motion_errors import deviation
-from vibropipe.solve.motion_dataset import to_dataset, to_variables
-from vibropipe.solve.run import MotionRequest, run_motion
+from vibropipe.solve.motion.motion_dataset import to_dataset, to_variables
+from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
 if TYPE_CHECKING:

@@ -26,7 +26,7 @@ from vibropipe.orbits.sensitivity.errors import ULP
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.load_harmonics import force_values
-from vibropipe.solve.run import MotionRequest, MotionResult, closed_form_solver
+from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver
 from vibropipe.words.status import Status
 
 # Standard deviations of the roundings that an estimate covers.

@@ -11,7 +11,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import support_positions
-from vibropipe.solve.label import Variables
+from vibropipe.solve.rows.label import Variables
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import ERROR_SUFFIX
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve import tolerance as spread
+from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import CURVE, Goals
 from vibropipe.solve.design.needed import needed_tolerances
 from vibropipe.solve.design.problem import Problem
@@ -22,10 +22,10 @@ from vibropipe.solve.design.scatter import (
     variables_of_yield,
 )
 from vibropipe.solve.design.search import Candidate, Samples
-from vibropipe.solve.named import harmonics_of
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.points import points_dataset, solve_points
-from vibropipe.solve.row_results import columns_of
+from vibropipe.solve.rows.named import harmonics_of
+from vibropipe.solve.rows.points import points_dataset, solve_points
+from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.words.progress import WorkCount
 from vibropipe.words.vocabulary import describe, quantity
 

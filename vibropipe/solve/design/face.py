@@ -30,7 +30,7 @@ from vibropipe.solve.design.search import (
     distinct,
     find_candidates,
 )
-from vibropipe.solve.tolerance import check_tolerances
+from vibropipe.solve.design.tolerance import check_tolerances
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.parameters import PARAMETERS

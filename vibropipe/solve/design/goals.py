@@ -12,7 +12,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
-from vibropipe.solve.named import NOT_NEGATIVE, STD, Named, named
+from vibropipe.solve.rows.named import NOT_NEGATIVE, STD, Named, named
 from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import POSITIVE
 from vibropipe.words.units import MINUS

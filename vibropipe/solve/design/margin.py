@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.solve.design.problem import Problem
-from vibropipe.solve.points import within_ranges
+from vibropipe.solve.rows.points import within_ranges
 
 # Distances tried along each direction, in shares of the ranges, then bisections of the first change.
 DISTANCES = np.geomspace(1e-4, 1.0, 17)

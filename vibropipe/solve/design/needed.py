@@ -10,8 +10,8 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.scatter import ON_LIMIT, kept_goals
 from vibropipe.solve.design.search import Candidate
-from vibropipe.solve.points import clipped
-from vibropipe.solve.tolerance import box
+from vibropipe.solve.design.tolerance import box
+from vibropipe.solve.rows.points import clipped
 from vibropipe.words.designs import ToleranceResult
 
 # Largest tolerance, as a share of a parameter (of l, of a length near 0); a box that fails shrinks by a factor.

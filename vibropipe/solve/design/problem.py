@@ -9,11 +9,11 @@ from functools import cached_property
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
-from vibropipe.solve import curve_fit
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
-from vibropipe.solve.gradient import STEP, exact_slopes, values_and_jacobian
-from vibropipe.solve.named import SENSITIVITY, Named, harmonics_of, outputs_of
-from vibropipe.solve.points import Points, solve_points, within_ranges
+from vibropipe.solve.fit import curve_fit
+from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
+from vibropipe.solve.rows.named import SENSITIVITY, Named, harmonics_of, outputs_of
+from vibropipe.solve.rows.points import Points, solve_points, within_ranges
 from vibropipe.words.outputs import OUTPUTS
 
 # The output of derivatives.

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
-from vibropipe.solve.named import Named
+from vibropipe.solve.rows.named import Named
 
 # Residual in place of that of a trial with another law of motion: steps that lead there are refused.
 REFUSED = 1e3

@@ -9,14 +9,14 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
-from vibropipe.solve import tolerance as spread
-from vibropipe.solve.attractors import shares
+from vibropipe.solve.basins.attractors import shares
+from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
 from vibropipe.solve.design.search import Candidate, checked
-from vibropipe.solve.named import Named, harmonics_of, outputs_of
-from vibropipe.solve.points import Points, clipped, solve_points
+from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
+from vibropipe.solve.rows.points import Points, clipped, solve_points
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import DEFAULTS
 from vibropipe.words.vocabulary import quantity

@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search, Trial
-from vibropipe.solve.points import within_ranges
+from vibropipe.solve.rows.points import within_ranges
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.progress import WorkCount
 

@@ -1,0 +1,216 @@
+"""The function `boundary`: curves of bifurcations in two parameters, as a labelled dataset."""
+
+from __future__ import annotations
+
+import warnings
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.search import Settled, find_boundaries
+from vibropipe.physics import limits
+from vibropipe.physics.effects import all_effects, check_first_harmonic
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.parameter_error import as_float
+from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
+from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
+from vibropipe.solve.branch.branch import KEEP_SYMMETRY, is_symmetric
+from vibropipe.solve.checks import check_soft, check_whole, with_frequency
+from vibropipe.solve.sweep.sweep import solve_shard
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.status import UnsolvedWarning
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Kinds of bifurcations that have boundaries.
+BOUNDARIES = ("fold", "flip", "pitchfork", "grazing")
+# Orbits with more impacts are left out: towards chatter there are any number of them.
+MAX_IMPACTS = 24
+
+
+def boundary(
+    exciter: Exciter,
+    of: str | Collection[str],
+    along: tuple[str, str] = ("nu", "f"),
+    within: Sequence[Sequence[float]] = ((0.3, 3.0), (0.05, 2.0)),
+    lines: int = 12,
+    max_step: float = 0.02,
+) -> xr.Dataset:
+    """Follow the curves of bifurcations in two parameters through a box.
+
+    An orbit by its impacts, as in `branch`, and one condition more are solved for both parameters: det(D - 1) = 0 of
+    the derivative D of the return map (fold), det(D + 1) = 0 (flip; of the map to the mirror image of a symmetric
+    orbit pitchfork), or a turning point on a support (grazing [2]_), which is the same curve as that on which the
+    impact begins without velocity. Pseudo-arclength continuation [1]_ follows each curve to both ends. Points are
+    admissible orbits, stable or not: no flight leaves the supports. With soft supports or friction an orbit is flown
+    through a given sequence of contacts, turns and sticks, and a march tells where that is no motion any more.
+
+    Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
+    `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
+    sides. Each orbit is followed along both of its lines, round folds; so are the branches that begin at the
+    bifurcations met. What is smaller than a cell and touched by none of these branches may be missed.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        Its own values of the two parameters are not used.
+    of : str or collection of str
+        Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
+        pitchforks.
+    along : (str, str)
+        Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support.
+    within : ((float, float), (float, float))
+        Range of each.
+    lines : int
+        Number of lines along each parameter from which curves are sought, from 1 to 200.
+    max_step : float
+        Largest distance of neighbouring points, up to 0.1, where 1 is the range of a parameter, a forcing period, or
+        the largest impact velocity of the first orbit of the curve.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `point`, in order along each curve, both parameters under their own names and
+
+        curve_id
+            Number of the curve.
+        boundary_kind
+            fold, flip, pitchfork or grazing.
+        period_multiple, impacts_per_orbit (support)
+            The law of motion (m; p1, p2); at a grazing without the impact that begins.
+        impact_velocity_max (support), displacement_strobe, velocity_strobe, floquet_multiplier (multiplier)
+            As for `steady_state`.
+        stable
+            Whether the orbit is stable: but for the multiplier 1 or -1 of the bifurcation.
+
+        Over `meeting`, what a curve meets:
+
+        meeting_kind
+            box (a side of it), cusp, grazing_fold, grazing_flip, grazing_pitchfork, double_grazing, degenerate_flip,
+            degenerate_pitchfork, chatter, rest, lost, points or, with friction, change: turns or sticks begin or end.
+        meeting_<parameter>, meeting_point, meeting_ends
+            Both parameters, the index of the point, and whether the curve ends there.
+
+        A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
+        so if 256 curves with soft supports or friction do not suffice.
+
+    Warns
+    -----
+    UnsolvedWarning
+        If curves are left.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or a second harmonic acts without a first one (f = 0).
+
+    References
+    ----------
+    .. [1] H. B. Keller, Numerical solution of bifurcation and nonlinear eigenvalue problems, in: Applications of
+       Bifurcation Theory, Academic Press 1977, 359-384.
+    .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
+       and Vibration 145 (1991) 279-297.
+    """
+    kinds = _check_kinds(of)
+    names = _check_along(along)
+    low, high = _check_box(exciter, names, within)
+    exciter = with_frequency(exciter, dict(zip(names, low.tolist(), strict=True)))
+    check_whole("lines", lines, limits.BOUNDARY_LINES)
+    length = as_float("max_step", max_step, "a number above 0 up to 0.1")
+    if not 0.0 < length <= 0.1:
+        raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
+    symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
+    indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
+    box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
+    rows = _settled(exciter, names, box, lines)
+    ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
+    effects = all_effects({**vars(exciter), **ends}, pieces=True)
+    if not effects.has_pieces:
+        orbits = [orbit for each in rows for orbit in _orbits_of(each)]
+        return boundary_dataset(box, find_boundaries(box, orbits, kinds))
+    curves, is_complete = boundaries_of_pieces(box, rows, kinds, effects)
+    dataset = boundary_dataset(box, curves)
+    if not is_complete:
+        dataset.attrs["incomplete"] = (
+            f"{len(curves)} curves are followed, the most of one call; there are more"
+        )
+        remedy = "Choose a smaller box, or fewer kinds of bifurcation."
+        warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
+    return dataset
+
+
+def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of bifurcations, or raise a ParameterError."""
+    kinds = (of,) if isinstance(of, str) else tuple(of)
+    if not kinds or not set(kinds) <= set(BOUNDARIES):
+        raise ParameterError("of", of, f"one or some of {', '.join(BOUNDARIES)}")
+    return kinds
+
+
+def _check_along(along: tuple[str, str]) -> tuple[str, str]:
+    """Return the names of both parameters, or raise a ParameterError."""
+    names = () if isinstance(along, str) else tuple(along)
+    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= set(PARAMETERS):
+        raise ParameterError("along", along, f"two of {', '.join(PARAMETERS)}")
+    return names[0], names[1]
+
+
+def _check_box(
+    exciter: Exciter, names: tuple[str, str], within: Any
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return the lower and upper ends of both parameters, or raise a ParameterError."""
+    allowed = "two pairs of increasing numbers"
+    pairs = [list(ends) for ends in within] if np.ndim(within) == 2 else []
+    if [len(pair) for pair in pairs] != [2, 2]:
+        raise ParameterError("within", within, allowed)
+    for name, pair in zip(names, pairs, strict=True):
+        rule = PARAMETERS[name].range
+        for value in pair:
+            if not rule.contains(as_float("within", value, rule.text)):
+                raise ParameterError("within", value, f"{rule.text} for {name}")
+        if not pair[0] < pair[1]:
+            raise ParameterError("within", within, allowed)
+        if name in RIGID_AT_ZERO and pair[0] == 0.0:
+            raise ParameterError(name, 0.0, must=SOFT_ALONG)
+    lows = {name: pair[0] for name, pair in zip(names, pairs, strict=True)}
+    check_soft("along", exciter, names, lows)
+    for first in pairs[0]:
+        for second in pairs[1]:
+            changed = {names[0]: first, names[1]: second}
+            all_effects(vars(Exciter(**{**vars(exciter), **changed})), pieces=True)
+    ends = np.array(pairs, float)
+    check_first_harmonic({**vars(exciter), **dict(zip(names, ends, strict=True))})
+    return ends[:, 0], ends[:, 1]
+
+
+def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> list[xr.Dataset]:
+    """Return what settles at the crossings of a grid of lines, from rest and from neighbours of each side."""
+    middles = (np.arange(lines) + 0.5) / lines
+    over = {
+        name: low + middles * (high - low)
+        for name, low, high in zip(names, box.low, box.high, strict=True)
+    }
+    first = Exciter(**{**vars(exciter), **{name: float(grid[0]) for name, grid in over.items()}})
+    follows = [None, *((name, way) for name in names for way in ("up", "down"))]
+    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
+    return [solve_shard(first, over, 0, lines * lines, follow=each, **options) for each in follows]
+
+
+def _orbits_of(rows: xr.Dataset) -> list[Settled]:
+    """Return the orbits of solved rows that can be followed by their impacts."""
+    multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
+    rests = rows["rests_per_orbit"].sum("support").values
+    parameters = parameters_of(rows)
+    times = rows["impact_phase"].values + rows["impact_period"].values
+    velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values
+    ends = np.cumsum(sizes)
+    orbits = []
+    for row in np.flatnonzero((multiples > 0) & (rests == 0) & (sizes <= MAX_IMPACTS)):
+        part = slice(ends[row] - sizes[row], ends[row])
+        u = np.concatenate([times[part], velocities[part]])
+        struck = supports[part].astype(np.int8)
+        orbits.append(Settled(parameters[:, row].copy(), int(multiples[row]), struck, u))
+    return orbits

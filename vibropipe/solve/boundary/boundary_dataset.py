@@ -1,0 +1,124 @@
+"""Boundaries as a labelled dataset: the points of all of them in a row, and what they meet."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.pieces.curve import PieceBoundary
+from vibropipe.orbits.boundaries.search import Boundary
+from vibropipe.orbits.boundaries.system import GRAZINGS
+from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
+from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.boundary.boundary_of_pieces import label_points
+from vibropipe.solve.branch.branch_dataset import solve_points
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.words.boundaries import Meeting
+from vibropipe.words.parameters import without_absent
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Quantities of a steady state that a point of a boundary keeps.
+KEPT = (
+    "period_multiple", "impacts_per_orbit", "impact_velocity_max", "displacement_strobe",
+    "velocity_strobe", "floquet_multiplier", "stable",
+)  # fmt: skip
+
+# Parameters that a motion without contacts and without friction does not know.
+NOT_LINEAR = [Parameters._fields.index(name) for name in ("k1", "k2", "h1", "h2", "friction")]
+
+
+def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
+    """Return boundaries as the dataset of `vp.boundary`.
+
+    Parameters
+    ----------
+    box : Box
+    boundaries : sequence of Boundary
+    """
+    import xarray as xr
+
+    names = [Parameters._fields[index] for index in box.along]
+    parts = [_label(box, each) for each in boundaries] or [_empty(box)]
+    rows = concatenate(parts)
+    sizes = [len(each.points) for each in boundaries]
+    begins = np.cumsum([0, *sizes])
+    kinds = np.array([each.curve.kind for each in boundaries], np.int8)
+    values = np.array([point.u[-2:] for each in boundaries for point in each.points]).reshape(-1, 2)
+    meetings = [
+        (Meeting[met.name.upper()], int(begin) + met.point, met.ends)
+        for begin, each in zip(begins, boundaries, strict=False)
+        for met in each.meetings
+    ]
+    points = np.array([point for _kind, point, _ends in meetings], np.int64)
+    variables: Variables = {
+        key: (tuple("point" if dim == "row" else dim for dim in dims), numbers)
+        for key, (dims, numbers) in rows.items()
+    }
+    variables |= {
+        "curve_id": (("point",), np.repeat(np.arange(len(sizes)), sizes)),
+        "boundary_kind": (("point",), np.repeat(kinds, sizes)),
+        "meeting_kind": (("meeting",), np.array([kind for kind, _p, _e in meetings], np.int8)),
+        "meeting_point": (("meeting",), points),
+        "meeting_ends": (("meeting",), np.array([ends for _k, _p, ends in meetings], np.int8)),
+    }
+    for column, name in enumerate(names):
+        variables[name] = (("point",), values[:, column])
+        variables[f"meeting_{name}"] = (("meeting",), values[points, column])
+    coords: dict[str, Any] = {
+        other: ((), np.array(value))
+        for other, value in without_absent(Parameters(*box.values)._asdict()).items()
+        if other not in names
+    }
+    of_box = dict(zip(names, np.stack([box.low, box.high], axis=1), strict=True))
+    effects = all_effect_names({**Parameters(*box.values)._asdict(), **of_box}, pieces=True)
+    attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
+    attrs["boundary"] = " ".join(names)
+    dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
+    return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))
+
+
+def _label(box: Box, boundary: Boundary) -> Variables:
+    """Return the steady states of the points of a boundary as variables over `row`."""
+    curve, points = boundary.curve, boundary.points
+    if isinstance(curve, PieceBoundary):
+        return label_points(boundary)
+    parameters = np.tile(box.values, (len(points), 1))
+    parameters[:, box.along] = [point.u[-2:] for point in points]
+    sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
+    unknowns = parameters[:, :1]
+    n = len(curve.sequence.supports)
+    if n == 0:
+        parameters[:, NOT_LINEAR] = 0.0
+    if n:
+        # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
+        wholes = [whole_orbit(curve.sequence, np.append(point.u[: 2 * n], 0.0)) for point in points]
+        sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
+    variables = _solve(sequence, parameters, unknowns)
+    if curve.kind != GRAZINGS:
+        # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
+        product = np.abs(variables["floquet_multiplier"][1].prod(axis=1))
+        variables["stable"] = (("row",), (product < 1.0).astype(np.int8))
+    return variables
+
+
+def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray) -> Variables:
+    """Return the kept quantities of the orbits of one impact sequence."""
+    labelled = label_rows(solve_points(sequence, parameters, unknowns, 1), parameters)
+    return {name: labelled[name] for name in KEPT}
+
+
+def _empty(box: Box) -> Variables:
+    """Return the variables of no point."""
+    parameters = box.values.reshape(1, -1).copy()
+    parameters[:, NOT_LINEAR] = 0.0
+    one = _solve(ImpactSequence(1, 0, np.zeros(0, np.int8)), parameters, np.zeros((1, 1)))
+    return {name: (dims, values[:0]) for name, (dims, values) in one.items()}

@@ -1,0 +1,104 @@
+"""Boundaries of orbits with soft supports or friction: from settled orbits, and their points as variables."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.pieces.curve import PieceBoundary
+from vibropipe.orbits.boundaries.pieces.search import SettledPieces, find_boundaries_of_pieces
+from vibropipe.orbits.boundaries.search import Boundary
+from vibropipe.orbits.boundaries.system import GRAZINGS
+from vibropipe.orbits.branches.steps import DETERMINANT, TRACE
+from vibropipe.orbits.return_map import floquet_multipliers
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE, new_march_room
+from vibropipe.solve.rows.label import Variables
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
+
+
+def boundaries_of_pieces(
+    box: Box, rows: list[xr.Dataset], of: tuple[str, ...], effects: Effects
+) -> tuple[list[Boundary], bool]:
+    """Return the boundaries that are reached from solved rows, and whether these are all.
+
+    Parameters
+    ----------
+    box : Box
+    rows : list of xarray.Dataset
+        Steady states with their first harmonic, over `row`.
+    of : tuple of str
+        Kinds.
+    effects : Effects
+        Of all exciters of the box.
+    """
+    orbits = [orbit for each in rows for orbit in _orbits_of(each)]
+    return find_boundaries_of_pieces(box, orbits, of, effects, new_march_room(effects))
+
+
+def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
+    """Return the orbits of solved rows without rests."""
+    multiples, parameters = rows["period_multiple"].values, parameters_of(rows)
+    rests = rows["rests_per_orbit"].sum("support").values
+    x = rows["displacement_strobe"].values - parameters[LOAD]
+    v = rows["velocity_strobe"].values
+    amplitude = rows["displacement_amplitude"].max("harmonic").values
+    size = np.maximum(np.maximum(amplitude, np.abs(x)), MIN_SIZE * parameters[L])
+    speed = np.maximum(parameters[0] * size, np.abs(v))
+    return [
+        SettledPieces(
+            parameters[:, row].copy(), int(multiples[row]), np.array([x[row], v[row]]),
+            float(size[row]), float(speed[row]),
+        )
+        for row in np.flatnonzero((multiples > 0) & (rests == 0))
+    ]  # fmt: skip
+
+
+def parameters_of(rows: xr.Dataset) -> np.ndarray:
+    """Return the parameters (parameters, rows) of solved rows; those that the dataset leaves out are 0."""
+    shape = rows["period_multiple"].shape
+    return np.array(
+        [
+            np.broadcast_to(rows[name].values if name in rows.coords else 0.0, shape)
+            for name in Parameters._fields
+        ]
+    )
+
+
+def label_points(boundary: Boundary) -> Variables:
+    """Return the quantities of the points of a boundary, named and shaped as those of solved rows."""
+    curve, points = boundary.curve, boundary.points
+    assert isinstance(curve, PieceBoundary)
+    n = len(points)
+    multipliers, fastest = np.empty((n, 2), complex), np.empty((n, 2))
+    strobe, loads = np.empty((n, 2)), np.empty(n)
+    for i, point in enumerate(points):
+        trace, determinant = point.tests[TRACE], point.tests[DETERMINANT]
+        if curve.law.mirrored:
+            # Of the whole orbit, which is the map to the mirror image twice.
+            trace, determinant = trace * trace - 2.0 * determinant, determinant * determinant
+        multipliers[i] = floquet_multipliers(trace, -determinant, 1.0, 0.0)
+        strobe[i] = curve.strobe(point)
+        fastest[i] = curve.fastest()
+        loads[i] = curve.parameters(point.u).load
+    first, second = curve.contacts()
+    largest = np.abs(multipliers).max(axis=1)
+    if curve.kind != GRAZINGS:
+        # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
+        largest = np.abs(multipliers.prod(axis=1))
+    return {
+        "period_multiple": (("row",), np.full(n, curve.law.m, np.int32)),
+        "impacts_per_orbit": (("row", "support"), np.tile([float(first), float(second)], (n, 1))),
+        "impact_velocity_max": (("row", "support"), fastest),
+        "displacement_strobe": (("row",), strobe[:, 0] + loads),
+        "velocity_strobe": (("row",), strobe[:, 1]),
+        "floquet_multiplier": (("row", "multiplier"), multipliers),
+        "stable": (("row",), (largest < 1.0).astype(np.int8)),
+    }

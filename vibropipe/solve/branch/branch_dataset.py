@@ -1,0 +1,244 @@
+"""Branches as a labelled dataset: the points of all of them in a row, and their bifurcations."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.march.log import new_log
+from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.following import Branch
+from vibropipe.orbits.branches.rows import write_points
+from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
+from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.row import LOAD
+from vibropipe.orbits.sensitivity.errors import with_errors
+from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
+from vibropipe.physics.effects import all_effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.branch.rest_branch import RestBranch
+from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.rows.row_results import (
+    ImpactBuffer,
+    add_load,
+    columns_of,
+    compact_impacts,
+    new_rows,
+    without_impacts,
+)
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.parameters import without_absent
+from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Bifurcations at which an orbit has no derivative by the parameters.
+SINGULAR = ("fold", "pitchfork", "grazing")
+# Kind of a bifurcation, why the branch ends there, and the index of its point.
+LabelledEvent = tuple[str, BranchEnd, int]
+# Returns the compacted results of the points of a branch, from it, their parameters, harmonics and outputs.
+PointSolver = Callable[[Branch, np.ndarray, int, tuple[str, ...]], RowResults]
+# Why a branch ends, by the reason of its last event.
+REASONS = {
+    "": BranchEnd.GOES_ON,
+    "gap": BranchEnd.OTHER_SEQUENCE,
+    "speed": BranchEnd.OTHER_SEQUENCE,
+    "doubled": BranchEnd.PARENT,
+    "chatter": BranchEnd.CHATTER,
+    "rest": BranchEnd.REST,
+    "closed": BranchEnd.CLOSED,
+    "lost": BranchEnd.LOST,
+    "points": BranchEnd.POINTS,
+    "rounding": BranchEnd.ROUNDING,
+    "continuum": BranchEnd.CONTINUUM,
+    "impacts": BranchEnd.IMPACT_LIMIT,
+    "multiple": BranchEnd.PERIOD_LIMIT,
+}
+
+
+def branch_dataset(
+    problem: Problem,
+    branches: Sequence[Branch],
+    harmonics: int,
+    attrs: Mapping[str, Any],
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
+    solve: PointSolver | None = None,
+) -> xr.Dataset:
+    """Return branches as the dataset of `vp.branch`.
+
+    Parameters
+    ----------
+    problem : Problem
+    branches : sequence of Branch
+    harmonics : int
+        Number of harmonics.
+    attrs : mapping
+        Attributes of the dataset.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
+    solve : callable, optional
+        Solves the points of a branch; the default is for orbits by their impacts.
+    """
+    solve = _solve if solve is None else solve
+    rows = concatenate([_label(problem, each, harmonics, outputs, solve) for each in branches])
+    sizes = [_size(each) for each in branches]
+    values = np.concatenate([_values(each) for each in branches])
+    begins = np.cumsum([0, *sizes[:-1]])
+    events: list[LabelledEvent] = [
+        (event.kind, REASONS[event.reason], int(begin) + event.point)
+        for begin, branch in zip(begins, branches, strict=True)
+        for event in branch.events
+    ]
+    ids = np.repeat(np.arange(len(branches)), sizes)
+    return _to_dataset(problem, rows, values, ids, events, harmonics, attrs)
+
+
+def rest_dataset(
+    problem: Problem, branch: RestBranch, harmonics: int, attrs: Mapping[str, Any]
+) -> xr.Dataset:
+    """Return a branch of orbits with rests as the dataset of `vp.branch`; arguments are those of `branch_dataset`."""
+    events: list[LabelledEvent] = []
+    for ends, point in ((branch.ends_first, 0), (branch.ends_last, len(branch.values) - 1)):
+        if ends:
+            events.append(("end", BranchEnd.REST, point))
+    ids = np.zeros(len(branch.values), np.int64)
+    return _to_dataset(problem, branch.variables, branch.values, ids, events, harmonics, attrs)
+
+
+def _to_dataset(
+    problem: Problem,
+    rows: Variables,
+    values: np.ndarray,
+    ids: np.ndarray,
+    events: Sequence[LabelledEvent],
+    harmonics: int,
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return steady states over `row`, the parameter there, and bifurcations as a described dataset."""
+    import xarray as xr
+
+    name = Parameters._fields[problem.along]
+    variables: Variables = {
+        key: (tuple("point" if dim == "row" else dim for dim in dims), numbers)
+        for key, (dims, numbers) in rows.items()
+    }
+    points = np.array([point for _kind, _reason, point in events], np.int64)
+    kinds = [Bifurcation[kind.upper()] for kind, _reason, _point in events]
+    dim = ("bifurcation",)
+    is_singular = np.zeros(len(values), bool)
+    is_singular[[point for kind, _reason, point in events if kind in SINGULAR]] = True
+    _mask_sensitivities(variables, is_singular)
+    variables |= {
+        "branch_id": (("point",), ids),
+        name: (("point",), values),
+        "bifurcation_kind": (dim, np.array(kinds, np.int8)),
+        f"bifurcation_{name}": (dim, values[points]),
+        "bifurcation_point": (dim, points),
+        "end_reason": (dim, np.array([reason for _kind, reason, _point in events], np.int8)),
+    }
+    coords: dict[str, Any] = {
+        other: ((), np.array(value))
+        for other, value in without_absent(Parameters(*problem.values)._asdict()).items()
+        if other != name
+    }
+    dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs)
+    dataset = describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
+    if "row_size" in dataset:
+        dataset["row_size"].attrs["sample_dimension"] = "impact"
+    return dataset
+
+
+def _mask_sensitivities(variables: Variables, is_singular: np.ndarray) -> None:
+    """Set the sensitivities of points at which there is no derivative to NaN."""
+    for name, (dims, numbers) in variables.items():
+        if name.endswith(SENSITIVITY_SUFFIX):
+            rows = is_singular
+            if dims[0] == "impact":
+                rows = np.repeat(is_singular, variables["row_size"][1])
+            variables[name] = (
+                dims,
+                np.where(rows[(..., *[None] * (numbers.ndim - 1))], np.nan, numbers),
+            )
+
+
+def _size(branch: Branch) -> int:
+    """Return the number of points of a branch."""
+    return len(branch.points) + len(branch.values)
+
+
+def _values(branch: Branch) -> np.ndarray:
+    """Return the parameter at the points of a branch."""
+    return np.array(branch.values or [point.value for point in branch.points])
+
+
+def _label(
+    problem: Problem,
+    branch: Branch,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    solve: PointSolver,
+) -> Variables:
+    """Return the steady states of the points of a branch as variables over `row`."""
+    parameters = np.tile(problem.values, (_size(branch), 1))
+    parameters[:, problem.along] = _values(branch)
+    return label_rows(solve(branch, parameters, harmonics, outputs), parameters)
+
+
+def _solve(
+    branch: Branch, parameters: np.ndarray, harmonics: int, outputs: tuple[str, ...]
+) -> RowResults:
+    """Return the compacted results of the points of a branch."""
+    sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
+    unknowns = parameters[:, :1]
+    if branch.curve is not None:
+        wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
+        sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
+    return solve_points(sequence, parameters, unknowns, harmonics, outputs)
+
+
+def solve_points(
+    sequence: ImpactSequence,
+    parameters: np.ndarray,
+    unknowns: np.ndarray,
+    harmonics: int,
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
+) -> RowResults:
+    """Return the compacted results of orbits of one impact sequence.
+
+    Parameters
+    ----------
+    sequence : Sequence
+        The whole orbit, not mirrored.
+    parameters : (points, parameters) array
+    unknowns : (points, 2n + 1) array
+        Times and velocities of the impacts, and one more number.
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
+    """
+    n, rows = len(sequence.supports), len(parameters)
+    listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
+    # Derivatives follow from the impacts, requested or not.
+    has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)
+    e = all_effects(columns_of(parameters))
+    out = new_rows(rows, harmonics, outputs, listed if has_impacts else None, e)
+    log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
+    write_points(
+        e, parameters, sequence.m, sequence.supports, unknowns, log, c,
+        np.empty(2 * n + 2), out,
+    )  # fmt: skip
+    if "impacts" in outputs:
+        out = compact_impacts(out)
+        out = with_errors(out, parameters, max(n, 1), e.second_harmonic)
+    if "sensitivity" in outputs:
+        out = with_impact_derivatives(out)
+        differentiate_rows(parameters, out, max(n, 1), e.second_harmonic)
+    add_load(out, parameters[:, LOAD])
+    return out if "impacts" in outputs else without_impacts(out)

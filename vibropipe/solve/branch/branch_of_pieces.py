@@ -1,0 +1,130 @@
+"""Branches of orbits with soft supports or friction: through a steady state, and their points as rows."""
+
+from __future__ import annotations
+
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.march.grid import new_grid_room
+from vibropipe.march.log import new_log
+from vibropipe.march.piece_log import piece_log_of
+from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.pieces.curve import PieceCurve
+from vibropipe.orbits.branches.pieces.following import follow_pieces
+from vibropipe.orbits.branches.pieces.rows import write_piece_points
+from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
+from vibropipe.orbits.branches.tree import Rules, Tree, follow_tree
+from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.row import LOAD
+from vibropipe.orbits.sensitivity.pieces.columns import new_variations
+from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
+from vibropipe.physics.effects import Effects, has_soft_support
+from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.equilibrium import from_equilibrium
+from vibropipe.solve.rows.row_results import (
+    ImpactBuffer,
+    add_load,
+    columns_of,
+    compact_impacts,
+    new_rows,
+    without_impacts,
+)
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Capacities of the log of an orbit, in contacts and pieces.
+CAPACITY = 4096
+# Least scale of displacements, as a share of l.
+MIN_SIZE = 1e-3
+PIECES = Rules(follow_pieces, limit_of_pieces, seeds_of_pieces)
+
+
+def new_march_room(effects: Effects) -> tuple[Any, ...]:
+    """Return `march_room` of `march_orbit`."""
+    pieces = piece_log_of(effects, CAPACITY)
+    return new_log(CAPACITY, CAPACITY, *pieces), np.empty(DEGREE + 1), new_grid_room(effects)
+
+
+def follow_branches_of_pieces(
+    exciter: Exciter,
+    problem: Problem,
+    signs: tuple[float, ...],
+    start: xr.Dataset,
+    switches: tuple[str, ...],
+    effects: Effects,
+) -> Tree | None:
+    """Return the branches through the orbit of a steady state; None if its equations have no solution there.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    problem : Problem
+    signs : tuple of float
+        Directions of the parameter: 1, -1 or both.
+    start : xarray.Dataset
+        Steady state of the exciter, with its first harmonic.
+    switches : tuple of str
+        Bifurcations at which the branches that begin there are followed.
+    effects : Effects
+        Of all exciters of the range.
+    """
+    x = from_equilibrium(exciter, float(start.displacement_strobe))
+    v, own = float(start.velocity_strobe), float(problem.values[problem.along])
+    amplitude = float(start.displacement_amplitude.max())
+    size = max(amplitude, abs(x), MIN_SIZE * exciter.l)
+    speed = max(exciter.nu * size, abs(v))
+    m = int(start.period_multiple)
+    room = new_variations(CAPACITY, 0, 0, 0)
+    curve = PieceCurve(problem, m, size, speed, effects, new_march_room(effects), room)
+    point = curve.settle(np.array([x, v, own]))
+    if point is None:
+        return None
+    return follow_tree(problem, Seed(curve, point, own, signs), switches, PIECES)
+
+
+def solve_branch_of_pieces(
+    effects: Effects,
+    branch: Branch,
+    parameters: np.ndarray,
+    harmonics: int,
+    outputs: tuple[str, ...],
+) -> RowResults:
+    """Return the compacted results of the points of a branch.
+
+    Parameters
+    ----------
+    effects : Effects
+    branch : Branch
+        Of a `PieceCurve`.
+    parameters : (points, parameters) array
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
+    """
+    n = len(parameters)
+    curve = branch.curve
+    assert isinstance(curve, PieceCurve)
+    begins = [(point, curve.state_at_start(point)) for point in branch.points]
+    sections = np.array([curve.state_at(point, 0.0) if at is None else at for point, at in begins])
+    march_room = new_march_room(effects)
+    size = CAPACITY * n
+    listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
+    out = new_rows(n, harmonics, outputs, listed, effects)
+    write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
+    rows = with_errors_of_pieces(
+        compact_impacts(out), parameters, effects, march_room[0].pieces,
+        contacts="impacts" in outputs and has_soft_support(columns_of(parameters)),
+    )  # fmt: skip
+    add_load(rows, parameters[:, LOAD])
+    return rows if "impacts" in outputs else without_impacts(rows)
+
+
+def solver_of_pieces(effects: Effects) -> Any:
+    """Return what solves the points of a branch of some effects: `branch_dataset` takes it."""
+    return partial(solve_branch_of_pieces, effects)

@@ -1,0 +1,295 @@
+"""The function `tolerance`: how far the quantities of an exciter scatter if its parameters do."""
+
+from __future__ import annotations
+
+import itertools
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.limits import HARMONICS
+from vibropipe.physics.parameter_error import check_keys, number_within
+from vibropipe.solve.basins.attractors import shares
+from vibropipe.solve.checks import check_soft, check_whole
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.rows.gradient import values_and_jacobian
+from vibropipe.solve.rows.label import Variables
+from vibropipe.solve.rows.named import Named, labels, named
+from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
+from vibropipe.words.contacts import OF_SOFT
+from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.progress import Progress
+from vibropipe.words.vocabulary import describe, quantity
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+OUTPUTS = ("harmonics", "impacts", "stability", "energy")
+# Quantities whose spread is computed.
+SPREAD = (
+    "displacement_mean",
+    "displacement_amplitude",
+    "displacement_phase",
+    "velocity_amplitude",
+    "velocity_phase",
+    "impact_velocity_max",
+    *OF_SOFT,
+    "energy_input",
+    "energy_damping",
+    "energy_impact",
+    "energy_friction",
+)
+SAMPLES, SAMPLES_LIMITS = 4096, (16, 10**7)
+# Standard deviations that the worst case reaches to.
+WORST = 3.0
+ESTIMATES, SIDES = ("first_order", "samples"), ("below", "above")
+# Corners of the worst case are tried as long as there are at most so many parameters.
+MAX_CORNERS = 10
+
+
+def tolerance(
+    exciter: Exciter,
+    tolerances: Mapping[str, float],
+    x0: float | None = None,
+    v0: float = 0.0,
+    samples: int = SAMPLES,
+    worst: float = WORST,
+    harmonics: int = 3,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Estimate how far the quantities of a stable orbit scatter, to first order and by samples of the true model.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    tolerances : mapping of str to float
+        Standard deviations of parameters, > 0: independent normal deviations. Those that would leave the range of a
+        parameter end there.
+    x0, v0 : float, optional
+        Start of every motion, as for `steady_state`.
+    samples : int
+        Number of samples, from 16 to 1e7, a Sobol' sequence [1]_.
+    worst : float
+        The worst case is sought within so many standard deviations, above 0, of each parameter.
+    harmonics : int
+        Number of harmonics, from 1 to 1,000.
+    progress : callable, optional
+        Called as progress(done, total), in samples with those of the worst case.
+
+    Returns
+    -------
+    xarray.Dataset
+        What `steady_state` returns of the exciter itself, and of each quantity <name> (constant part, amplitudes and
+        phases of harmonics, impact velocities, contacts with soft supports, energies), beside its own dimensions:
+
+        <name>_std (estimate)
+            Standard deviation: first order, sqrt(sum (s_i sigma_i)^2) with the sensitivities s_i [2]_; and of the
+            samples with the same law of motion.
+        <name>_worst (estimate)
+            Largest deviation within `worst` sigma_i of each parameter: first order, worst sum |s_i| sigma_i; and the
+            largest at the corners and the ends of each axis of that box.
+        <name>_sensitivity (parameter)
+            Derivative s_i by each parameter with a tolerance.
+        <name>_contribution (parameter)
+            Share of the first-order variance, (s_i sigma_i)^2 over their sum.
+        <name>_deviation (parameter, side)
+            Deviation of the true model if one parameter alone is `worst` sigma_i below or above.
+
+        <parameter>_std are the given standard deviations. law_change_share, law_change_low, law_change_high: share of
+        the samples with another law of motion (regime, m, p1, p2), with the 95 % confidence interval for as many
+        random ones; law_change_corners: share of those corners and ends.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or the motion from the start is no stable orbit.
+
+    References
+    ----------
+    .. [1] I. M. Sobol', On the distribution of points in a cube and the approximate evaluation of integrals, USSR
+       Computational Mathematics and Mathematical Physics 7 (1967) 86.
+    .. [2] Guide to the expression of uncertainty in measurement, JCGM 100:2008, section 5.1.
+    """
+    sigma = check_tolerances(exciter, tolerances)
+    check_whole("samples", samples, SAMPLES_LIMITS)
+    check_whole("harmonics", harmonics, HARMONICS)
+    reach = number_within("worst", worst, POSITIVE)
+    exciter.check_start(x0, v0)
+    base = np.array(exciter.parameters())
+
+    def from_start(rows: np.ndarray) -> Points:
+        return solve_points(clipped(rows), (x0, v0), OUTPUTS, harmonics, progress)
+
+    point = solve_points(base[None], (x0, v0), OUTPUTS, harmonics)
+    if not point.is_stable[0]:
+        must = "must have a motion from the start that settles on a stable orbit"
+        raise ParameterError("exciter", exciter, must=must)
+    attrs = origin_attrs(
+        all_effect_names(vars(exciter), pieces=True), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}"
+    )
+    dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
+    points = from_start(moved_rows(base, sigma, samples, reach))
+    spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
+    return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
+
+
+def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[str, float]:
+    """Return standard deviations in the order of the parameters, or raise a ParameterError."""
+    if not tolerances:
+        raise ParameterError("tolerance", tolerances, must="must have at least one parameter")
+    check_keys("tolerance", tolerances, Parameters._fields)
+    check_soft("tolerance", exciter, tolerances, {})
+    return {
+        name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)
+        for name in Parameters._fields
+        if name in tolerances
+    }
+
+
+def spread_names(harmonics: int, variables: Variables) -> list[Named]:
+    """Return all parts of the quantities whose spread is computed, of those that a point has."""
+    return [
+        named(label, "quantity")
+        for variable in SPREAD
+        if variable in variables
+        for label in labels(variable, harmonics)
+    ]
+
+
+def moved_rows(base: np.ndarray, sigma: Mapping[str, float], n: int, reach: float) -> np.ndarray:
+    """Return rows of parameters around one (p,): n scattered ones, then the ends and corners of the worst case."""
+    columns = [Parameters._fields.index(name) for name in sigma]
+    deviations = np.array(list(sigma.values()))
+    moves = np.vstack([scattered(len(sigma), n), box(len(sigma), reach)]) * deviations
+    rows = np.tile(base, (len(moves), 1))
+    rows[:, columns] += moves
+    return rows
+
+
+def spread_variables(
+    base: np.ndarray,
+    point: Points,
+    sigma: Mapping[str, float],
+    n: int,
+    reach: float,
+    harmonics: int,
+    points: Points,
+) -> Variables:
+    """Return the variables of `tolerance` at one solved point, without a dimension of the point.
+
+    `points` are the motions from the start at `moved_rows`.
+    """
+    names = spread_names(harmonics, point.variables)
+    columns = [Parameters._fields.index(name) for name in sigma]
+    deviations = np.array(list(sigma.values()))
+
+    def near(parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
+        outputs = (*OUTPUTS, "sensitivity") if sensitivity else OUTPUTS
+        return solve_points(parameters, (states[:, 0], states[:, 1]), outputs, harmonics)
+
+    def read(points: Points) -> np.ndarray:
+        return points.values(names)
+
+    def difference(one: np.ndarray, two: np.ndarray) -> np.ndarray:
+        each = [name.difference(one[..., n], two[..., n]) for n, name in enumerate(names)]
+        return np.stack(each, axis=-1)
+
+    _, own, slopes = values_and_jacobian(
+        base, point.states[0], columns, near, read, difference, names=names
+    )
+    slopes = np.where(np.isfinite(own)[:, None], slopes, np.nan)
+    effects = slopes * deviations
+    moved = difference(read(points), own)
+    is_same = (points.laws == point.laws[0]).all(axis=1) & points.is_stable
+    low_high = slice(n, n + 2 * len(sigma))
+    alone = moved[low_high].reshape(len(sigma), 2, -1)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        contribution = effects**2 / (effects**2).sum(axis=1, keepdims=True)
+    by_suffix = {
+        "std": np.stack([np.linalg.norm(effects, axis=1), _std(moved[:n][is_same[:n]])], axis=1),
+        "worst": np.stack([reach * np.abs(effects).sum(axis=1), _largest(moved[n:])], axis=1),
+        "sensitivity": slopes,
+        "contribution": contribution,
+        "deviation": alone.transpose(2, 0, 1),
+    }
+    dims = {
+        "std": ("estimate",),
+        "worst": ("estimate",),
+        "sensitivity": ("parameter",),
+        "contribution": ("parameter",),
+        "deviation": ("parameter", "side"),
+    }
+    share, low, high = shares(np.array([(~is_same[:n]).sum()]), n)
+    counts = {"share": share[0], "low": low[0], "high": high[0], "corners": (~is_same[n:]).mean()}
+    variables: Variables = {
+        f"law_change_{name}": ((), np.array(value)) for name, value in counts.items()
+    }
+    for suffix, values in by_suffix.items():
+        variables |= gathered(names, values, suffix, dims[suffix])
+    return variables
+
+
+def scattered(k: int, n: int) -> np.ndarray:
+    """Return n normal deviates (n, k) of low discrepancy."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    sequence = qmc.Sobol(k, scramble=False)
+    # The first point of the sequence is a corner, at minus infinity.
+    sequence.fast_forward(1)
+    deviates: np.ndarray = ndtri(sequence.random(n))
+    return deviates
+
+
+def box(k: int, reach: float) -> np.ndarray:
+    """Return the ends of each axis (below and above in turn) and the corners of a box, (n, k)."""
+    axes = np.repeat(np.eye(k), 2, axis=0) * np.tile([-1.0, 1.0], k)[:, None]
+    if 1 < k <= MAX_CORNERS:
+        axes = np.vstack([axes, np.array(list(itertools.product((-1.0, 1.0), repeat=k)))])
+    return reach * axes
+
+
+def _std(moved: np.ndarray) -> np.ndarray:
+    """Return standard deviations (q,) of deviations (n, q); NaN with less than two of them."""
+    if len(moved) < 2:
+        return np.full(moved.shape[1], np.nan)
+    result: np.ndarray = np.std(moved, axis=0, ddof=1)
+    return result
+
+
+def _largest(moved: np.ndarray) -> np.ndarray:
+    """Return the largest |deviation| (q,) of those (n, q) that are known; NaN if none is."""
+    is_known = np.isfinite(moved)
+    worst = np.where(is_known, np.abs(moved), 0.0).max(axis=0)
+    return np.where(is_known.any(axis=0), worst, np.nan)
+
+
+def gathered(
+    names: Sequence[Named], values: np.ndarray, suffix: str, dims: tuple[str, ...]
+) -> Variables:
+    """Return columns (q, ...) of quantities as variables, the parts of a vector over its dimension, then `dims`."""
+    variables = {}
+    for variable in dict.fromkeys(name.variable for name in names):
+        part = values[[n for n, name in enumerate(names) if name.variable == variable]]
+        inner = quantity(variable).dims
+        variables[f"{variable}_{suffix}"] = ((*inner, *dims), part if inner else part[0])
+    return variables
+
+
+def with_spread(
+    dataset: xr.Dataset,
+    spreads: Sequence[Variables],
+    sigma: Mapping[str, float],
+    dims: tuple[str, ...],
+) -> xr.Dataset:
+    """Return a dataset with the spreads of its points, which lie over `dims`, at most one dimension."""
+    variables: dict[str, Any] = {
+        name: ((*dims, *inner), np.stack([each[name][1] for each in spreads]) if dims else values)
+        for name, (inner, values) in spreads[0].items()
+    }
+    variables |= {f"{name}_std": ((), value) for name, value in sigma.items()}
+    coords = {"estimate": list(ESTIMATES), "side": list(SIDES), "parameter": list(sigma)}
+    return describe(dataset.assign(variables).assign_coords(coords))

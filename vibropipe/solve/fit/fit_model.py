@@ -1,0 +1,146 @@
+"""Measured quantities as functions of the parameters to be found, and the search for their least misfit."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from dataclasses import dataclass, replace
+from typing import Any
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.solve.design.goals import CURVE
+from vibropipe.solve.fit import curve_fit
+from vibropipe.solve.rows.gradient import STEP, parameter_steps
+from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
+from vibropipe.solve.rows.points import Points, clipped, solve_points
+from vibropipe.words.outputs import OUTPUTS
+
+# Widths of the boxes around the best fit that samples are taken from, in shares of the ranges; samples refined in each;
+# evaluations of a search.
+BOXES = (1.0, 0.3, 0.1)
+REFINED, MAX_EVALUATIONS = 4, 40
+# Misfit where the motion has not the measured quantity, over the largest value measured or computed at so many points.
+ABSENT, SIZED = 10.0, 32
+
+
+@dataclass(frozen=True)
+class Measured:
+    """What was measured.
+
+    Attributes
+    ----------
+    over : mapping of str to array
+        Swept parameters (n,), or the phase of a motion.
+    values : (n, q) array
+    names : list of Named
+        The quantities; empty for a motion.
+    weights : (q,) array
+        One over the standard deviation of each.
+    has_noise : bool
+        Whether the standard deviations are known.
+    """
+
+    over: Mapping[str, np.ndarray]
+    values: np.ndarray
+    names: list[Named]
+    weights: np.ndarray
+    has_noise: bool
+
+    @property
+    def columns(self) -> list[str]:
+        """Names of the quantities."""
+        return [name.name for name in self.names] or [CURVE]
+
+
+@dataclass(frozen=True)
+class Model:
+    """The measured quantities as functions of the parameters to be found."""
+
+    exciter: Exciter
+    data: Measured
+    found: list[str]
+    x0: float | None
+    v0: float
+    absent: np.ndarray
+
+    @property
+    def columns(self) -> list[int]:
+        """Positions of the parameters to be found among all."""
+        return [Parameters._fields.index(name) for name in self.found]
+
+    def values(self, points: np.ndarray) -> np.ndarray:
+        """Return the quantities (n, rows, q) at values (n, k) of the parameters."""
+        base = np.tile(np.array(self.exciter.parameters()), (len(points), 1))
+        base[:, self.columns] = points
+        data = self.data
+        if not data.names:
+            solved = self._solve(base, curve_fit.OUTPUTS, 1)
+            phase = data.over["phase"]
+            return curve_fit.displacement_at(solved.variables, base, phase)[:, :, None]
+        rows = np.repeat(base, len(data.values), axis=0)
+        for name, values in data.over.items():
+            rows[:, Parameters._fields.index(name)] = np.tile(values, len(points))
+        solved = self._solve(rows, outputs_of(data.names), harmonics_of(data.names))
+        return solved.values(data.names).reshape(len(points), *data.values.shape)
+
+    def _solve(self, rows: np.ndarray, outputs: tuple[str, ...], harmonics: int) -> Points:
+        wanted = tuple(name for name in OUTPUTS if name in {*outputs, "stability"})
+        return solve_points(clipped(rows), (self.x0, self.v0), wanted, harmonics)
+
+    def residuals(self, points: np.ndarray) -> np.ndarray:
+        """Return weighted misfits (n, rows * q) at values (n, k) of the parameters."""
+        data, values = self.data, self.values(points)
+        misfits = values - data.values
+        for column, name in enumerate(data.names):
+            misfits[..., column] = name.difference(values[..., column], data.values[:, column])
+        misfits = np.where(np.isfinite(misfits), misfits, self.absent)
+        return (misfits * data.weights).reshape(len(points), -1)
+
+    def jacobian(self, point: np.ndarray) -> np.ndarray:
+        """Return the derivatives (rows * q, k) of the weighted misfits by central differences."""
+        base = np.array(self.exciter.parameters())
+        base[self.columns] = point
+        steps = np.diag(parameter_steps(base, self.columns, STEP))
+        moved = self.residuals(np.vstack([point + steps, point - steps]))
+        k = len(point)
+        return ((moved[:k] - moved[k:]) / (2 * np.diag(steps))[:, None]).T
+
+
+def with_absent(model: Model, low: np.ndarray, high: np.ndarray) -> Model:
+    """Return the model with a misfit of absent quantities above those of all values in the ranges."""
+    points = low + (high - low) * _sequence(low.size).random(SIZED)
+    largest = np.abs(np.nan_to_num(model.values(points))).max(axis=(0, 1))
+    return replace(
+        model, absent=ABSENT * np.maximum(largest, np.abs(model.data.values).max(axis=0))
+    )
+
+
+def _sequence(k: int) -> Any:
+    """Return Sobol's sequence without its first point, a corner."""
+    from scipy.stats import qmc
+
+    return qmc.Sobol(k, scramble=False).fast_forward(1)
+
+
+def search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> np.ndarray:
+    """Return the values (k,) of least misfit."""
+    from scipy.optimize import least_squares
+
+    sequence = _sequence(low.size)
+    middle, best, least = 0.5 * (low + high), 0.5 * (low + high), np.inf
+    for share in BOXES:
+        # Laws of motion divide the ranges: a search ends where its law does, so samples look around the best fit again.
+        reach = 0.5 * share * (high - low)
+        points = np.clip(middle + reach * (2 * sequence.random(samples) - 1), low, high)
+        order = np.argsort((model.residuals(points) ** 2).sum(axis=1), kind="stable")
+        for n in order[:REFINED]:
+            fit = least_squares(
+                lambda point: model.residuals(point[None])[0], points[n],
+                lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
+                xtol=1e-13, ftol=1e-13, max_nfev=MAX_EVALUATIONS,
+            )  # fmt: skip
+            if fit.cost < least * (1 - 1e-9):
+                best, least = fit.x, fit.cost
+        middle = best
+    return best

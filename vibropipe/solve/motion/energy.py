@@ -1,0 +1,134 @@
+"""The energy balance of one motion: work of the force = loss by damping + losses at the supports + stored energy.
+
+The residual measures the error of the motion. An exact motion is integrated from contact to contact, each flight
+from the state after the contact before; a Newmark motion over its own steps.
+"""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.march.grid import exact_grid
+from vibropipe.march.state import initial_state
+from vibropipe.orbits.quadrature import add_energy
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load_harmonics import force_values
+from vibropipe.solve.motion.contacts import Contacts, log_of, tail_speeds
+
+# Variables of a balance, in the order of its terms; the last is the residual.
+TERMS = ("energy_input", "energy_damping", "energy_impact", "energy_change", "energy_residual")
+FRICTION_TERM = "energy_friction"
+
+
+def work_of_flights(
+    exciter: Exciter,
+    effects: Effects,
+    start: tuple[float, float],
+    turns: tuple[float, float],
+    contacts: Contacts,
+) -> np.ndarray:
+    """Compute the energy terms of an exact motion.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    effects : Effects
+    start : (float, float)
+        Displacement and velocity at the start.
+    turns : (float, float)
+        Start and end, in forcing periods.
+    contacts : Contacts
+        Columns of `simulate`.
+
+    Returns
+    -------
+    (4,) array
+        Work of the force, loss by damping, losses at support 1 and at support 2.
+    """
+    e, p = effects, exciter.parameters()
+    log = log_of(exciter, contacts, turns[1])
+    state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
+    terms, none = np.zeros(4), np.zeros(0, complex)
+    # The log contains a rest that lasts beyond the end, so the end state counts as flight.
+    end = state._replace(mode=0)
+    add_energy(e, p, *start, turns[0], turns[1], end, log, none, terms, np.empty(DEGREE + 1))
+    return terms
+
+
+def work_of_steps(
+    exciter: Exciter, turns: np.ndarray, x: np.ndarray, v: np.ndarray, contacts: Contacts
+) -> np.ndarray:
+    """Compute the energy terms of a Newmark motion.
+
+    A step of constant average acceleration balances exactly: the mean force acts over the displacement of the step.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    turns : (n,) array
+        Start and ends of the steps, in forcing periods.
+    x, v : (n,) array
+        States at these times.
+    contacts : Contacts
+        Columns of `simulate`.
+
+    Returns
+    -------
+    (4,) array
+        Work of the force, loss by damping, losses at support 1 and at support 2.
+    """
+    period, support_x = exciter.period, np.array([math.nan, exciter.upper, exciter.lower])
+    impacts, side = contacts["impact_tau"] / period, contacts["impact_support"]
+    before, after = contacts["impact_velocity"], contacts["impact_velocity_after"]
+    rests = np.concatenate([contacts["rest_start"], contacts["rest_end"]]) / period
+    is_before_end = rests < turns[-1]
+    rest_x = support_x[np.tile(contacts["rest_support"], 2)][is_before_end]
+    at = np.concatenate([turns, impacts, impacts, rests[is_before_end]])
+    permutation = np.argsort(at, kind="stable")
+    xs = np.concatenate([x, support_x[side], support_x[side], rest_x])[permutation]
+    vs = np.concatenate([v, before, after, np.zeros(rest_x.size)])[permutation]
+    force = force_values(exciter.f, at[permutation], exciter.f2, exciter.phi2)
+    dx = np.diff(xs)
+    losses = np.append(0.5 * (before**2 - after**2), 0.5 * tail_speeds(contacts) ** 2)
+    side = np.append(side, contacts["rest_support"])
+    return np.array(
+        [
+            np.sum(0.5 * (force[1:] + force[:-1]) * dx),
+            np.sum(0.5 * exciter.h * (vs[1:] + vs[:-1]) * dx),
+            losses[side == 1].sum(),
+            losses[side == 2].sum(),
+        ]
+    )
+
+
+def support_energy(exciter: Exciter, x: float) -> float:
+    """Return the energy stored in soft supports at the displacement x."""
+    deep = max(0.0, x - exciter.upper), max(0.0, exciter.lower - x)
+    return 0.5 * (exciter.k1 * deep[0] ** 2 + exciter.k2 * deep[1] ** 2)
+
+
+def balance(
+    work: np.ndarray,
+    start: tuple[float, float],
+    end: tuple[float, float],
+    in_supports: float = 0.0,
+    has_friction: bool = False,
+) -> dict[str, object]:
+    """Return the terms of the balance of a motion from `start` to `end` by name, each (dimensions, values).
+
+    in_supports : change of the energy stored in soft supports; has_friction : whether there is a term of friction.
+    """
+    # The product form of a difference of squares cancels less.
+    stored = 0.5 * sum((b - a) * (b + a) for a, b in zip(start, end, strict=True)) + in_supports
+    residual = work[0] - (work[1] + work[2] + work[3] + stored)
+    further: dict[str, object] = {}
+    if has_friction:
+        residual -= work[4]
+        further = {FRICTION_TERM: ((), work[4])}
+    values = (work[0], work[1], work[2:4], stored, residual)
+    named = zip(TERMS, values, strict=True)
+    return {**{name: (("support",) if np.ndim(of) else (), of) for name, of in named}, **further}

@@ -1,0 +1,308 @@
+"""One motion from start to end: in closed form if there is one, otherwise marched on a grid."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Callable
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.march.grid import Instant, StepGrid, exact_grid, exact_steps, grid_time
+from vibropipe.march.log import COUNTS, POLYNOMIALS, SHORT_FLIGHTS, Samples, new_log
+from vibropipe.march.loop import march_repeatedly
+from vibropipe.march.piece_log import piece_log_of
+from vibropipe.march.piece_state import start_state
+from vibropipe.march.state import REST, STUCK
+from vibropipe.orbits.outputs import add_energies
+from vibropipe.physics.conservative import arc, is_conservative
+from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
+from vibropipe.physics.linear import stays_off_supports
+from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
+from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
+from vibropipe.solve.motion import linear_motion as linear
+from vibropipe.solve.motion.conservative_motion import contacts, positions
+from vibropipe.solve.motion.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
+from vibropipe.solve.motion.energy import work_of_flights, work_of_steps
+from vibropipe.words.progress import WorkCount
+from vibropipe.words.status import Status
+
+# Columns of a log that count as contacts.
+EVENTS = ("position", "rest_start", "grazing")
+# Contacts in the log of a march, which is emptied when full and at each progress report. Results do not depend on it.
+MARCH_LOG_CAPACITY = 1024
+
+
+class MotionRequest(NamedTuple):
+    """A motion from (x, v) at `tau_start` to `tau_end`, and what is recorded of it.
+
+    Attributes
+    ----------
+    x_uncertainty, v_uncertainty : float
+        Error bounds of the start.
+    marched : WorkCount, optional
+        Counts the forcing periods marched.
+
+    Other attributes are those of `simulate`.
+    """
+
+    tau_start: float
+    tau_end: float
+    x: float
+    v: float
+    samples_per_period: int = 256
+    max_impacts: int = 10_000_000
+    x_uncertainty: float = 0.0
+    v_uncertainty: float = 0.0
+    effects: Effects = ALL_EFFECTS
+    energy: bool = False
+    marched: WorkCount | None = None
+
+
+class MotionResult(NamedTuple):
+    """The result of a motion.
+
+    Attributes
+    ----------
+    status : Status
+    contacts : Contacts
+        Impacts, rests and grazings by variable.
+    displacement, velocity : (n,) array
+        Samples before the end.
+    end : (float, float)
+        (x, x') at the end; NaN if the motion was stopped.
+    counts : array
+        Counts of steps and evaluations (`march.log`); zero for a motion in closed form.
+    turns : (float, float)
+        Start and end, in forcing periods.
+    after : (n,) array
+        Times of the samples after the start, in forcing periods.
+    energy_terms : (4,) or (5,) array, optional
+        Work of the force, loss by damping, at each support and by friction; NaN if the motion was stopped.
+    """
+
+    status: Status
+    contacts: Contacts
+    displacement: np.ndarray
+    velocity: np.ndarray
+    end: tuple[float, float]
+    counts: np.ndarray
+    turns: tuple[float, float]
+    after: np.ndarray
+    energy_terms: np.ndarray | None = None
+
+
+# Contacts, and displacement and velocity at the samples and at the end.
+Solution = tuple[Contacts, np.ndarray, np.ndarray]
+
+
+def run_motion(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid | None = None
+) -> MotionResult:
+    """Compute one motion.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+    grid : StepGrid, optional
+        Grid of the march. The default is the exact method, in closed form if possible.
+
+    Returns
+    -------
+    MotionResult
+
+    Raises
+    ------
+    ParameterError
+        If the times, or the number of steps or samples, are out of range.
+    """
+    if exciter.load != 0.0:
+        return _run_about_equilibrium(exciter, request, grid)
+    if not request.energy or request.effects.has_pieces:
+        if request.energy and grid is not None and grid.exact is None:
+            must = "must be left out with newmark where there are soft supports or friction"
+            raise ParameterError("energy", True, must=must, got="")
+        return _run(exciter, request, grid)
+    newmark = None if grid is None or grid.exact is not None else grid
+    if newmark is None:
+        run = steps = _run(exciter, request, grid)
+    else:
+        steps = _run(exciter, request._replace(samples_per_period=newmark.steps), grid)
+        # Sampling changes the rounding, which many impacts amplify. Without samples, contacts are those of this run.
+        empty = np.empty(0)
+        run = steps._replace(displacement=empty, velocity=empty, after=empty)
+        if request.samples_per_period > 0:
+            run = _run(exciter, request, grid)
+    if not math.isfinite(run.end[0]):
+        return run._replace(energy_terms=np.full(4, math.nan))
+    if newmark is None:
+        start = request.x, request.v
+        energy_terms = work_of_flights(exciter, request.effects, start, run.turns, run.contacts)
+    else:
+        step_turns = np.append(run.turns[0] + steps.after, run.turns[1])
+        states = np.append(steps.displacement, run.end[0]), np.append(steps.velocity, run.end[1])
+        energy_terms = work_of_steps(exciter, step_turns, *states, run.contacts)
+    return run._replace(energy_terms=energy_terms)
+
+
+def _run_about_equilibrium(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid | None
+) -> MotionResult:
+    """Compute one motion under a constant load."""
+    about = request._replace(x=from_equilibrium(exciter, request.x))
+    run = run_motion(about_equilibrium(exciter), about, grid)
+    xs = displaced(exciter, run.displacement)
+    xs[:1] = request.x
+    return run._replace(displacement=xs, end=(float(displaced(exciter, run.end[0])), run.end[1]))
+
+
+def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> MotionResult:
+    """Compute one motion without its energy terms."""
+    turns = span_in_turns(exciter, request.tau_start, request.tau_end)
+    check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
+    solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
+    if solve_closed_form is None:
+        grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
+        _check_steps(request, (turns[1] - turns[0]) * grid.steps)
+        run = _march(exciter, request, grid, turns)
+    else:
+        if request.energy:
+            # Energies are integrated step by step, also of a motion in closed form.
+            steps = exact_steps(request.effects, exciter.parameters())
+            _check_steps(request, (turns[1] - turns[0]) * steps)
+        after = sample_times(turns, request.samples_per_period)
+        columns, xs, vs = solve_closed_form(exciter, request, turns, after)
+        end, counts = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
+        run = MotionResult(Status.OK, columns, xs[:-1], vs[:-1], end, counts, turns, after)
+    if run.displacement.size > 0:
+        # The first sample is the requested start: on a support, the state before the impact.
+        run.displacement[0], run.velocity[0] = request.x, request.v
+    return run
+
+
+def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[..., Solution] | None:
+    """Return the function that solves a motion in closed form, or None if it has to be marched.
+
+    A conservative motion and one that reaches no support have a closed form.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    request : MotionRequest
+
+    Returns
+    -------
+    callable or None
+        f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
+    """
+    p, x, effects = exciter.parameters(), request.x - exciter.load, request.effects
+    if effects.friction is not None:
+        return None
+    is_rigid = effects.soft is None and effects.watched is None
+    if is_rigid and is_conservative(p, x, request.v):
+        return _conservative
+    phase = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
+    return _linear if stays_off_supports(p, x, request.v, phase) else None
+
+
+def _linear(
+    exciter: Exciter, request: MotionRequest, turns: tuple[float, float], after: np.ndarray
+) -> Solution:
+    """Return a motion that reaches no support."""
+    start, end = turns
+    after = np.append(after, end - start)
+    xs, vs = linear.positions(exciter.parameters(), request.x, request.v, start % 1.0, after)
+    if end == start:
+        xs[-1], vs[-1] = request.x, request.v
+    return contacts_of(drain_log(new_log(1, 1)), 1.0), xs, vs
+
+
+def _conservative(
+    exciter: Exciter, request: MotionRequest, _turns: tuple[float, float], after: np.ndarray
+) -> Solution:
+    """Return a conservative motion."""
+    x, v, span = request.x, request.v, request.tau_end - request.tau_start
+    motion = arc(exciter.parameters(), x, v)
+    xs, vs = positions(motion, np.append(after * exciter.period, span))
+    impacts = contacts(motion, span, x, v, exciter.upper, exciter.lower)
+    for name in ("impact_tau", "grazing_tau"):
+        impacts[name] += request.tau_start
+    return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
+
+
+def _check_steps(request: MotionRequest, steps: float) -> None:
+    """Raise a ParameterError if a march has too many steps, whatever happens in it."""
+    has_polynomials = request.effects.has_pieces or request.energy
+    most = MAX_PIECE_STEPS if has_polynomials else MAX_MARCH_STEPS
+    if steps > most:
+        must = f"must be reached in at most {most:g} steps of the march"
+        got = f"{request.tau_end!r} with {steps:.3g} steps"
+        raise ParameterError("tau_end", request.tau_end, must=must, got=got)
+
+
+def _march(
+    exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
+) -> MotionResult:
+    """March to the end; the log is emptied, and progress reported, whenever it is full."""
+    e, p = request.effects, exciter.parameters()
+    degree = 2 if grid.exact is None else DEGREE
+    pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
+    state = start_state(pieces, e, p, grid, turns[0], request.x, request.v)
+    held_since = state.rest_start if state.mode == STUCK else None
+    after, samples = np.empty(0), None
+    if request.samples_per_period > 0:
+        after = sample_times(turns, request.samples_per_period)
+        unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
+        start_position = state.period * grid.steps + state.step, state.theta
+        samples = Samples(*unfilled, 1, int(request.samples_per_period), *start_position)
+    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
+    c = np.empty(degree + 1)
+    end: Instant = grid_time(turns[1], grid.steps)
+    parts: list[dict[str, np.ndarray]] = []
+    terms = None if pieces is None or not request.energy else np.zeros(5)
+    events, reported_period = 0, int(state.period)
+    while True:
+        events_left = request.max_impacts - events
+        state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, events_left, 1)
+        if terms is not None:
+            add_energies(e, p, log, terms)
+        parts.append(drain_log(log))
+        events += sum(len(parts[-1][name]) for name in EVENTS)
+        if request.marched is not None:
+            request.marched.add(int(state.period) - reported_period)
+            reported_period = int(state.period)
+        if events > request.max_impacts:
+            status = Status.MAX_IMPACTS
+        if pieces is not None and log.counts[POLYNOMIALS] > MAX_PIECE_STEPS:
+            status = Status.MAX_STEPS
+        if status != Status.LOG_FULL:
+            break
+    if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
+        status = Status.SHORT_FLIGHTS
+    if state.mode == REST:
+        rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
+        parts.append({name: np.array([value]) for name, value in rest.items()})
+    columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
+    if held_since is not None:
+        columns["stick"] = np.append(held_since, columns["stick"])
+    end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
+    if terms is not None and status not in (Status.OK, Status.SHORT_FLIGHTS):
+        terms[:] = math.nan
+    return MotionResult(
+        Status(status),
+        contacts_of(columns, exciter.period)
+        if pieces is None
+        else contacts_of_pieces(columns, exciter),
+        np.empty(0) if samples is None else samples.displacement,
+        np.empty(0) if samples is None else samples.velocity,
+        end_state if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
+        log.counts.copy(),
+        turns,
+        after,
+        terms,
+    )

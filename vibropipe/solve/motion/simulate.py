@@ -1,0 +1,180 @@
+"""The function `simulate`: one motion as a labelled dataset."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import TYPE_CHECKING, Any
+
+from vibropipe.march.grid import StepGrid, newmark_grid
+from vibropipe.physics.effects import Effects, resolve_effects
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
+from vibropipe.solve.accuracy.request import simulate_to_accuracy
+from vibropipe.solve.checks import check_whole, span_in_turns
+from vibropipe.solve.motion.motion_dataset import to_dataset
+from vibropipe.solve.motion.run import MotionRequest, run_motion
+from vibropipe.solve.warn import warn_unsolved
+from vibropipe.words.methods import METHODS
+from vibropipe.words.progress import Progress, WorkCount
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+def simulate(
+    exciter: Exciter,
+    tau_end: float = 60.0,
+    x0: float | None = None,
+    v0: float = 0.0,
+    method: str = "exact",
+    steps_per_period: int | None = None,
+    accuracy: float | None = None,
+    samples_per_period: int = 256,
+    *,
+    tau_start: float = 0.0,
+    max_impacts: int = 10_000_000,
+    effects: Sequence[str] | None = None,
+    energy: bool = False,
+    progress: Progress | None = None,
+) -> xr.Dataset:
+    """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
+
+    All numbers are non-dimensional: displacements in the unit chosen for `l`, times tau in 1/p with p = sqrt(C/m),
+    velocities in that unit times p, forces in that unit times C, energies in its square times C.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    tau_end : float
+        End; at least `tau_start`.
+    x0 : float, optional
+        Displacement at `tau_start`. The default is the equilibrium, x = load, or, if that lies beyond a support, that
+        support. A value within 4 ulps of a support is moved onto it.
+    v0 : float
+        Velocity at `tau_start`.
+    method : {"exact", "newmark"}
+        "exact" certifies every first impact; its only error is rounding [1]_. "newmark" uses steps of constant average
+        acceleration [2]_ and locates impacts within the step [3]_.
+    steps_per_period : int, optional
+        Newmark steps per forcing period 2 pi/nu; required with "newmark", not accepted otherwise.
+    accuracy : float, optional
+        Maximum error of end state, impacts and rests, from 1e-15 to 0.1: the larger of the absolute error and the
+        error relative to the size of the quantity. Selects `method` and `steps_per_period`.
+    samples_per_period : int
+        Samples of the motion per forcing period; 0 records none.
+    tau_start : float
+        Start; at least 0.
+    max_impacts : int
+        Largest number of impacts, rests and grazings; the motion stops there.
+    effects : sequence of str, optional
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
+        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
+        others marches the motion; it is compiled on first use.
+    energy : bool
+        Whether to compute the energy balance from start to end.
+    progress : callable, optional
+        Called repeatedly as progress(done, total), in forcing periods marched; total is 0, unknown, with `accuracy`. A
+        motion in closed form never calls it.
+
+    Returns
+    -------
+    xarray.Dataset
+        Every variable has the attribute `units`, which is "1".
+
+        displacement, velocity, force (tau)
+            Samples from `tau_start` on; the last is at `tau_end` exactly. Absent with samples_per_period = 0.
+        impact_tau, impact_support, impact_velocity, impact_velocity_after (impact)
+            Time, support (1, 2), and signed velocity before and after each impact.
+        rest_start, rest_end, rest_support (rest)
+            Rests on a support; `rest_end` is inf without a release before `tau_end`.
+        grazing_tau, grazing_support (grazing)
+            Contacts of zero velocity.
+        contact_duration, contact_force_max, contact_depth_max (impact)
+            With soft supports: duration of each contact, and largest force of the support and depth in it; NaN for an
+            impact on a rigid one.
+        turn_tau (turn), stick_start, stick_end (stick)
+            With friction: turning points, and times for which it holds the mass; inf for a stick without end.
+        displacement_end, velocity_end
+            State at `tau_end`, after an impact at `tau_end` itself.
+        energy_input, energy_damping, energy_impact (support), energy_friction, energy_change, energy_residual
+            With `energy`: work of the force, losses (by friction if there is any), change of stored energy (of motion,
+            spring and load), and the residual of the balance, which is rounding.
+        status
+            `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
+            support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from
+            there on. `inaccurate`: rounding errors grow beyond `accuracy`.
+        <name>_error
+            With `accuracy`: error estimate of each quantity, in its dimensions. The attributes `accuracy_asked` and
+            `accuracy_reached` give the requested and the estimated error.
+
+        The attributes `method`, `steps_per_period` (of newmark), `effects`, `start` and `version` say how it was made.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or `effects` leaves out an effect that the parameters have.
+
+    Warns
+    -----
+    UnsolvedWarning
+        If the status is not `ok`, with the remedy.
+
+    References
+    ----------
+    .. [1] T. Park, P. I. Barton, State event location in differential-algebraic models, ACM Trans. Model. Comput.
+       Simul. 6 (1996) 137 (no earlier event exists).
+    .. [2] N. M. Newmark, A method of computation for structural dynamics, J. Eng. Mech. Div. ASCE 85 (1959) 67.
+    .. [3] L. F. Shampine, S. Thompson, Event location for ordinary differential equations, Comput. Math. Appl. 39
+       (2000) 43.
+    """
+    x, v = exciter.check_start(x0, v0)
+    turns = span_in_turns(exciter, tau_start, tau_end)
+    values, span = exciter.parameters()._asdict(), tau_end - tau_start
+    is_exact = method == "exact" and accuracy is None
+    # Newmark's energy balance marches the motion with its samples a second time.
+    marches = 2 if energy and not is_exact and samples_per_period > 0 else 1
+    n_periods = marches * (int(turns[1]) - int(turns[0])) if accuracy is None else 0
+    request = MotionRequest(
+        tau_start,
+        tau_end,
+        x,
+        v,
+        samples_per_period,
+        max_impacts,
+        effects=resolve_effects(effects, values, x - exciter.load, v, span, exact=is_exact),
+        energy=energy,
+        marched=None if progress is None else WorkCount(n_periods, progress),
+    )
+    if accuracy is not None:
+        if method != "exact" or steps_per_period is not None:
+            must = "must not be combined with method or steps_per_period, which it selects"
+            got = f"method = {method!r}, steps_per_period = {steps_per_period!r}"
+            raise ParameterError("accuracy", accuracy, must=must, got=got)
+        motion = simulate_to_accuracy(exciter, request, accuracy)
+    else:
+        grid = _grid(exciter, request.effects, method, steps_per_period)
+        steps = None if grid is None else grid.steps
+        motion = to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
+    return warn_unsolved(motion)
+
+
+def _grid(
+    exciter: Exciter, effects: Effects, method: str, steps_per_period: int | None
+) -> StepGrid | None:
+    """Return the grid of Newmark's method, or None for the exact method, which determines its own."""
+    if method not in METHODS:
+        raise ParameterError("method", method, " or ".join(METHODS))
+    if method == "newmark":
+        return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
+    if steps_per_period is not None:
+        must = "must be left out unless method is newmark; the exact method has no step"
+        raise ParameterError("steps_per_period", steps_per_period, must=must)
+    return None
+
+
+def check_steps(steps_per_period: Any) -> int:
+    """Return a number of Newmark steps in a forcing period, or raise a ParameterError."""
+    if steps_per_period is None:
+        must = f"is required ({within_text(STEPS_PER_PERIOD)}), since method is newmark"
+        raise ParameterError("steps_per_period", None, must=must, got="")
+    return check_whole("steps_per_period", steps_per_period, STEPS_PER_PERIOD)

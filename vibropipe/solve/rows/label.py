@@ -1,0 +1,211 @@
+"""Results of rows as labelled variables over the dimension `row`, with names from the vocabulary."""
+
+from __future__ import annotations
+
+import functools
+from typing import TYPE_CHECKING
+
+import numpy as np
+
+from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.window import LISTED_PERIODS
+from vibropipe.solve.accuracy.orbit_errors import label_errors
+from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
+from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
+from vibropipe.solve.rows.unsolved import is_solved
+from vibropipe.words.contacts import OF_CONTACT
+from vibropipe.words.vocabulary import PARAMETER
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
+
+
+def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
+    """Label compacted results.
+
+    Parameters
+    ----------
+    rows : RowResults
+        Compacted results (`solve.row_results`).
+    parameters : (rows, parameters) array
+        Parameters of the rows.
+
+    Returns
+    -------
+    Variables
+        Dimensions and values by name, over `row` (and `support`, `harmonic`, `multiplier`, `phase`, `subharmonic`,
+        `visit`) or `impact`.
+    """
+    m, solved = rows.period_multiple, is_solved(rows.status)[:, None]
+    # An orbit of m = 1 is one of the forcing period, or a conservative one of its own.
+    nu = np.where(m == 1, rows.frequency, parameters[:, 0])
+    # The section of an unsolved row is its start, not a result.
+    section = np.where(solved, rows.section, np.nan)
+    variables: Variables = {
+        "regime": (("row",), rows.regime),
+        "status": (("row",), rows.status),
+        "period_multiple": (("row",), m),
+        "impacts_per_period": (
+            ("row", "support"),
+            np.where(solved, rows.impacts / np.maximum(m, 1)[:, None], np.nan),
+        ),
+        "impacts_per_orbit": (("row", "support"), rows.impacts),
+        "rests_per_orbit": (("row", "support"), rows.rests),
+        "grazings_per_orbit": (("row", "support"), rows.grazings),
+        "base_frequency": (("row",), np.where(m > 0, rows.frequency, nu)),
+        "residual": (("row",), rows.residual),
+        "periods_to_settle": (("row",), rows.settled_after),
+        "displacement_strobe": (("row",), section[:, 0]),
+        "velocity_strobe": (("row",), section[:, 1]),
+        "window_periods": (("row",), rows.window_periods),
+        "chaos": (("row",), rows.chaos),
+    }
+    if rows.amplitudes.size > 0:
+        variables |= _harmonics(rows.amplitudes, nu)
+    if rows.multipliers.size > 0:
+        radius = np.abs(rows.multipliers).max(axis=1)
+        variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
+        variables["stable"] = (("row",), (radius < 1).astype(np.int8))
+    if rows.impact_count.size > 0:
+        variables |= _impacts(rows)
+    if rows.energy.size > 0:
+        variables |= _energy(rows.energy, np.maximum(np.where(m > 0, m, rows.window_periods), 1))
+    if rows.motion.size > 0:
+        variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
+        variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
+    if rows.subharmonics.size > 0:
+        values = rows.subharmonics[:, 1:]
+        for part, of in (("amplitude", 2 * np.abs(values)), ("phase", np.angle(values))):
+            variables[f"subharmonic_displacement_{part}"] = (("row", "subharmonic"), of)
+    if rows.poincare.size > 0:
+        variables["poincare_displacement"] = (("row", "visit"), rows.poincare[:, 0])
+        variables["poincare_velocity"] = (("row", "visit"), rows.poincare[:, 1])
+    if rows.exponent.size > 0:
+        variables["lyapunov_exponent"] = (("row",), rows.exponent[:, 0])
+        variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
+    if rows.e_row.size > 0:
+        variables |= label_errors(rows, nu, parameters)
+    if rows.d_section.size > 0:
+        variables |= label_derivatives(rows, parameters)
+    return variables
+
+
+def _harmonics(amplitudes: np.ndarray, nu: np.ndarray) -> Variables:
+    """Return amplitudes and phases of x = mean + sum A_k cos(k nu tau + phase_k) from X_k.
+
+    Those of x' come from i k nu X_k, since x is continuous through impacts.
+    """
+    multiples = np.arange(amplitudes.shape[1])
+    rates = 1j * multiples[None, :] * nu[:, None] * amplitudes
+    variables: Variables = {}
+    for name, values in (("displacement", amplitudes), ("velocity", rates)):
+        variables[f"{name}_mean"] = (("row",), values[:, 0].real)
+        variables[f"{name}_amplitude"] = (("row", "harmonic"), 2 * np.abs(values[:, 1:]))
+        variables[f"{name}_phase"] = (("row", "harmonic"), np.angle(values[:, 1:]))
+    return variables
+
+
+def _impacts(rows: RowResults) -> Variables:
+    """Return the variables of impacts: positions are split into the forcing period and the phase in it."""
+    position = rows.impact_position
+    whole = np.floor(position)
+    variables: Variables = {
+        "row_size": (("row",), rows.impact_count),
+        "impact_phase": (("impact",), position - whole),
+        "impact_period": (("impact",), whole.astype(np.int32)),
+        "impact_support": (("impact",), rows.impact_support),
+        "impact_velocity": (("impact",), rows.impact_velocity),
+        "impact_velocity_max": (("row", "support"), rows.impact_velocity_max),
+    }
+    return variables | _contacts(rows) if rows.contacts.shape[1] > 0 else variables
+
+
+def _contacts(rows: RowResults) -> Variables:
+    """Return the variables of contacts with soft supports, and the largest of each row and support.
+
+    One is NaN where the support is rigid or not struck, and where a contact of the row is not known.
+    """
+    variables: Variables = {"impact_velocity_after": (("impact",), rows.contacts[:, 0])}
+    largest = np.full((rows.impact_count.size, 2, len(OF_CONTACT)), -np.inf)
+    owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
+    with np.errstate(invalid="ignore"):
+        np.maximum.at(largest, (owner, rows.impact_support - 1), rows.contacts[:, 1:])
+    largest[np.isneginf(largest)] = np.nan
+    for column, (name, name_of_largest) in enumerate(OF_CONTACT.items()):
+        variables[name] = (("impact",), rows.contacts[:, 1 + column])
+        variables[name_of_largest] = (("row", "support"), largest[:, :, column])
+    return variables
+
+
+def _energy(sums: np.ndarray, periods: np.ndarray) -> Variables:
+    """Return the energies per forcing period, from their sums (`RowResults`) over the periods (rows,)."""
+    energy = sums / periods[:, None]
+    losses = energy[:, 1] + energy[:, 2] + energy[:, 3]
+    further: Variables = {}
+    if energy.shape[1] > 5:
+        losses = losses + energy[:, 4]
+        further["energy_friction"] = (("row",), energy[:, 4])
+    return {
+        "energy_input": (("row",), energy[:, 0]),
+        "energy_damping": (("row",), energy[:, 1]),
+        "energy_impact": (("row", "support"), energy[:, 2:4]),
+        **further,
+        "energy_change": (("row",), energy[:, -1]),
+        "energy_residual": (("row",), energy[:, 0] - losses - energy[:, -1]),
+    }
+
+
+def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
+    """Return the coordinates of the dimensions of `variables` other than `row`."""
+    dims = frozenset(dim for dims, _values in variables.values() for dim in dims)
+    return _coordinates(dims, harmonics, differentiated(variables))
+
+
+@functools.cache
+def _coordinates(
+    dims: frozenset[str], harmonics: int, parameters: tuple[str, ...]
+) -> xr.Coordinates:
+    """Return the coordinates of some dimensions; cached, since their indexes take long to build."""
+    import xarray as xr
+
+    values = {
+        "support": np.array([1, 2], np.int8),
+        "harmonic": np.arange(1, harmonics + 1),
+        "multiplier": np.array([1, 2]),
+        "phase": np.arange(PHASES) / PHASES,
+        "subharmonic": np.arange(1, SUBHARMONICS_PER_HARMONIC * harmonics + 1),
+        "visit": np.arange(LISTED_PERIODS),
+        PARAMETER: np.array(parameters),
+    }
+    return xr.Coordinates({name: (name, values[name]) for name in values if name in dims})
+
+
+def concatenate(parts: list[Variables]) -> Variables:
+    """Join the variables of all parts, which are emptied: only one variable at a time is in memory twice."""
+    return {
+        name: (dims, np.concatenate([part.pop(name)[1] for part in parts]))
+        for name, (dims, _values) in list(parts[0].items())
+    }
+
+
+def ragged_indices(row_size: np.ndarray, rows: np.ndarray) -> np.ndarray:
+    """Return the indices of the entries of `rows`, in that order, in a flat array of row_size entries per row."""
+    ends = np.cumsum(row_size)
+    sizes = row_size[rows]
+    shift = np.repeat(ends[rows] - sizes - (np.cumsum(sizes) - sizes), sizes)
+    return np.arange(sizes.sum()) + shift
+
+
+def take_rows(variables: Variables, rows: np.ndarray) -> Variables:
+    """Return the variables with their rows in the order `rows`; ragged entries move with their rows."""
+    if np.array_equal(rows, np.arange(len(rows))):
+        return variables
+    selected = {}
+    for name, (dims, values) in variables.items():
+        if dims[0] == "row":
+            selected[name] = (dims, values[rows])
+        else:
+            selected[name] = (dims, values[ragged_indices(variables["row_size"][1], rows)])
+    return selected

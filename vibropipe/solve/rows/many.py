@@ -1,0 +1,258 @@
+"""Many rows on all threads: pieces of rows are distributed to threads, each solved by the compiled kernel of a row."""
+
+from __future__ import annotations
+
+import threading
+from collections import deque
+from collections.abc import Callable, Generator, Sequence
+from dataclasses import dataclass, field
+from functools import partial
+from itertools import pairwise
+from typing import Any
+
+import numba
+import numpy as np
+
+from vibropipe.compiler import jit_nogil
+from vibropipe.march.log import new_log
+from vibropipe.march.piece_log import PieceLog, piece_log_of
+from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.room import new_room
+from vibropipe.orbits.row import (
+    LOAD,
+    row_parameters,
+    sample_row,
+    sample_sections,
+    solve_row_chains,
+)
+from vibropipe.orbits.sensitivity.errors import with_errors
+from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
+from vibropipe.orbits.sensitivity.rows import (
+    differentiate_rows,
+    with_impact_derivatives,
+)
+from vibropipe.orbits.undamped import is_undamped_row, sample_undamped
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load import largest_force
+from vibropipe.physics.start import row_starts
+from vibropipe.solve.rows.row_results import (
+    ORBIT_LOG_CAPACITY,
+    ORBIT_REST_CAPACITY,
+    add_load,
+    compact_impacts,
+    concatenate_solutions,
+    from_equilibrium,
+    new_impact_buffer,
+    new_rows,
+    without_impacts,
+)
+from vibropipe.solve.rows.unsolved import mask_unsolved
+from vibropipe.solve.threads import Calls, Threads
+from vibropipe.words.progress import Progress
+
+# Seconds between two progress reports.
+PROGRESS_INTERVAL = 0.25
+
+# The solutions of each part of some chains, for each piece of a block.
+Solving = Calls[list[list[RowResults]]]
+# x0 and v0, of all rows or as arrays (rows,).
+Start = tuple[Any, Any]
+
+
+@jit_nogil
+def solve_piece(
+    e: Effects,
+    parameters: np.ndarray,
+    starts: np.ndarray,
+    chain_length: int,
+    max_periods: int,
+    patience: int,
+    out: RowResults,
+    pieces: PieceLog | None = None,
+    plain: int | None = 1,
+) -> None:
+    """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`."""
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
+    room, limits = new_room(e, max_periods, out), (max_periods, patience)
+    solve_row_chains(e, parameters, starts, chain_length, *limits, log, c, room, out)
+
+
+@jit_nogil
+def _sample(
+    e: Effects,
+    parameters: np.ndarray,
+    out: RowResults,
+    pieces: PieceLog | None = None,
+    plain: int | None = 1,
+) -> None:
+    """Sample closed orbits from their sections: `motion` and `poincare` of the results, if requested."""
+    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
+    for row in range(parameters.shape[0]):
+        m = out.period_multiple[row]
+        if m > 0:
+            x, v = out.section[row, 0], out.section[row, 1]
+            p = row_parameters(parameters, row)
+            is_undamped = is_undamped_row(e, p, x, v, out.regime[row], m)
+            if is_undamped and largest_force(p) > 0.0:
+                sample_undamped(p, x, v, out.motion, out.poincare, row)
+                continue
+            # Rows in closed form have the samples of their motion already.
+            if out.motion.size > 0 and out.settled_after[row] > 0 and not is_undamped:
+                sample_row(e, p, x, v, m, log, c, out.motion, row)
+            if out.poincare.size > 0:
+                sample_sections(e, p, x, v, m, log, c, out.poincare, row)
+
+
+@dataclass
+class _Solver:
+    """Solves pieces of rows on several threads, each with an impact buffer of its own."""
+
+    parameters: Callable[[int, int], Sequence[np.ndarray]]
+    start: Start | Callable[[int, int], Start]
+    chain_length: int
+    max_periods: int
+    patience: int
+    harmonics: int
+    outputs: tuple[str, ...]
+    effects: Effects
+    buffer_rows: int
+    contacts: bool
+    of_thread: threading.local = field(default_factory=threading.local)
+
+    def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
+        """Return the compacted results of parameters (rows, parameters) from starts (rows, 2)."""
+        # Each thread keeps its buffer: the first use of a page costs more than a row.
+        if not hasattr(self.of_thread, "buffer"):
+            self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
+        pieces = piece_log_of(self.effects, ORBIT_LOG_CAPACITY)
+        # The error of an orbit follows from its impacts, requested or not, so they always have room.
+        buffer = self.of_thread.buffer
+        out = new_rows(len(values), self.harmonics, self.outputs, buffer, self.effects)
+        load = values[:, LOAD]
+        chain = max(1, min(self.chain_length, len(values)))
+        limits = self.max_periods, self.patience
+        starts = from_equilibrium(seeds, load)
+        solve_piece(self.effects, values, starts, chain, *limits, out, *pieces)
+        if {"motion", "poincare"} & {*self.outputs}:
+            _sample(self.effects, values, out, *pieces)
+        compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
+        if pieces[0] is not None:
+            rows = with_errors_of_pieces(compact, values, self.effects, pieces[0], self.contacts)
+        else:
+            rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
+            if "sensitivity" in self.outputs:
+                rows = with_impact_derivatives(rows)
+                differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
+        add_load(rows, load)
+        return rows if "impacts" in self.outputs else without_impacts(rows)
+
+    def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
+        """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
+        solved: list[list[RowResults]] = []
+        for first, stop in pairwise(ends):
+            parameter_sets = self.parameters(first, stop)
+            start = self.start(first, stop) if callable(self.start) else self.start
+            seeds = [row_starts(values, *start) for values in parameter_sets]
+            if solved:  # the chain continues
+                for seed, before in zip(seeds, solved[-1], strict=True):
+                    seed[0] = before.section[-1]
+            solved.append([self.solve(*each) for each in zip(parameter_sets, seeds, strict=True)])
+        return solved
+
+
+def solve_rows(
+    blocks: Sequence[Sequence[Sequence[int]]],
+    parameters: Callable[[int, int], Sequence[np.ndarray]],
+    start: Start | Callable[[int, int], Start],
+    chain_length: int,
+    max_periods: int,
+    patience: int,
+    harmonics: int,
+    outputs: tuple[str, ...],
+    progress: Progress | None = None,
+    effects: Effects = ALL_EFFECTS,
+    soft: bool = False,
+) -> Generator[tuple[int, list[RowResults]]]:
+    """Solve rows in blocks on all threads of numba.
+
+    The result is bitwise the same for any number of threads. While the caller handles a block the threads solve the
+    next, and no further ones.
+
+    Parameters
+    ----------
+    blocks : sequence
+        The blocks and their pieces (`solve.sweep_grid.row_blocks`).
+    parameters : callable
+        parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
+        side.
+    start : (float or None, float) or callable
+        x0 and v0 of the first row of each chain (`row_starts`); if they differ, start(first, stop) returns those of
+        rows, numbered as for `parameters`.
+    chain_length : int
+        Rows per chain.
+    max_periods, patience : int
+        Limits of `orbits.settling.find_steady_state`, in forcing periods.
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Requested outputs.
+    progress : callable, optional
+        Called as progress(done, total), in rows.
+    effects : Effects
+        Effects of the compiled kernel, the same for all rows.
+    soft : bool
+        Whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns of
+        contacts.
+
+    Yields
+    ------
+    (int, list of RowResults)
+        The end of a block and its solutions, in order.
+    """
+    pieces = [ends for block in blocks for ends in block]
+    n_rows = pieces[-1][-1]
+    buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
+    limits = chain_length, max_periods, patience
+    contacts = soft and effects.soft is not None and "impacts" in outputs
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows, contacts)
+    n_threads = numba.get_num_threads()
+    if n_threads == 1 or len(pieces) == 1:
+        for block in blocks:
+            parts: list[list[RowResults]] = []
+            for ends in block:
+                parts += solver.piece(ends)
+                if progress is not None:
+                    progress(ends[-1], n_rows)
+            yield block[-1][-1], concatenate_solutions(parts)
+        return
+    # Compile or load the kernel once, before several threads request it.
+    solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
+    threads, waiting = Threads(n_threads), deque[Solving]()
+    unstarted = iter(blocks)
+    try:
+        for block in blocks:
+            # Enough pieces of this block and the next that no thread waits, however few a block has.
+            limit = 2 * max(len(block), n_threads)
+            while sum(len(calls.results) for calls in waiting) < limit and (
+                following := next(unstarted, None)
+            ):
+                waiting.append(threads.submit([partial(solver.piece, ends) for ends in following]))
+            yield block[-1][-1], _gather(waiting.popleft(), block, progress, n_rows)
+    finally:  # also if the caller stops, and on Ctrl-C
+        threads.stop()
+
+
+def _gather(
+    calls: Solving, block: Sequence[Sequence[int]], progress: Progress | None, n_rows: int
+) -> list[RowResults]:
+    """Wait for the pieces of a block and return its solutions."""
+    # Wait for all pieces at once: waking up for each takes time from the solving threads.
+    while not calls.is_over:
+        calls.wait(PROGRESS_INTERVAL)
+        if progress is not None:
+            pairs = zip(calls.results, block, strict=True)
+            solved = sum(ends[-1] - ends[0] for piece, ends in pairs if piece is not None)
+            progress(block[0][0] + solved, n_rows)
+    return concatenate_solutions([part for piece in calls.take() for part in piece])

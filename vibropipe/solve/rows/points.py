@@ -1,0 +1,153 @@
+"""Steady states at scattered points of the parameters, each from a start of its own."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from contextlib import closing
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.effects import all_effects, has_soft_support
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.rows.many import Start, solve_rows
+from vibropipe.solve.rows.named import Named
+from vibropipe.solve.rows.row_results import columns_of
+from vibropipe.solve.sweep.sweep import MAX_PERIODS, PATIENCE
+from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.progress import Progress
+from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+
+class Points(NamedTuple):
+    """Solved points.
+
+    Attributes
+    ----------
+    parameters : (n, p) array
+    variables : Variables
+        Their quantities over `row`.
+    """
+
+    parameters: np.ndarray
+    variables: Variables
+
+    def values(self, names: Sequence[Named]) -> np.ndarray:
+        """Return the quantities (n, names); NaN where the motion has none, as without impacts."""
+        columns = [name.values(self.variables, self.parameters) for name in names]
+        return np.stack(columns, axis=1) if columns else np.empty((len(self.parameters), 0))
+
+    @property
+    def states(self) -> np.ndarray:
+        """States (n, 2) at the section."""
+        return np.stack(
+            [self.variables[f"{kind}_strobe"][1] for kind in ("displacement", "velocity")], axis=1
+        )
+
+    @property
+    def is_stable(self) -> np.ndarray:
+        """Whether the motion is a stable orbit (n,)."""
+        stable: np.ndarray = self.variables["stable"][1] == 1
+        return stable & (self.variables["period_multiple"][1] > 0)
+
+    @property
+    def laws(self) -> np.ndarray:
+        """Laws of motion (n, 4): regime, m, p1, p2; of a motion with rest without its impacts, which accumulate."""
+        regime, m = (self.variables[name][1] for name in ("regime", "period_multiple"))
+        impacts = self.variables["impacts_per_orbit"][1]
+        impacts = np.where((regime == Regime.WITH_REST)[:, None], 0, impacts)
+        return np.column_stack([regime, m, impacts]).astype(int)
+
+    def take(self, rows: Any) -> Points:
+        """Return some of the points; impacts one by one are left out."""
+        kept = {
+            name: (dims, values[rows])
+            for name, (dims, values) in self.variables.items()
+            if dims[0] == "row" and name != "row_size"
+        }
+        return Points(self.parameters[rows], kept)
+
+
+def solve_points(
+    parameters: np.ndarray,
+    start: Start,
+    outputs: tuple[str, ...],
+    harmonics: int,
+    progress: Progress | None = None,
+) -> Points:
+    """Solve points, with the same kernel as `sweep` and bitwise the same on any number of threads.
+
+    Parameters
+    ----------
+    parameters : (n, p) array
+        Valid parameters in the order of `PARAMETERS`.
+    start : (x0, v0)
+        Of all points, or as arrays (n,); displacements beyond a support are placed on it.
+    outputs : tuple of str
+        In the order of `OUTPUTS`.
+    harmonics : int
+    progress : callable, optional
+        Called as progress(done, total), in points.
+    """
+
+    def rows(first: int, stop: int) -> list[np.ndarray]:
+        return [parameters[first:stop]]
+
+    def starts(first: int, stop: int) -> Start:
+        x0, v0 = (part if np.ndim(part) == 0 else part[first:stop] for part in start)
+        return x0, v0
+
+    columns = columns_of(parameters)
+    effects, soft = all_effects(columns, pieces=True), has_soft_support(columns)
+    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
+    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver)) as blocks:
+        parts, begin = [], 0
+        for stop, (solved,) in blocks:
+            parts.append(label_rows(solved, parameters[begin:stop]))
+            begin = stop
+    return Points(parameters, concatenate(parts))
+
+
+def points_dataset(
+    points: Points, dim: str, harmonics: int, attrs: Mapping[str, Any], varied: Sequence[str]
+) -> xr.Dataset:
+    """Return points as a dataset over `dim`, parameters that are not varied as scalars; impacts are ragged."""
+    import xarray as xr
+
+    columns = dict(zip(Parameters._fields, points.parameters.T, strict=True))
+    coords = {
+        name: (dim, values) if name in varied else ((), values[0])
+        for name, values in columns.items()
+        if name in varied or name not in FURTHER or values.any()
+    }
+    variables = {
+        name: (tuple(dim if each == "row" else each for each in dims), values)
+        for name, (dims, values) in points.variables.items()
+    }
+    block = xr.Dataset(variables, coordinates(points.variables, harmonics), dict(attrs))
+    return describe(block.assign_coords(coords))
+
+
+def within_ranges(parameters: np.ndarray) -> np.ndarray:
+    """Return which rows (n,) of parameters lie in their ranges, with distinct supports."""
+    inside = np.ones(len(parameters), bool)
+    for column, entry in zip(parameters.T, PARAMETERS.values(), strict=True):
+        low, high = entry.range.low, entry.range.high
+        inside &= (column > low if entry.range.above else column >= low) & (column <= high)
+    half, delta = (parameters[:, Parameters._fields.index(name)] for name in ("l", "delta"))
+    return inside & (delta - half < delta + half)
+
+
+def clipped(parameters: np.ndarray) -> np.ndarray:
+    """Return rows of parameters, each moved into its range; one that must be above 0 stays above it."""
+    moved = parameters.copy()
+    for column, entry in zip(moved.T, PARAMETERS.values(), strict=True):
+        low = max(entry.range.low, np.finfo(float).tiny) if entry.range.above else entry.range.low
+        np.clip(column, low, entry.range.high, out=column)
+    return moved

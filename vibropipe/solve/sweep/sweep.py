@@ -1,0 +1,308 @@
+"""The function `sweep`: steady states over a grid of parameters, whole or in shards."""
+
+from __future__ import annotations
+
+from collections.abc import Generator, Mapping, Sequence
+from contextlib import closing
+from functools import partial
+from typing import TYPE_CHECKING, Any
+
+import numpy as np
+
+from vibropipe.orbits.results import RowResults
+from vibropipe.physics import limits
+from vibropipe.physics.effects import effect_names, has_soft_support, resolve_effects
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.start import largest_start, largest_velocity, start_text
+from vibropipe.solve.accuracy.method_choice import check_accuracy
+from vibropipe.solve.accuracy.row_errors import row_errors, with_error
+from vibropipe.solve.checks import (
+    check_follow,
+    check_outputs,
+    check_over,
+    check_whole,
+    swept_dampings,
+)
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
+from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
+from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid, row_blocks
+from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start, starts_of_rows
+from vibropipe.solve.warn import warn_unsolved
+from vibropipe.words.outputs import SWEEP_DEFAULT
+from vibropipe.words.progress import Progress
+from vibropipe.words.vocabulary import describe
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Largest number of forcing periods marched for a row.
+MAX_PERIODS = limits.PATIENCE[1]
+# Forcing periods after which a row of a sweep may be left as chaotic.
+PATIENCE = 200
+
+
+def sweep(
+    exciter: Exciter,
+    over: Mapping[str, Any],
+    x0: float | None = None,
+    v0: float | None = None,
+    harmonics: int = 3,
+    follow: Follow = None,
+    outputs: Sequence[str] = SWEEP_DEFAULT,
+    accuracy: float | None = None,
+    effects: Sequence[str] | None = None,
+    client: Any = None,
+    patience: int = PATIENCE,
+) -> xr.Dataset:
+    """Find the steady states (see `steady_state`) for every combination of the values in `over`.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        The parameters that are the same in every row.
+    over : mapping of str to array_like
+        Values (an array, a dask array or a list; one-dimensional) of each swept parameter of the
+        exciter, or of a part of the start, x0 or v0, in the order of the dimensions of the result.
+    x0, v0 : float, optional
+        Start of every row: displacement and velocity (default 0) at tau = 0. The default of x0 is the equilibrium or,
+        if the equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
+        Each can be swept instead.
+    harmonics : int
+        Number of harmonics of displacement and velocity, from 1 to 1,000.
+    follow : (str, str), optional
+        A swept parameter and a direction, such as ("nu", "up"): each row starts from the steady state of its lower
+        ("up") or upper ("down") neighbour, only the first from (x0, v0). This follows stable branches, and may leave
+        one a step before it ends: each step starts a transient. With "both", to show hysteresis, the sweeps up and down
+        lie along a first dimension `direction`. Excludes swept starts.
+    outputs : sequence of str
+        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
+        neither computed nor stored.
+    accuracy : float, optional
+        Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
+        status `inaccurate`.
+    effects : sequence of str, optional
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
+        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
+        others marches the rows; it is compiled on first use. A row that reaches a support left out has status
+        `support_reached`.
+    client : dask.distributed.Client, optional
+        The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
+        same kind the result is bitwise identical.
+    patience : int
+        Forcing periods, from 128 to 1,000, after which a damped row may be left as chaotic: if a perturbation grew by
+        more than e^6 over the last 50 of them, unless areas of the section shrink slowly or a motion without impacts
+        exists. Such rows, and all others, are marched for longer (docs/numerics.md). With 1,000 none is left before.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over the names in `over` and then `support`, `harmonic`, `multiplier`, `phase` and so on, all
+        non-dimensional as for `simulate`. `regime` and `status` label rows without a steady state. Impacts are a
+        contiguous ragged array [1]_: `impact_*` over `impact`, with `row_size` of them for each row, in the order of
+        the grid. The attributes `method`, `effects`, `start`, `follow` and `version` say how it was made.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range, or `effects` leaves out an effect that the parameters have.
+    RuntimeError
+        If a worker of the cluster has other kernels, or was lost too often with the same rows.
+
+    Warns
+    -----
+    UnsolvedWarning
+        For each status of a row that is not `ok`, with the number of rows and the remedy.
+
+    References
+    ----------
+    .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
+    """
+    grid = grid_of(exciter, over if client is None else computed_values(client, over), follow)
+    solve = partial(
+        solve_shard, exciter, grid.values, x0=x0, v0=v0, harmonics=harmonics, follow=follow,
+        outputs=outputs, accuracy=accuracy, effects=effects, patience=patience,
+    )  # fmt: skip
+    shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
+    return warn_unsolved(assemble(shards, grid.values, follow))
+
+
+def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
+    """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
+    values, followed = check_over(over), check_follow(over, follow)
+    exciter.check_frequency([name for name, array in values.items() if array.any()])
+    derived = swept_dampings(exciter, values)
+    left_out = values.keys() | derived
+    shared = {name: value for name, value in exciter.stated().items() if name not in left_out}
+    return SweepGrid(values, followed, shared)
+
+
+def solve_shard(
+    exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **options: Any
+) -> xr.Dataset:
+    """Solve the rows [row_start, row_stop) of a sweep.
+
+    Parameters
+    ----------
+    exciter, over
+        As for `sweep`.
+    row_start, row_stop : int
+        Rows of the shard, numbered as in `SweepGrid`; whole chains. Results do not depend on the cuts.
+    **options
+        Other arguments of `sweep` except `client`.
+
+    Returns
+    -------
+    xarray.Dataset
+        Quantities over the dimension `row`.
+    """
+    (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **options)
+    return shard
+
+
+def solve_blocks(
+    exciter: Exciter,
+    over: Mapping[str, Any],
+    row_start: int,
+    row_stop: int,
+    block_rows: int,
+    x0: float | None = None,
+    v0: float | None = None,
+    harmonics: int = 3,
+    follow: Follow = None,
+    outputs: Sequence[str] = SWEEP_DEFAULT,
+    progress: Progress | None = None,
+    accuracy: float | None = None,
+    effects: Sequence[str] | None = None,
+    patience: int = PATIENCE,
+) -> Generator[xr.Dataset]:
+    """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
+
+    A block is computed when it is requested, and few rows are solved ahead of it.
+
+    Parameters
+    ----------
+    exciter, over, x0, v0, harmonics, follow, outputs, accuracy, effects, patience
+        As for `sweep`.
+    row_start, row_stop : int
+        First row and end, numbered as in `SweepGrid`; whole chains.
+    block_rows : int
+        Least number of rows per block.
+    progress : callable, optional
+        Called as progress(done, total), in rows from `row_start` to `row_stop`.
+
+    Yields
+    ------
+    xarray.Dataset
+        Quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as scalars.
+
+    Raises
+    ------
+    ParameterError
+        If an argument is out of range.
+    """
+    grid = grid_of(exciter, over, follow)
+    if not grid.is_cut(row_start, row_stop):
+        must = f"must be cut from 0 to {grid.rows} at multiples of {grid.chain_length}"
+        got = f"{row_start} to {row_stop}"
+        raise ParameterError("rows", (row_start, row_stop), must=must, got=got)
+    requested_outputs = check_outputs(outputs)
+    check_whole("harmonics", harmonics, limits.HARMONICS)
+    check_whole("patience", patience, limits.PATIENCE)
+    max_error = None if accuracy is None else check_accuracy(accuracy)
+    check_swept_start(over, x0, v0)
+    x0, v0 = check_corners(grid, x0, 0.0 if v0 is None else v0)
+    # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
+    values = {**grid.shared, **grid.values}
+    farthest = largest_start(values, x0), largest_velocity(values, v0)
+    e = resolve_effects(effects, values, *farthest, followed=follow is not None)
+    attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
+
+    def parameters(begin: int, stop: int) -> list[np.ndarray]:
+        numbers = grid.solved(row_start + begin, row_start + stop)
+        return [grid.parameters(Parameters._fields, numbers)]
+
+    row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
+    start = starts_of_rows(grid, x0, v0, row_start)
+    solver = start, grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
+    soft = has_soft_support(values)
+    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft)) as blocks:
+        begin = 0
+        for stop, solved in blocks:
+            block_parameters = parameters(begin, stop)
+            yield _label(
+                grid, row_start + begin, block_parameters, solved, max_error, harmonics, attrs
+            )
+            begin = stop
+
+
+def _label(
+    grid: SweepGrid,
+    start: int,
+    parameters: Sequence[np.ndarray],
+    solved: Sequence[RowResults],
+    max_error: float | None,
+    harmonics: int,
+    attrs: Mapping[str, Any],
+) -> xr.Dataset:
+    """Return solved chains from row `start` on as a dataset over `row`, in the order of the rows of the grid."""
+    import xarray as xr
+
+    stop = start + len(parameters[0])
+    variables = label_rows(solved[0], parameters[0])
+    if max_error is not None:
+        variables = with_error(variables, row_errors(parameters[0], variables), max_error)
+    variables |= {
+        name: (("row",), parameters[0][:, Parameters._fields.index(name)])
+        for name in grid.of_restitution
+    }
+    variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
+    coords = grid.row_coords(start, stop)
+    attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
+    block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
+    return describe(block.set_coords(coords))
+
+
+def assemble(
+    shards: Sequence[xr.Dataset], over: Mapping[str, Any], follow: Follow = None
+) -> xr.Dataset:
+    """Join shards, in any order, into the dataset of the whole sweep, in memory.
+
+    Parameters
+    ----------
+    shards : sequence of xarray.Dataset
+        Shards of `solve_shard` that make up all rows.
+    over, follow
+        As for `sweep`.
+
+    Returns
+    -------
+    xarray.Dataset
+        The dataset of `sweep`.
+    """
+    import xarray as xr
+
+    grid = SweepGrid(check_over(over), follow)
+    ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
+    parts = [
+        {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
+        for shard in ordered
+    ]
+    flat = take_rows(concatenate(parts), grid.rows_of_points())
+    variables = {
+        name: ((*grid.dims, *dims[1:]), values.reshape(*grid.shape, *values.shape[1:]))
+        if dims[0] == "row"
+        else (dims, values)
+        for name, (dims, values) in flat.items()
+    }
+    coords: dict[str, Any] = {name: (name, values) for name, values in grid.coords.items()}
+    first = ordered[0]
+    for name in [str(name) for name in first.coords if name not in grid.dims]:
+        # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
+        coords[name] = first[name] if name in first.xindexes else first.variables[name]
+    attrs = {k: v for k, v in first.attrs.items() if k not in ("row_start", "row_stop")}
+    joined = describe(xr.Dataset(variables, coords, attrs))
+    if "row_size" in joined:
+        joined["row_size"].attrs["sample_dimension"] = "impact"
+    return joined

@@ -13,9 +13,10 @@ import vibropipe as vp
 from vibropipe.cli.commands import app
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
+from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import verify
-from vibropipe.store import summary
-from vibropipe.study import Study, load_study
+from vibropipe.store import summary, write
+from vibropipe.study import Study, load_study, study_of_text
 
 HEAD = """
 title: With units
@@ -38,6 +39,7 @@ scenes:
   free: {kind: backbone, amplitude: [1 mm, 8 mm, 20 mm]}
 """
 )
+IN_HZ = UNITS.replace("start: 20 rad/s, stop: 200 rad/s", "start: 3 Hz, stop: 30 Hz")
 M, C = 2.0, 8000.0
 P = math.sqrt(C / M)
 SHARDS = 2
@@ -110,12 +112,12 @@ def test_every_dataset_is_verified(results) -> None:
 
 def test_a_wrong_value_is_named_by_the_frequency_with_unit(results, tmp_path) -> None:
     broken = vp.load(results / "sweep.nc")
-    broken["residual"][3, 1] += 1.0
-    from vibropipe.store import write
-
+    broken["displacement_mean"][3, 1] = 7.0
     write(broken, tmp_path / "sweep.nc")
     (verdict,) = verify(tmp_path / "sweep.nc", rows=1000, seed=1)
-    assert any("omega = 50.0, delta = 0.001" in fault for fault in verdict.faults)
+    assert verdict.faults[0].startswith(
+        "displacement_mean at omega = 50 rad/s, delta = 1 mm: 7.0 m in the file, "
+    )
 
 
 def test_a_summary_shows_symbols_and_units_of_the_data(results) -> None:
@@ -193,8 +195,18 @@ def test_plans_have_the_names_and_values_of_the_study(tmp_path):
     assert {name: plan.size for name, plan in plans.items()} == {
         "sweep": "2 direction x 19 omega x 2 delta",
         "borders": "omega 50 to 250 rad/s x F 20 to 200 N",
-        "pure": "R1 0.2 to 0.9 x l 0.004 to 0.009 m",
+        "pure": "R1 0.2 to 0.9 x l 4 to 9 mm",
         "laws": "omega from 50 to 20 rad/s, 2 delta",
         "wanted": f"{scenes['wanted'].samples} samples over omega, R1",
     }
     assert plans["sweep"].method == "exact, omega both"
+
+
+def test_the_terminal_has_the_units_of_the_study(study, results) -> None:
+    assert "time 0.5 s" in plan_text(study)
+    rpm = study_of_text("units: {frequency: rpm, time: ms}\n" + UNITS, "units")
+    assert "time 500 ms" in plan_text(rpm)
+    branch = "  branch: {kind: branch, along: {omega: {from: 60 rad/s, to: [10 Hz]}}}\n"
+    assert "omega from 9.5493 to 10 Hz" in plan_text(study_of_text(IN_HZ + branch, "units"))
+    shown = CliRunner().invoke(app, ["show", str(results / "sweep.nc")]).output
+    assert "offset of the equilibrium (mm)" in shown

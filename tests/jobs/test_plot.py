@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import copy
+import pickle
 import subprocess
 import sys
 from pathlib import Path
@@ -222,6 +224,29 @@ def test_python_chooses_units(made):
         vp.ParameterError, match=r"units: must be units by dimension .* got 'lenght'"
     ):
         vp.to_physical(made["motion"], 2, 8000, {"lenght": "mm"})
+
+
+def test_an_exciter_remembers_the_units_it_was_given():
+    exciter = vp.Exciter.from_physical(
+        m="2 kg", C="8 N/mm", H="40 N s/m", F="0.12 kN", omega="9 Hz", l="8 mm", R1=0.7, R2=0.7
+    )
+    for copied in (pickle.loads(pickle.dumps(exciter)), copy.copy(exciter)):
+        assert copied == exciter
+        assert copied.written == exciter.written
+    assert vp.Exciter(l=1.0).written == {}
+    motion = vp.to_physical(vp.simulate(exciter, tau_end=6), exciter)
+    by_hand = vp.to_physical(vp.simulate(exciter, tau_end=6), "2 kg", "8 N/mm")
+    assert motion.drop_attrs().identical(by_hand.drop_attrs())
+    assert motion["displacement"].attrs["units"] == "m"
+    shown = display_units({"": motion})[""]
+    units = {name: shown[name].attrs["units"] for name in ("displacement", "F", "omega", "C")}
+    assert units == {"displacement": "mm", "F": "kN", "omega": "Hz", "C": "N/mm"}
+    assert "(mm)" in labels(vp.plot(motion))
+    metres = vp.to_physical(vp.simulate(exciter, tau_end=6), exciter, units={"length": "m"})
+    assert "(m)" in labels(vp.plot(metres))
+    for arguments in ((vp.Exciter(l=1.0),), (exciter, 8000)):
+        with pytest.raises(vp.ParameterError, match="m: must be an exciter of from_physical"):
+            vp.to_physical(motion.drop_vars(["m", "C"]), *arguments)
 
 
 def test_importing_the_package_loads_no_pictures():

@@ -310,6 +310,21 @@ def test_the_scenes_of_the_study_are_opened_and_others_named(tmp_path):
         assert list(store.open_study(tmp_path).children) == ["map"]
 
 
+def test_a_newer_report_tells_the_units_of_data_in_si(tmp_path):
+    attrs = {"display_units": "length: mm"}
+    store.write(xr.Dataset({"displacement": ("row", [1.0])}, attrs=attrs), tmp_path / "map.nc")
+    report = tmp_path / "report.pdf"
+    content = store.with_fingerprint(
+        b"%PDF-1.7\nstartxref\n9\n%%EOF", "0" * 64, ["map"], "length: µm; force: N"
+    )
+    report.write_bytes(content)
+    assert scenes_of(report) == ["map"]
+    for made, units in ((2.1e9, "length: µm; force: N"), (1e9, "length: mm")):
+        os.utime(report, (made, made))
+        assert store.load(tmp_path / "map.nc").attrs["display_units"] == units
+        assert store.open_study(tmp_path)["map"].attrs["display_units"] == units
+
+
 def test_a_file_in_place_of_a_study_says_what_opens_it(study):
     with pytest.raises(
         StoreError, match=r"forced\.nc: must be .*, got a file: open it with vp.load"

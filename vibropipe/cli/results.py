@@ -16,7 +16,8 @@ def show(
         Path, typer.Argument(metavar="DATASET", help="A .nc file, or a study's folder.")
     ],
 ) -> None:
-    """Summarise a dataset: parameters, dimensions, quantities and provenance."""
+    """Summarise a dataset in the study's units: parameters, dimensions, quantities and provenance."""
+    from vibropipe.figures.units import display_units
     from vibropipe.store import load, open_study, summary
     from vibropipe.store.opening import LEFT_OUT
 
@@ -24,11 +25,13 @@ def show(
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # the last line says it
             tree = open_study(dataset)
-        texts = [f"{name}\n{summary(node.to_dataset())}" for name, node in tree.children.items()]
+        nodes = {name: node.to_dataset() for name, node in tree.children.items()}
+        shown = display_units(nodes, prefixes=False)
+        texts = [f"{name}\n{summary(data)}" for name, data in shown.items()]
         if left_out := tree.attrs.get(LEFT_OUT):
             texts.append(f"not in the study: {left_out}")
     else:
-        texts = [summary(load(dataset))]
+        texts = [summary(display_units({"": load(dataset)}, prefixes=False)[""])]
     typer.echo("\n".join(texts))
 
 

@@ -79,7 +79,9 @@ def build_report(
     data["answers"] = [*map(_answer_data, failures(failed)), *data["answers"]]
     pdf = typeset(data, pictures)
     with atomic_file(output) as temporary:
-        temporary.write_bytes(with_fingerprint(pdf, fingerprint, [*study.scenes, *failed]))
+        scenes = [*study.scenes, *failed]
+        content = with_fingerprint(pdf, fingerprint, scenes, study.display_units)
+        temporary.write_bytes(content)
     return output
 
 

@@ -81,6 +81,22 @@ def check_together(
             raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))
 
 
+class _Written:
+    """What an exciter was made from, beside its fields."""
+
+    __slots__ = ("_written",)
+
+    @property
+    def written(self) -> Mapping[str, Any]:
+        """The arguments of `from_physical`, as they were given; empty for any other exciter."""
+        return getattr(self, "_written", {})
+
+    def __setstate__(self, state: Any) -> None:
+        fields, slots = state if isinstance(state, tuple) else (state, None)
+        for name, value in {**fields, **(slots or {})}.items():
+            object.__setattr__(self, name, value)
+
+
 def _telling_unknown_keywords(cls: type[Exciter]) -> type[Exciter]:
     """Return the class, whose call says of an unknown keyword what could be meant."""
     init = cls.__init__
@@ -96,7 +112,7 @@ def _telling_unknown_keywords(cls: type[Exciter]) -> type[Exciter]:
 
 @_telling_unknown_keywords
 @dataclass(frozen=True)
-class Exciter:
+class Exciter(_Written):
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
 
     Parameters
@@ -200,7 +216,7 @@ class Exciter:
         """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t), by eqs. (2)-(4).
 
         p = sqrt(C/m), h = H/sqrt(m C), f = F/C, nu = omega/p. Lengths, f included, are then in metres, and times in
-        1/p; `vibropipe.to_physical` converts results back.
+        1/p; `vibropipe.to_physical` converts results back, into the units that are given here.
 
         Parameters
         ----------
@@ -234,6 +250,7 @@ class Exciter:
         si = {name: si_value(name, value) for name, value in given.items()}
         check_together(given, si, {"R1": R1, "R2": R2})
         exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
+        object.__setattr__(exciter, "_written", given)
         odd = unit_warning(exciter._numbers()._asdict())
         if odd:
             is_number = not (isinstance(l, str) or hasattr(l, "units"))

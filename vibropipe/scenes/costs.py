@@ -18,7 +18,6 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import ValueGrid
 from vibropipe.solve.physical import convert
-from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import physical_name, physical_quantity
 
 # Least seconds in which a job loads libraries and compiled kernels.
@@ -179,14 +178,13 @@ def stored_name(scene: BaseScene, name: str) -> str:
 
 
 def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple[list[str], str]:
-    """Return values of a parameter as its data have them, as texts, and their unit with a blank before it, or ""."""
-    numbers, unit = np.array([*values]), ""
+    """Return values of a parameter in the units of the study, as texts, and the unit with a blank before it."""
+    numbers, unit = np.array([*values]), "1"
     if scene.mass_and_stiffness is not None:
         m, C = scene.mass_and_stiffness
         numbers = convert(name, numbers, {"m": m, "C": C})
-        dimension = physical_quantity(name).dimension
-        unit = f" {DIMENSIONS[dimension].plain}" if dimension else ""
-    return [f"{number:g}" for number in numbers], unit
+        unit = physical_quantity(name).units
+    return scene.units_shown.texts(stored_name(scene, name), numbers, unit)
 
 
 def steady_bytes(

@@ -10,14 +10,19 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.rows.named import SENSITIVITY, named
-from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text
+from vibropipe.solve.shown_units import (
+    DISPLAY_UNITS,
+    checked_units,
+    display_units_of,
+    units_as_text,
+)
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, STARTS
-from vibropipe.words.units import DIMENSIONS, tidy, unit_of_text
+from vibropipe.words.units import DIMENSIONS, tidy
 from vibropipe.words.vocabulary import (
     PARAMETER,
     PHYSICAL_NAMES,
@@ -43,7 +48,7 @@ _START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
 
 
 def to_physical(
-    dataset: xr.Dataset | xr.DataTree, m: Any, C: Any, units: Mapping[str, str] | None = None
+    dataset: xr.Dataset | xr.DataTree, m: Any, C: Any = None, units: Mapping[str, str] | None = None
 ) -> xr.Dataset:
     """Convert a dataset to SI, by eqs. (2)-(4).
 
@@ -53,11 +58,11 @@ def to_physical(
         A motion, a steady state, a sweep, a backbone, or a scene of `open_study`, whose lengths are in metres (as those
         of `Exciter.from_physical`). Lazy data stay lazy.
     m, C : number, str or pint.Quantity
-        Mass and stiffness, as in `Exciter.from_physical`.
+        Mass and stiffness, as in `Exciter.from_physical`; or, in place of both, the exciter that it returned.
     units : mapping of str to str, optional
         Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, mass,
-        stiffness, damping, angle (default: of m and C as they are written, of all else SI with a prefix). The dataset
-        itself is in SI.
+        stiffness, damping, angle (default: those that the exciter, or m and C, were given in; of all else SI with a
+        prefix). The dataset itself is in SI.
 
     Returns
     -------
@@ -71,7 +76,8 @@ def to_physical(
     Raises
     ------
     ParameterError
-        If m or C is out of range or has a wrong unit, a unit of `units` is none, or the dataset is in SI already.
+        If m or C is missing, out of range or has a wrong unit, the exciter was not made by `from_physical`, a unit of
+        `units` is none, or the dataset is in SI already.
 
     References
     ----------
@@ -80,7 +86,11 @@ def to_physical(
     """
     import xarray as xr
 
-    numbers = {"m": si_value("m", m), "C": si_value("C", C)}
+    given = m.written if isinstance(m, Exciter) else {"m": m, "C": C}
+    if not given or (isinstance(m, Exciter) and C is not None):
+        must = "must be an exciter of from_physical without C, or a mass beside C"
+        raise ParameterError("m", m, must=must, got="")
+    numbers = {name: si_value(name, given[name]) for name in ("m", "C")}
     data = dataset.to_dataset() if isinstance(dataset, xr.DataTree) else dataset
     if is_physical(data):
         raise ParameterError("dataset", data, must="must be non-dimensional", got="one in SI")
@@ -92,8 +102,7 @@ def to_physical(
         variables |= _sensitivities_in_si(variables, numbers)
     coords = {physical_name(str(name)): None for name in data.coords}
     attrs = {name: _text_in_si(str(name), text, numbers) for name, text in data.attrs.items()}
-    written = {"mass": unit_of_text(m), "stiffness": unit_of_text(C), **checked_units(units or {})}
-    shown = {name: unit for name, unit in written.items() if unit}
+    shown = display_units_of({"physical": given}, checked_units(units or {}))
     if shown:
         attrs[DISPLAY_UNITS] = units_as_text(shown)
     scalars = {name: xr.Variable((), value, attributes(name)) for name, value in numbers.items()}

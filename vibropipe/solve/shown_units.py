@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Mapping
+import re
+from collections import Counter
+from collections.abc import Hashable, Iterable, Iterator, Mapping
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any
 
@@ -15,8 +17,10 @@ from vibropipe.words.units import (
     UnitError,
     check_unit,
     is_of_cycles,
+    plain_units,
     tidy,
     unit_factor,
+    unit_of_text,
 )
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, split_suffix
 
@@ -29,6 +33,11 @@ SHOWN_UNITS = "shown_units"  # the same of a copy, which is in these units
 PER_PARAMETER = "/(unit of parameter)"
 # Values that come from a user: 9 Hz is shown as 9, not as its neighbour.
 GIVEN = {*PARAMETERS, *PHYSICAL, *STARTS, "free_period"}
+# Dimensions whose parameters stand for themselves: each keeps its own unit. Lengths, times, frequencies and velocities
+# of several quantities share the axes of a picture, and with them one unit.
+OF_A_PARAMETER = ("mass", "stiffness", "damping", "force", "angle")
+TEXTS = ("title", "caption", "description", "question", "hero", "units", "kind")
+_BOUND = re.compile(r"[<>]=?([^<>,]+)")
 # Dimensions whose units can be chosen.
 CHOSEN = tuple(name for name in DIMENSIONS if name not in ("rate", "acceleration"))
 DIMENSION_OF = {entry.units: name for name, entry in DIMENSIONS.items()}
@@ -57,8 +66,75 @@ def checked_units(units: Mapping[str, Any]) -> dict[str, str]:
 
 def units_of(dataset: xr.Dataset) -> dict[str, str]:
     """Return the units that were written or chosen for a dataset, or those it is in, by dimension or parameter."""
-    pairs = str(dataset.attrs.get(SHOWN_UNITS, dataset.attrs.get(DISPLAY_UNITS, ""))).split("; ")
-    return dict(pair.split(": ", 1) for pair in pairs if ": " in pair)
+    return units_from_text(dataset.attrs.get(SHOWN_UNITS, dataset.attrs.get(DISPLAY_UNITS, "")))
+
+
+def units_from_text(text: object) -> dict[str, str]:
+    """Return units by dimension or parameter from the attribute of a dataset."""
+    return dict(pair.split(": ", 1) for pair in str(text).split("; ") if ": " in pair)
+
+
+def display_units_of(tree: Mapping[str, Any], chosen: Mapping[str, str]) -> dict[str, str]:
+    """Return the units in which quantities are written, by dimension, and by parameter where one has another unit.
+
+    Of several units of one dimension the one that most keys are written in holds, the first of equals.
+
+    Parameters
+    ----------
+    tree : mapping
+        The study, or the arguments of `Exciter.from_physical`, as it is written, with text for quantities.
+    chosen : mapping of str to str
+        Units by dimension that the study chooses.
+    """
+    written = Counter(_units_in(tree, ""))
+    of_dimension, of_parameter = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
+    for (key, unit), amount in written.items():
+        dimension = _dimension_of(unit)
+        if key in PHYSICAL:
+            of_parameter[key, unit] += amount
+        if dimension != "angle":  # phases of harmonics are not written
+            of_dimension[dimension, unit] += amount
+    units = {**_most(of_dimension), **chosen}
+    units.pop("", None)
+    for name, unit in _most(of_parameter).items():
+        dimension = PHYSICAL[name].dimension
+        is_free = dimension in OF_A_PARAMETER and dimension not in chosen
+        if is_free and _dimension_of(unit) == dimension and units.get(dimension) != unit:
+            units[name] = unit
+    return units
+
+
+def _units_in(node: Any, key: str) -> Iterator[tuple[str, str]]:
+    """Yield parameter or key and unit of each quantity that is written, of each list once."""
+    if isinstance(node, Mapping):
+        for name, value in node.items():
+            if name not in TEXTS:
+                yield from _units_in(value, key if key in PHYSICAL else str(name))
+    elif isinstance(node, list):
+        yield from dict.fromkeys(pair for entry in node for pair in _units_in(entry, key))
+    else:
+        for text in (isinstance(node, str) and _BOUND.findall(node)) or [node]:
+            if unit := unit_of_text(text):
+                yield key, unit
+
+
+def _dimension_of(unit: str) -> str:
+    """Return the dimension of a unit, empty if it is none."""
+    for dimension in DIMENSIONS.keys() - {"acceleration", "rate"}:
+        try:
+            check_unit(unit, dimension)
+        except UnitError:
+            continue
+        return dimension
+    return ""
+
+
+def _most(amounts: Counter[tuple[str, str]]) -> dict[str, str]:
+    """Return the unit with the largest number for each name, the first of equals."""
+    found: dict[str, str] = {}
+    for (name, unit), _ in amounts.most_common():
+        found.setdefault(name, unit)
+    return found
 
 
 @dataclass(frozen=True)
@@ -87,6 +163,12 @@ class Shown:
         is_one = parameter in PHYSICAL and PHYSICAL[parameter].dimension == dimension
         of_all = self.units.get(dimension, stored)
         return self.units.get(parameter, of_all) if is_one else of_all
+
+    def texts(self, name: str, values: Iterable[float], stored: str) -> tuple[list[str], str]:
+        """Return stored values of a parameter as texts in its unit, and that with a blank before it, or empty."""
+        unit = self.unit(name, stored)
+        shown = [tidy(float(value) * shown_factor(unit)) for value in values]
+        return [f"{value:g}" for value in shown], "" if unit == "1" else f" {plain_units(unit)}"
 
     def _entry(self, name: str, variable: xr.Variable, dataset: xr.Dataset) -> Any:
         """Return dimensions, values and attributes of a variable in its unit; None if it stays as it is."""

@@ -124,31 +124,39 @@ def seal_of(path: str | os.PathLike[str]) -> str:
     return match[1].decode() if match else ""
 
 
-def with_fingerprint(content: bytes, fingerprint: str, scenes: Iterable[str] = ()) -> bytes:
-    """Return a PDF or SVG file with a comment at its end: a fingerprint of what it was made from, and scenes."""
+def with_fingerprint(
+    content: bytes, fingerprint: str, scenes: Iterable[str] = (), units: str = ""
+) -> bytes:
+    """Return a PDF or SVG file with a comment at its end: a fingerprint of what it was made from, scenes, and units."""
     is_pdf = content.startswith(b"%PDF-")
     begin, end, mark = (b"%", b"\n", b"startxref") if is_pdf else (b"<!--", b" -->\n", b"</svg>")
     place = content.rindex(mark)
-    comment = FINGERPRINT + " ".join([fingerprint, *scenes]).encode()
+    comment = (
+        FINGERPRINT + " ".join([fingerprint, *scenes, *([f"| {units}"] if units else [])]).encode()
+    )
     return content[:place] + begin + comment + end + content[place:]
 
 
 def fingerprint_of(path: str | os.PathLike[str]) -> str:
     """Return the fingerprint that `with_fingerprint` wrote into a file; empty without file or fingerprint."""
-    return (_comment_of(path) or [""])[0]
+    return _comment_of(path)[0].partition(" ")[0]
 
 
 def scenes_of(path: str | os.PathLike[str]) -> list[str]:
     """Return the scenes that `with_fingerprint` wrote into a file; none without file or scenes."""
-    return _comment_of(path)[1:]
+    return _comment_of(path)[0].split()[1:]
 
 
-def _comment_of(path: str | os.PathLike[str]) -> list[str]:
-    """Return the words of the comment that `with_fingerprint` wrote into a file; none without it."""
-    match = re.search(
-        FINGERPRINT + rb"([0-9a-f]{64}( [a-z]\w*)*)", _last_bytes(Path(path), COMMENT_BYTES)
-    )
-    return match[1].decode().split() if match else []
+def units_in(path: str | os.PathLike[str]) -> str:
+    """Return the units that `with_fingerprint` wrote into a file; empty without file or units."""
+    return _comment_of(path)[1]
+
+
+def _comment_of(path: str | os.PathLike[str]) -> tuple[str, str]:
+    """Return fingerprint with scenes, and units, that `with_fingerprint` wrote into a file; empty without them."""
+    comment = FINGERPRINT + rb"([0-9a-f]{64}(?: [a-z]\w*)*)(?: \| ([^\n]*))?"
+    match = re.search(comment, _last_bytes(Path(path), COMMENT_BYTES))
+    return (match[1].decode(), (match[2] or b"").decode()) if match else ("", "")
 
 
 def _last_bytes(path: Path, count: int) -> bytes:

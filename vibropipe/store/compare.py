@@ -7,7 +7,7 @@ equal.
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import product
 from os import PathLike
 from pathlib import Path
@@ -15,9 +15,11 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibropipe.solve.shown_units import DISPLAY_UNITS, Shown, units_from_text
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store.encoding import StoredVariable, encode, encode_coords
 from vibropipe.store.shards import ROW, open_raw
+from vibropipe.words.units import plain_units
 
 if TYPE_CHECKING:
     import netCDF4
@@ -88,7 +90,7 @@ def compare(
             for name in file.variables
             if name not in names and not skip(name)
         ]
-    return differences
+        return [_with_unit(file, each) for each in differences]
 
 
 def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) -> list[Difference]:
@@ -139,8 +141,33 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
         for (index, row), item in product(enumerate(rows), items):
             if item.name not in shared:
                 stored, new = _row_of(file.variables[item.name], item, index, row, grid, ends)
-                differences += _differences(item.name, np.asarray(stored), new, grid.text(row))
-    return differences
+                place = _place(file, grid, row)
+                differences += _differences(item.name, np.asarray(stored), new, place)
+        return [_with_unit(file, each) for each in differences]
+
+
+def _place(file: netCDF4.Dataset, grid: SweepGrid, row: int) -> str:
+    """Return the coordinates of a row as text, in the units of the study."""
+    shown = Shown(units_from_text(getattr(file, DISPLAY_UNITS, "")))
+    if not shown.units:
+        return grid.text(row)
+    parts = []
+    for (name, values), index in zip(grid.coords.items(), grid.indices(row), strict=True):
+        value, unit = values[index].item(), getattr(file.variables[name], "units", "1")
+        (text,), unit = (
+            ([value], "") if isinstance(value, str) else shown.texts(name, [value], unit)
+        )
+        parts.append(f"{name} = {text}{unit}")
+    return ", ".join(parts)
+
+
+def _with_unit(file: netCDF4.Dataset, difference: Difference) -> Difference:
+    """Return a difference whose values have their unit, in which they are stored."""
+    unit = plain_units(getattr(file.variables.get(difference.name), "units", "1"))
+    if unit == "1" or not difference.where:
+        return difference
+    stored, again = (f"{value} {unit}" for value in (difference.stored, difference.again))
+    return replace(difference, stored=stored, again=again)
 
 
 def _row_of(

@@ -12,7 +12,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.store.atomic import StoreError, atomic_file, check_intact, seal
+from vibropipe.solve.shown_units import DISPLAY_UNITS
+from vibropipe.store.atomic import StoreError, atomic_file, check_intact, seal, units_in
 from vibropipe.store.encoding import PART_OF, define_variables, encode, part_names
 from vibropipe.store.shards import ROW_RANGE_ATTRS, open_raw, raw
 from vibropipe.words.wording import series
@@ -20,7 +21,7 @@ from vibropipe.words.wording import series
 if TYPE_CHECKING:
     import xarray as xr
 
-ENDING = ".nc"
+ENDING, REPORT = ".nc", "report.pdf"
 DASK_BYTES = 16 << 20
 """Size of a dask chunk: several chunks of the file, and small enough for several at once on every thread."""
 CACHE_BYTES = 4 << 20
@@ -240,9 +241,21 @@ def open_lazily(path: Path, chunks: str | None) -> xr.Dataset:
         if values.dtype.kind == "O" and name in dataset.dims
     }
     coords = dataset.assign_coords(words).coords  # text as it was written, not objects
-    joined = _join_parts(xr.Dataset(variables, coords, dataset.attrs))
+    joined = _join_parts(
+        xr.Dataset(variables, coords, {**dataset.attrs, **_later_units(path, dataset)})
+    )
     joined.set_close(dataset.close)
     return joined
+
+
+def _later_units(path: Path, dataset: xr.Dataset) -> dict[str, str]:
+    """Return the units of the study's report, which is newer than the data if only its key `units` has changed."""
+    report = path.with_name(REPORT)
+    if DISPLAY_UNITS not in dataset.attrs or not report.is_file():
+        return {}
+    is_newer = report.stat().st_mtime_ns >= path.stat().st_mtime_ns
+    units = units_in(report) if is_newer else ""
+    return {DISPLAY_UNITS: units} if units else {}
 
 
 @contextmanager

@@ -9,7 +9,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING
 
 from vibropipe.store.atomic import StoreError, check_intact, scenes_of
-from vibropipe.store.files import files_in, open_lazily, selected_attributes
+from vibropipe.store.files import REPORT, files_in, open_lazily, selected_attributes
 from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
@@ -78,7 +78,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
 def scenes_in(folder: Path) -> list[str]:
     """Return the scenes of the study from which the newest result in a folder was made; none if no result says it."""
     newest = sorted(
-        [folder / "report.pdf", *files_in(folder)],
+        [folder / REPORT, *files_in(folder)],
         key=lambda path: path.stat().st_mtime_ns if path.exists() else 0,
     )
     for path in reversed(newest):

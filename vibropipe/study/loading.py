@@ -231,7 +231,7 @@ def parse_study(
     if problems_so_far or study is None:
         raise StudyError(source, distinct(problems_so_far))
     study._name, study._source, study._files = name, source, files
-    study._written = written
+    study.set_units(written)
     return study
 
 

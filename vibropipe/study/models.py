@@ -22,8 +22,7 @@ from vibropipe.scenes.keys.problems import Problem, StudyError, one_of
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
-from vibropipe.solve.shown_units import DISPLAY_UNITS, units_as_text
-from vibropipe.study.display import display_units_of
+from vibropipe.solve.shown_units import DISPLAY_UNITS, display_units_of, units_as_text
 from vibropipe.study.tables import Files
 from vibropipe.words.spelling import did_you_mean
 
@@ -95,7 +94,7 @@ class Study(StudyModel):
     _name: str = PrivateAttr("")
     _source: str = PrivateAttr("")
     _files: Files | None = PrivateAttr(None)
-    _written: dict[str, Any] = PrivateAttr(default_factory=dict)
+    _display_units: str = PrivateAttr("")
 
     def model_post_init(self, context: Any) -> None:
         """Set the name and the shared parameters of each scene."""
@@ -121,13 +120,19 @@ class Study(StudyModel):
         text = Path(self._source).read_text(encoding="utf-8")
         return self._files.after(text) if self._files else text
 
-    @functools.cached_property
+    def set_units(self, written: Mapping[str, Any]) -> None:
+        """Take the units in which it shows its results from the study as it is written."""
+        if self.physical is not None:
+            chosen = {} if self.units is None else self.units.model_dump(exclude_none=True)
+            units = display_units_of(written, chosen)
+            self._display_units = units_as_text(units)
+            for scene in self.scenes.values():
+                scene._units = units
+
+    @property
     def display_units(self) -> str:
         """Units in which a study with `physical` shows its results, as the attribute of datasets; else empty."""
-        if self.physical is None:
-            return ""
-        chosen = {} if self.units is None else self.units.model_dump(exclude_none=True)
-        return units_as_text(display_units_of(self._written, chosen))
+        return self._display_units
 
     def shown(
         self, datasets: Mapping[str, xr.Dataset], prefixes: bool = True

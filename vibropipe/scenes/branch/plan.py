@@ -37,7 +37,7 @@ def plan(scene: BranchScene) -> Work:
 
 
 def _size_text(scene: BranchScene) -> str:
-    """Write how far branches are followed and at how many values of a further parameter, in SI as their data are."""
+    """Write how far branches are followed and at how many values of a further parameter."""
     name = scene.followed
     (begin, *ends), unit = stored_values(scene, name, [scene.ends.begin, *scene.ends.to])
     swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]

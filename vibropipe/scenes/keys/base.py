@@ -19,6 +19,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys, figure_key
 from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
+from vibropipe.solve.shown_units import Shown
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS, without_absent
 from vibropipe.words.vocabulary import dimensions_hash
@@ -69,6 +70,7 @@ class BaseScene(StudyModel):
     _name: str = PrivateAttr("")
     _shared: dict[str, float] = PrivateAttr(default_factory=dict)
     _mass_and_stiffness: tuple[float, float] | None = PrivateAttr(None)
+    _units: Mapping[str, str] = PrivateAttr(default_factory=dict)
 
     @property
     def name(self) -> str:
@@ -79,6 +81,11 @@ class BaseScene(StudyModel):
     def mass_and_stiffness(self) -> tuple[float, float] | None:
         """m (kg) and C (N/m) of a study with units, whose data are stored in SI; None for any other."""
         return self._mass_and_stiffness
+
+    @property
+    def units_shown(self) -> Shown:
+        """The units in which its study shows what it finds."""
+        return Shown(self._units)
 
     @property
     def row_count(self) -> int:

@@ -5,7 +5,6 @@ from __future__ import annotations
 import math
 from typing import TYPE_CHECKING
 
-from vibropipe.physics.si import eigenfrequency
 from vibropipe.scenes.costs import (
     IMPACT_BYTES,
     USUAL_IMPACTS,
@@ -13,6 +12,8 @@ from vibropipe.scenes.costs import (
     Sampler,
     Work,
     steady_bytes,
+    stored_name,
+    stored_values,
 )
 from vibropipe.words.outputs import OF_ORBIT
 
@@ -45,10 +46,8 @@ def plan(scene: MotionScene) -> Work:
 
 
 def _length_text(scene: MotionScene) -> str:
-    units = scene.mass_and_stiffness
-    if units is None:
-        return f"tau {scene.tau_end:g}"
-    return f"time {scene.tau_end / eigenfrequency(*units):g} s"
+    (end,), unit = stored_values(scene, "tau", [scene.tau_end])
+    return f"{stored_name(scene, 'tau')} {end}{unit}"
 
 
 def _method(scene: MotionScene) -> str:

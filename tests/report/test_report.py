@@ -14,6 +14,7 @@ from report_text import HOSTILE, flat, items, study_of
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.methods import method_words, solved_line
 from vibropipe.report.own import own_answers
 from vibropipe.report.parts import Answer
 from vibropipe.report.table import MAX_ROWS, Table, symbol
@@ -174,3 +175,22 @@ def test_own_answers_are_bold_up_to_their_first_full_stop():
 def test_data_is_json_without_loss(data):
     assert json.loads(json.dumps(data, allow_nan=False)) == data
     assert not np.isnan([len(group["items"]) for group in data["groups"]]).any()
+
+
+@pytest.mark.parametrize(
+    ("stored", "words"),
+    [
+        ("exact", "exact"),
+        ("newmark, 64 steps per forcing period", "Newmark's method with 64 steps per forcing period"),
+        ("exact, newmark 8, newmark 60 steps per forcing period",
+         "exact, Newmark's method with 8, with 60 steps per forcing period"),
+        ("crude, newmark, exact", "an impact at the end of a step, Newmark's method, exact"),
+    ],
+)  # fmt: skip
+def test_methods_are_written_in_words(stored, words):
+    assert method_words(stored) == words
+
+
+def test_a_method_is_named_once():
+    datasets = {n: xr.Dataset(attrs={"method": m}) for n, m in enumerate(("exact", "crude, exact"))}
+    assert solved_line(datasets).text == "an impact at the end of a step, exact"

@@ -15,7 +15,7 @@ from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.attractors import distinct_colours, letters_of
-from vibropipe.scenes.basins.basin_map import draw_basins
+from vibropipe.scenes.basins.basin_map import draw_basins, spot_beside_mark
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.plan import plan
@@ -425,3 +425,14 @@ def test_pictures_where_attractors_are_absent(over):
     else:
         assert ((data.bifurcation_h > 0) & (data.bifurcation_h < 1e-3)).all()
         assert found[1].lead == "Motions appear or vanish at one value of h."
+
+
+def test_the_letter_of_a_narrow_basin_stands_beside_its_mark_and_not_on_it():
+    basin = np.zeros((40, 40), bool)
+    basin[18:22] = True
+    rows, columns = np.indices(basin.shape)
+    away = np.hypot(rows - 20, columns - 10) * 0.05
+    row, column = spot_beside_mark(basin, away)
+    assert basin[row, column]
+    assert 0.3 < away[row, column] < 0.6
+    assert spot_beside_mark(np.zeros_like(basin), away) is None

@@ -14,6 +14,7 @@ from vibropipe.scenes.accuracy.summary import (
     times_to_errors,
     worst_error,
 )
+from vibropipe.scenes.accuracy.text import answers
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import describe
 
@@ -77,3 +78,17 @@ def test_the_price_of_a_digit_is_the_growth_of_time_for_a_tenth_of_the_error():
     assert price_of_digit(1 / steps, steps) == pytest.approx(10)
     for error in ([1e-3], [1e-3, 2e-4], [1e-3, 1.0]):
         assert np.isnan(price_of_digit(np.array(error), np.ones(len(error))))
+
+
+def test_a_race_without_the_exact_method_says_who_leaves_the_least_error():
+    race = made([[1e-2, 1e-4], [1e-3, np.nan]], [[3e3, 8e5], [1e3, 1e9]])
+    race = race.assign_coords(method=["newmark", "RK45"])
+    (answer,) = answers(race)
+    assert answer.lead.startswith("Newmark's method leaves the least error: ")
+    assert answer.rest == "That run takes 0.8 ms a period."
+    (lost,) = answers(
+        race.assign(
+            error_end=race["error_end"] * np.nan, error_impact_tau=race["error_end"] * np.nan
+        )
+    )
+    assert lost.lead == "No method solves this motion."

@@ -10,10 +10,11 @@ import dask.array as da
 import numpy as np
 import pandas as pd
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 from vibropipe.cli import main
-from vibropipe.store import StoreError, write
+from vibropipe.store import StoreError, table, write
 from vibropipe.words.regimes import Regime
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
@@ -159,3 +160,21 @@ def test_samples_of_orbits_do_not_multiply_the_rows(sweep):
     assert len(rows) == 12
     assert set(vp.table(sweep).columns) <= set(rows.columns)
     pd.testing.assert_frame_equal(vp.table(sampled, impacts=True), vp.table(sweep, impacts=True))
+
+
+def test_what_is_asked_of_the_program_has_a_row_for_each_accuracy():
+    coords = {"motion": ["one"], "method": ["exact", "newmark"], "accuracy": [1e-3, 1e-6]}
+    both = xr.Dataset(
+        {
+            "error_end": (("motion", "method", "setting"), [[[1e-13], [1e-4]]]),
+            "asked_error": (("motion", "accuracy"), [[1e-13, 2e-13]]),
+        },
+        coords,
+    )
+    alone = table(both.isel(method=[0]))
+    assert alone["accuracy"].tolist() == [1e-3, 1e-6]
+    assert alone["asked_error"].tolist() == [1e-13, 2e-13]
+    assert alone["error_end"].tolist() == [1e-13, 1e-13]
+    race = table(both)
+    assert race["error_end"].tolist() == [1e-13, 1e-4]
+    assert race["asked_error_1e-06"].tolist() == [2e-13, 2e-13]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Mapping
 from datetime import datetime
 from typing import Any
@@ -27,7 +28,9 @@ def solved_line(datasets: Datasets) -> Line:
     methods = dict.fromkeys(
         str(data.attrs["method"]) for data in datasets.values() if "method" in data.attrs
     )
-    texts = ["; ".join(methods)] if methods else []
+    parts = {method: {*method.split(", ")} for method in methods}
+    whole = [each for each in methods if not any(parts[each] < other for other in parts.values())]
+    texts = [method_words("; ".join(whole))] if whole else []
     asked = [value for data in datasets.values() if (value := number_of(data, "accuracy_asked"))]
     errors = [error for data in datasets.values() if (error := largest_error(data))]
     if asked:
@@ -38,6 +41,14 @@ def solved_line(datasets: Datasets) -> Line:
     if residuals:
         texts.append(f"orbits close to {at_most(max(residuals), 2)}")
     return Line("Solved by", "; ".join(texts))
+
+
+def method_words(text: str) -> str:
+    """Write names of methods as words: Newmark's method with 8, with 60 steps per forcing period."""
+    text = text.replace("crude", "an impact at the end of a step")
+    first, newmark, rest = text.partition("newmark")
+    rest = re.sub(r"newmark,? (?=\d)", "with ", re.sub(r"^,? (?=\d)", " with ", rest))
+    return f"{first}Newmark's method{rest}" if newmark else text
 
 
 def number_of(dataset: xr.Dataset, name: str) -> float:

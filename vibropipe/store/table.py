@@ -32,6 +32,7 @@ COMPONENTS = (
     "quantile",
     "other_parameter",
     "direction_of_fit",
+    "accuracy",
 )
 # States at the section of an attractor fill more columns than a table is read with.
 MAX_COMPONENTS = 64
@@ -82,6 +83,8 @@ def table(
         dataset = load(dataset)
     elif isinstance(dataset, xr.DataTree):
         dataset = dataset.to_dataset()
+    if "accuracy" in dataset.dims and dataset.sizes["method"] * dataset.sizes["setting"] == 1:
+        dataset = dataset.squeeze(["method", "setting"])  # no race, but what is asked
     dataset = _with_gaps(dataset)
     grid = _grid_dims(dataset)
     columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
@@ -146,6 +149,8 @@ def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
     for dim in ("tau", "time"):
         if dim in dataset.dims:
             return (dim,)
+    if "accuracy" in dataset.dims and "method" not in dataset.dims:
+        return ("motion", "accuracy")
     if "regime" in dataset:
         return tuple(str(dim) for dim in dataset["regime"].dims)
     inner = {*COMPONENTS, *RAGGED}

@@ -114,7 +114,12 @@ def steps_text(dataset: xr.Dataset) -> str:
 def answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
     if "exact" not in dataset["method"].values:
-        return []
+        found = (
+            [least_error(dataset.isel(motion=0))]
+            if dataset.sizes["motion"] == 1
+            else [Answer(lost_text(dataset))]
+        )
+        return [answer for answer in found if answer.lead]
     found = one_motion(dataset.isel(motion=0)) if dataset.sizes["motion"] == 1 else several(dataset)
     return [answer for answer in found if answer.lead]
 
@@ -130,6 +135,20 @@ def one_motion(one: xr.Dataset) -> list[Answer]:
         price_of_steps(one),
         price_of_packages(one, float(time[0])),
     ]
+
+
+def least_error(one: xr.Dataset) -> Answer:
+    """Return which method leaves the least error on one motion, and the time of that run."""
+    curves = {str(method): curve(one, str(method)) for method in one["method"].values}
+    best = min(
+        ((e, t, method) for method, pair in curves.items() for e, t in zip(*pair, strict=True)),
+        default=None,
+    )
+    if best is None:
+        return Answer("No method solves this motion.")
+    error, time, method = best
+    lead = f"{capital(NAMES[method])} leaves the least error: {error_text(error)}."
+    return Answer(lead, f"That run takes {time_text(time)} a period.")
 
 
 def in_that_time(one: xr.Dataset, time: float) -> str:

@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.canvas import axes as placed
 from vibropipe.figures.canvas import new_canvas, panel
 from vibropipe.figures.palette import BAND, GREY, INK, SUPPORT_COLOURS
-from vibropipe.figures.style import keep_zero_scale
+from vibropipe.figures.style import ROUNDING, keep_zero_scale
 from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, regime_name, symbol_of
 
 LEFT, BOTTOM, PANEL, GAP, TOP = 1.75, 1.1, 2.05, 0.4, 0.55  # cm
@@ -63,6 +63,15 @@ def rows_of(
     return rows
 
 
+def without_rounding(
+    rows: list[tuple[str, NDArray[np.float64]]],
+) -> list[tuple[str, NDArray[np.float64]]]:
+    """Return the rows without those that are only rounding beside the largest; all if there is nothing else."""
+    sizes = [float(np.nanmax(np.abs(values))) for _, values in rows]
+    kept = [row for row, size in zip(rows, sizes, strict=True) if size > ROUNDING * max(sizes)]
+    return kept or rows
+
+
 def draw_parts(
     ax: Axes, x: NDArray[np.float64], y: NDArray[np.float64], regime: NDArray[np.int8]
 ) -> None:
@@ -77,7 +86,7 @@ def draw_parts(
 def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw rows: constant part, first three harmonics; columns: displacement, velocity; or those of `show`."""
     names = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
-    found = {name: rows_of(dataset, name, show) for name in names}
+    found = {name: without_rounding(rows_of(dataset, name, show)) for name in names}
     columns = [name for name in names if found[name]]
     depth = max(len(found[name]) for name in columns)
     high = depth * (PANEL + GAP) - GAP

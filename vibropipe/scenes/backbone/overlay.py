@@ -177,7 +177,7 @@ def draw_order(
                 draw_jumps(ax, line, JUMP * top)
     if order == 1 and families:
         label_lines(ax, families[0], LABEL_AT * top)
-    ax.set(xlim=limits, ylim=(0.0, 1.08 * top or 1.0))
+    ax.set(xlim=limits, ylim=(0.0, (1.08 if order == 1 else 1.25) * top or 1.0))
 
 
 def of_order(dataset: xr.Dataset, name: str, order: int) -> xr.DataArray:

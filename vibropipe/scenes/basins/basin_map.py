@@ -13,6 +13,7 @@ from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
+from scipy.ndimage import uniform_filter
 
 from vibropipe.figures.canvas import (
     LETTER,
@@ -21,6 +22,7 @@ from vibropipe.figures.canvas import (
     colour_bar,
     new_canvas,
     note_height,
+    size_of,
     support_bands,
     top_note,
 )
@@ -50,6 +52,8 @@ BESIDE, MOTION_CM, SLOT_CM = (
     3.85,
     3.1,
 )  # left of the motions, their width, most height of one
+FLAT_CM = 1.1  # height of a panel with one tick
+MARK_CM = 0.4  # from a mark to a letter beside it
 LINE_CM, LETTERS, LEAST_PERIODS, MOST_PERIODS = 0.34, 36, 2, 6
 STABLE_SET: dict[str, Any] = {"color": INK, "linewidth": 0.35}
 CROSSES: dict[str, Any] = {
@@ -112,8 +116,10 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | No
     colours = ListedColormap([FAILED, *(own[index] for index in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
     ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
+    away = distance_to_marks(ax, dataset)
     for index, letter in letters.items():
-        spot = widest_spot(attractor == index)
+        spot = widest_spot((attractor == index) & (away > MARK_CM))
+        spot = spot or spot_beside_mark(attractor == index, away)
         if spot is not None:
             place = dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]]
             ax.text(*place, letter, **LETTER_STYLE)
@@ -127,6 +133,30 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | No
         ax.plot(*points, **CROSSES)
     for index, style in markers.items():
         ax.plot(*states_of(dataset, index).T, **style, zorder=4 if style["marker"] == "." else 6)
+
+
+def spot_beside_mark(basin: NDArray[np.bool_], away: NDArray[np.float64]) -> tuple[int, int] | None:
+    """Return where the letter of a motion stands with a narrow basin: beside a mark, most starts its own."""
+    near = (away > 0.75 * MARK_CM) & (away < 1.5 * MARK_CM)
+    share = np.where(near, uniform_filter(basin.astype(float), max(3, basin.shape[0] // 20)), 0.0)
+    row, column = np.unravel_index(int(share.argmax()), share.shape)
+    return (int(row), int(column)) if share[row, column] > 0.0 else None
+
+
+def distance_to_marks(ax: Axes, dataset: xr.Dataset) -> NDArray[np.float64]:
+    """Return how far (cm) each start (v0, x0) is from the next mark of a state of an orbit."""
+    wide, high = size_of(ax)
+    x0, v0 = dataset["x0"].values, dataset["v0"].values
+    marks = [
+        states_of(dataset, index)
+        for index in range(dataset.sizes["attractor_id"])
+        if marker_of(dataset, index)["marker"] != "."
+    ]
+    nearest = np.full((v0.size, x0.size), np.inf)
+    for x, v in np.concatenate([np.empty((0, 2)), *marks]):
+        across, up = (x0 - x) * wide / np.ptp(x0), (v0 - v) * high / np.ptp(v0)
+        nearest = np.fmin(nearest, np.hypot(across, up[:, None]))
+    return nearest
 
 
 def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
@@ -160,7 +190,10 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
         ax.text(-0.17, top, letters[index], transform=ax.transAxes, **LETTER_STYLE)
         is_last = position == len(drawn) - 1
         ax.tick_params(labelsize=SMALL, labelbottom=is_last)
-        ax.locator_params(axis="y", nbins=3)
+        if high > FLAT_CM:
+            ax.locator_params(axis="y", nbins=3)
+        else:
+            ax.set_yticks([0.0])
         ax.locator_params(axis="x", integer=True)
         if is_last:
             ax.set_xlabel(f"time, in {'forcing ' if is_forced(dataset) else ''}periods")

@@ -60,7 +60,7 @@ def over_text(dataset: xr.Dataset, value: float) -> str:
         return ""
     values, symbol = dataset[over].values, symbol_text(dataset[over])
     ends = {float(values.min()): "smallest", float(values.max()): "largest"}
-    return f" at the {ends[value]} {symbol}" if value in ends else f" at a {symbol} between"
+    return f" at the {ends[value]} {symbol}" if value in ends else f" at an inner value of {symbol}"
 
 
 def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:

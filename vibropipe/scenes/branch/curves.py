@@ -11,7 +11,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, panel, top_note
+from vibropipe.figures.canvas import (
+    SMALL,
+    WIDE,
+    axes,
+    new_canvas,
+    note_height,
+    panel,
+    size_of,
+    top_note,
+)
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, parameter_line, value_text
@@ -37,6 +46,10 @@ VALUE_STYLE: dict[str, Any] = {
     "fontsize": SMALL, "ha": "center", "va": "center", "zorder": 4, "gid": VALUE,
     "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
 }  # fmt: skip
+BESIDE_STYLE: dict[str, Any] = {
+    "textcoords": "offset points", "fontsize": SMALL, "ha": "center", "zorder": 4, "gid": VALUE,
+}  # fmt: skip
+LETTER_CM = 0.125  # of such a text
 MANY_MARKS = 16  # bifurcations beyond which their marks shrink
 MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
@@ -167,8 +180,12 @@ def draw_pieces(
 def write_names(
     ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece], names: Sequence[str]
 ) -> None:
-    """Write each name on the widest stable piece that has it, at places that differ from name to name."""
-    least = 0.0 if len({piece.value for piece in pieces}) > 1 else MIN_SPAN * np.ptp(x)
+    """Write each name on the widest stable piece that has it, at places that differ from name to name.
+
+    Words of motions, which are long, stand beside their line.
+    """
+    over = len({piece.value for piece in pieces}) > 1
+    least = 0.0 if over else MIN_SPAN * np.ptp(x)
     different = list(dict.fromkeys(names))
     for position, name in enumerate(different, 1):
         drawn = [
@@ -186,7 +203,30 @@ def write_names(
         index = widest.start + int(np.abs(x[widest] - at).argmin())
         height = y[index][np.isfinite(y[index])]
         if height.size:
-            ax.text(x[index], height[0], name, **VALUE_STYLE)
+            if over:
+                ax.text(x[index], height[0], name, **VALUE_STYLE)
+            else:
+                write_beside(ax, x, y, widest, float(x[index]), name)
+
+
+def write_beside(
+    ax: Axes, x: np.ndarray, y: np.ndarray, piece: slice, at: float, text: str
+) -> None:
+    """Write a text at a value of x above the first line of a piece, or below it if other lines are closer above."""
+    half = 0.5 * LETTER_CM * len(text) * np.ptp(x) / size_of(ax)[0]
+    line = y[piece, 0][np.abs(x[piece] - at) <= half]
+    line = line[np.isfinite(line)]
+    if not line.size:
+        return
+    low, high = line.min(), line.max()
+    around = y[np.abs(x - at) <= half]
+    gaps = [
+        np.min(gap[gap > 1e-9 * np.nanmax(np.abs(y))], initial=np.inf)
+        for gap in (around - high, low - around)
+    ]
+    is_above = gaps[0] >= gaps[1]
+    place = {"xytext": (0, 2.5), "va": "bottom"} if is_above else {"xytext": (0, -2.5), "va": "top"}
+    ax.annotate(text, (at, high if is_above else low), **{**BESIDE_STYLE, **place})
 
 
 def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:

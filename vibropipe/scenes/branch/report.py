@@ -23,7 +23,7 @@ from vibropipe.scenes.branch.curves import coexistence
 from vibropipe.scenes.branch.lines import followed, swept
 from vibropipe.scenes.kind import ReportPart
 
-MAX_ROWS = 10
+MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
 
 
 def answers(datasets: Datasets) -> Answers:
@@ -113,12 +113,16 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 
 def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
-    """Write the motions that are stable at some value of an interval, in words; of equal ones, how many."""
-    inside = [s.words for s in stretches if s.values[0] < high and s.values[-1] > low]
-    return "; ".join(
+    """Write the motions that are stable in an interval, the widest first, in words; of equal ones, how many."""
+    inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
+    widest = sorted(inside, key=lambda s: max(s.values[0], low) - min(s.values[-1], high))
+    found = Counter(s.words for s in widest)
+    texts = [
         words if amount == 1 else f"{number_word(amount)} with {words}"
-        for words, amount in Counter(inside).items()
-    )
+        for words, amount in found.items()
+    ]
+    left_out = sum([*found.values()][MAX_WORDS:])
+    return "; ".join(texts[:MAX_WORDS] + ([f"{number_word(left_out)} more"] if left_out else []))
 
 
 def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -24,7 +24,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem
-from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange
+from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange, TextRule
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 
@@ -42,6 +42,10 @@ class MotionFigure(FigureOptions):
     together: Annotated[list[Name], Field(max_length=5), AfterValidator(each_once)] = Field(
         default=[],
         description="Up to five other motions, which are drawn beside this one on common axes, and not by themselves.",
+    )
+    heads: Annotated[list[Annotated[str, TextRule(20)]], Field(max_length=6)] = Field(
+        default=[],
+        description="What stands above the motions on common axes, this one first (default: the names of the scenes).",
     )
     show: Annotated[
         list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import xarray as xr
@@ -44,7 +44,8 @@ def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> 
     """Return the keywords of `draw_motion`."""
     options = options or MotionFigure()
     together = {name: others[name] for name in options.together}
-    return {"show": options.show, "periods": options.periods, "together": together}
+    names = ("show", "periods", "heads")
+    return {name: getattr(options, name) for name in names} | {"together": together}
 
 
 def own_name(dataset: xr.Dataset) -> str:
@@ -56,18 +57,22 @@ def draw_panels(
     dataset: xr.Dataset,
     show: Collection[str],
     periods: float | None,
+    heads: Sequence[str],
     together: Mapping[str, xr.Dataset],
 ) -> Figure:
     """Draw one motion, or several on common axes."""
     if not together:
         return draw_motion(dataset, show, periods)
-    return draw_together({own_name(dataset): dataset, **together}, periods)
+    names = [own_name(dataset).replace("_", " "), *(name.replace("_", " ") for name in together)]
+    names[: len(heads)] = heads
+    return draw_together([dataset, *together.values()], names, periods)
 
 
 def describe_panels(
     dataset: xr.Dataset,
     show: Collection[str],
     periods: float | None,
+    heads: Sequence[str],
     together: Mapping[str, xr.Dataset],
 ) -> str:
     """Return the caption of one motion, or of several on common axes."""
@@ -83,7 +88,7 @@ PICTURES = (
         describe_panels,
         is_sampled,
         keywords,
-        lambda dataset, show, periods, together: "" if together else seen_text(dataset),
+        lambda dataset, together, **others: "" if together else seen_text(dataset),
     ),
     Picture("impacts", draw_impacts_only, describe_impacts, titled=seen_text),
     Picture(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -33,20 +33,25 @@ DIGIT = 0.125  # cm, of a letter of these texts
 MAX_PERIODS = 4  # that are drawn of orbits
 
 
-def draw_together(datasets: Mapping[str, xr.Dataset], periods: float | None = None) -> Figure:
+def draw_together(
+    motions: Sequence[xr.Dataset], names: Sequence[str], periods: float | None = None
+) -> Figure:
     """Draw motions in columns with common axes.
 
     Parameters
     ----------
-    datasets : mapping of str to xarray.Dataset
-        Two to six motions with samples, by the names of their scenes.
+    motions : sequence of xarray.Dataset
+        Two to six motions with samples.
+    names : sequence of str
+        What stands above each.
     periods : float, optional
         Number of forcing periods to show, up to the end of the records (default: those after which all repeat, if
         there are few; else all).
     """
-    motions = list(datasets.values())
     width = (WIDE - LEFT - RIGHT - GAP * (len(motions) - 1)) / len(motions)
-    heads = [head_lines(name, data, motions, width) for name, data in datasets.items()]
+    heads = [
+        head_lines(name, data, motions, width) for name, data in zip(names, motions, strict=True)
+    ]
     top = VELOCITY_BOTTOM + 2 * PANEL + GAP
     figure = new_canvas(top + LINE * max(map(len, heads)) + 0.2)
     limits = limits_of(motions)
@@ -86,7 +91,7 @@ def head_lines(
     names = [n for n in own if any(own[n] != each.get(n, 0.0) for each in every)]
     if dataset is not motions[0]:
         names = [n for n in names if own[n] != first.get(n, 0.0)]
-    lines = [name.replace("_", " ")]
+    lines = [name]
     for text in (plain_value(dataset[n]) for n in names):
         joined = f"{lines[-1]}, {text}"
         if len(lines) > 1 and len(joined) * DIGIT <= width:

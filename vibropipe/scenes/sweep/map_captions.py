@@ -108,7 +108,8 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return sentences(
         f"Largest in size: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
-        f"White is 0, orange positive{sides[0] if has_side else ''}, blue negative{sides[1] if has_side else ''}"
+        f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"
+        f"{sides[1] if has_side else ''}"
         if signed
         else "",
         "Lines: borders of aperiodic motion and of hatched rows without a value",

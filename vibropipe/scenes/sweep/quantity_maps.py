@@ -44,6 +44,8 @@ HIGHEST_SHARE = 0.995
 PANEL_CM, LOW_PANEL_CM, BAR_CM = 3.2, 2.5, 1.15
 MAX_PANELS, MANY_PANELS = 12, 8
 NO_VALUE = 1
+# Negative values from this share of the scale on are striped, so that grey tells them from positive ones.
+STRIPED_FROM = 0.2
 
 
 def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
@@ -98,6 +100,8 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
         )
         plain_ticks(bar.ax.yaxis, 5)
         extend(bar.ax, values, norms[each.name])
+        if each.name in WITH_SIGN:
+            stripe(bar.ax, norms[each.name])
         write_titles(ax, fitted_title(dataset, each, place.width + BAR_CM - 0.2), title)
     return figure
 
@@ -112,6 +116,9 @@ def draw_values(
     drawn = ax.pcolormesh(
         *edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, rasterized=True
     )
+    if series.name in WITH_SIGN:  # which only their hue tells from positive ones
+        striped = values < -STRIPED_FROM * (norm.vmax or 1.0)
+        draw_hatch(ax, part[x].values, part[y].values, striped, "-----", HAIRLINE)
     missing = ~np.isfinite(values)
     regime = part["regime"].transpose(y, x).values
     draw_hatch(ax, part[x].values, part[y].values, missing, "////", HAIRLINE)
@@ -132,6 +139,13 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     high = float(np.quantile(values, HIGHEST_SHARE)) if values.size else 0.0
     high = high or float(values.max(initial=0.0)) or 1.0
     return Normalize(-high if name in WITH_SIGN else 0.0, high)
+
+
+def stripe(ax: Axes, norm: Normalize) -> None:
+    """Hatch the negative part of a scale as on its map."""
+    high = norm.vmax or 1.0
+    ends = (np.array([0.0, 1.0]), np.array([-high, -STRIPED_FROM * high]))
+    draw_hatch(ax, *ends, np.ones((2, 2), bool), "-----", HAIRLINE)
 
 
 def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:

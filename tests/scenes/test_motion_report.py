@@ -71,7 +71,7 @@ def test_answers_name_orbits_velocities_and_means(datasets):
         orbits.lead == "In the steady state both supports are struck once in each forcing period."
     )
     assert orbits.rest == "This is known of symmetric, offset and very_unequal_scene."
-    assert hardest.lead.startswith("The hardest impact is on support ")
+    assert hardest.lead.startswith("The hardest impact recorded is on support ")
     assert (means.lead, means.rest) == (
         "The mean displacement is largest in offset.",
         "It is −0.035.",
@@ -86,7 +86,10 @@ def test_the_hardest_impact_is_that_of_the_data(datasets):
     data = datasets["offset"]
     top = int(np.abs(data["impact_velocity"].values).argmax())
     answer = answers({"offset": data})["offset"][1]
-    assert answer.lead == f"The hardest impact is on support {int(data['impact_support'][top])}."
+    assert (
+        answer.lead
+        == f"The hardest impact recorded is on support {int(data['impact_support'][top])}."
+    )
     speed = format_number(abs(float(data["impact_velocity"][top])))
     assert answer.rest == f"Its velocity is {speed}."
 

@@ -145,7 +145,7 @@ def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for()
     assert "the velocity of each impact" in text
     assert "once per forcing period" not in text
     left_out = "velocity before impact, support 2 and displacement at the section"
-    said = f"a page with a column for each δ has no room: {left_out} (figure.show chooses others)."
+    said = f"a page with a column for each δ has no room: {left_out}."
     assert f"Not drawn, since {said}" in text
     few = ragged(sweep(31, delta=[0.0, 0.1]))
     assert "Not drawn" not in describe_bifurcation(few)

@@ -28,7 +28,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
-from vibropipe.figures.text import axis_label, is_forced, parameter_line
+from vibropipe.figures.text import axis_label, in_brackets, is_forced, parameter_line
 from vibropipe.scenes.basins.attractors import (
     attractor_words,
     colours_of,
@@ -200,7 +200,7 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
     figure.text(
         (BESIDE - 1.28) / 16.0,
         (bottom + TALL_CM - slot * len(drawn) / 2) / figure_height(figure),
-        axis_label(dataset["displacement_strobe"]).partition(" at ")[0],
+        in_brackets("displacement", dataset["displacement_strobe"]),
         rotation=90,
         ha="center",
         va="center",

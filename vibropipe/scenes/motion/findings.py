@@ -138,7 +138,7 @@ def hardest_answer(datasets: Datasets) -> Answer | None:
     speeds = np.abs(data["impact_velocity"].values)
     both = {int(s) for s in data["impact_support"].values[speeds >= (1 - 1e-6) * sizes[name]]}
     on = "on both supports" if len(both) == 2 else on
-    return Answer(f"The hardest impact is {on}{where}.", f"Its velocity is {top}.")
+    return Answer(f"The hardest impact recorded is {on}{where}.", f"Its velocity is {top}.")
 
 
 def mean_answer(datasets: Datasets) -> Answer | None:

@@ -97,7 +97,8 @@ def draw_section(dataset: xr.Dataset) -> Figure:
 def portrait_title(dataset: xr.Dataset) -> str:
     """Write how fast the mass is, and whether its path repeats."""
     velocity = dataset["velocity"]
-    fastest = with_units(velocity, at_most(float(np.abs(velocity.values).max()), 4))
+    speeds = np.abs(np.concatenate([velocity.values, impacts_of(dataset).before]))
+    fastest = with_units(velocity, at_most(float(speeds.max()), 4))
     text = f"In the phase plane the mass is no faster than {fastest}"
     multiple = int(dataset["period_multiple"]) if "period_multiple" in dataset else 0
     if multiple and is_forced(dataset):

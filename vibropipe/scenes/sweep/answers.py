@@ -98,7 +98,7 @@ def fills_answer(dataset: xr.Dataset) -> Answer:
     if not others:
         return Answer(f"The mass {first.does} at all points of {whole}.")
     lead = "At most points the mass" if 2 * first.amount > first.total else "The mass most often"
-    second = f"it {others[0].does} on {others[0].share}"
+    second = f"on {others[0].share} it {others[0].does}"
     return Answer(f"{lead} {first.does}.", f"That fills {first.share} of {whole}; {second}.")
 
 
@@ -254,7 +254,7 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     if followed:
         return ""
     if not touches:
-        return f"The first change lies {between_text(line[axis], low, high)}."
+        return f"The kind of motion first changes {between_text(line[axis], low, high)}."
     verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
     return f"Impacts {verb} {between_text(line[axis], low, high)}."
 

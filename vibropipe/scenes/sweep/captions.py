@@ -127,7 +127,7 @@ def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel])
     names = series(series_words(dataset, panel.series[0]) for panel in left_out)
     parameters = series(plain_symbol(name) for name in dims)
     return (
-        f"Not drawn, since a page with a column for each {parameters} has no room: {names} (figure.show chooses others)"
+        f"Not drawn, since a page with a column for each {parameters} has no room: {names}"
         if left_out
         else ""
     )

@@ -1,18 +1,16 @@
 """From YAML text to mappings, lists, text, numbers and booleans.
 
-The tree is built from the events of the parser, so that no tag creates an object, no alias grows without bound and no
-duplicate key is lost. Plain scalars that YAML 1.1 and 1.2 read differently (`on`, `12:30`, `010`) are rejected.
+PyYAML's safe loader with the plain scalars of YAML 1.2, without tags: none creates an object. No alias grows without
+bound and no duplicate key is lost. Scalars that YAML 1.1 and 1.2 read differently (`on`, `12:30`, `010`) are rejected.
 """
 
 from __future__ import annotations
 
 import math
 import re
-from collections.abc import Iterator
-from io import StringIO
-from itertools import islice
+from collections.abc import Sequence
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import yaml
 
@@ -38,23 +36,35 @@ _WHOLE = re.compile(r"([<>]=?\s*)?[-+]?\d+", re.ASCII)
 _AFTER_COMMA = re.compile(r"\d+([eE][-+]?\d+)?(\s*([^\W\d]|1\s*/)[^,]*)?")
 _SECOND_COLON = re.compile(r".*\w: +[^'\"].*:$")
 _TAB_INDENT = re.compile(r" *\t")
-_NOT_FINITE = re.compile(r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)")
-_TWO_READINGS = re.compile(
-    r"(?i:on|off|yes|no)|[-+]?0[\d_]+|[-+]?0[ob][0-7_]+|[-+]?\d[\d_]*_[\d_]*(\.[\d_]*)?"
+_CONSTANTS: dict[str, bool | None] = {"": None, "~": None}
+for _words, _value in (
+    ("null Null NULL", None),
+    ("true True TRUE", True),
+    ("false False FALSE", False),
+):
+    _CONSTANTS |= dict.fromkeys(_words.split(), _value)
+# Tags of plain scalars. None of them can be written, so every other tag was.
+_TEXT, _CONSTANT, _NOT_FINITE, _TWO_READINGS = "text", "constant", "not finite", "two readings"
+_RESOLVED = {
+    _CONSTANT: "|".join(map(re.escape, _CONSTANTS)),
+    _NOT_FINITE: r"[-+]?\.(inf|Inf|INF)|\.(nan|NaN|NAN)",
+    _TWO_READINGS: r"(?i:on|off|yes|no)|[-+]?0[\d_]+|[-+]?0[ob][0-7_]+|[-+]?\d[\d_]*_[\d_]*(\.[\d_]*)?"
     r"|[-+]?\d[\d_]*(:[0-5]?\d)+(\.[\d_]*)?|\d{4}-\d\d?-\d\d?([Tt ].*)?",
-    re.ASCII,
-)
-_CONSTANTS: dict[str, bool | None] = {"": None, "~": None, "null": None, "Null": None, "NULL": None}
-_CONSTANTS |= {
-    "true": True,
-    "True": True,
-    "TRUE": True,
-    "false": False,
-    "False": False,
-    "FALSE": False,
 }
-# The C parser is about ten times faster; both give the same events.
-_LOADER: Any = getattr(yaml, "CSafeLoader", yaml.SafeLoader)
+
+
+# The C parser is about ten times faster.
+class _Loader(getattr(yaml, "CSafeLoader", yaml.SafeLoader)):  # type: ignore[misc]
+    """Reads nodes whose tags tell the plain scalars of YAML 1.2 apart."""
+
+    DEFAULT_SCALAR_TAG = _TEXT
+    DEFAULT_SEQUENCE_TAG = "list"
+    DEFAULT_MAPPING_TAG = "mapping"
+    yaml_implicit_resolvers: ClassVar[dict[Any, Any]] = {}
+
+
+for _tag, _written in _RESOLVED.items():
+    _Loader.add_implicit_resolver(_tag, re.compile(rf"(?:{_written})\Z", re.ASCII), None)
 
 
 class _Built(NamedTuple):
@@ -88,9 +98,8 @@ def read_file(file: Path) -> tuple[Any, list[Problem]]:
         with file.open("rb") as stream:
             raw = stream.read(MAX_BYTES + 1)
         if len(raw) > MAX_BYTES:
-            raise _StopError(
-                Problem((), f"more than {MAX_BYTES}", must=f"must have at most {MAX_BYTES} bytes")
-            )
+            must = f"must have at most {MAX_BYTES} bytes"
+            raise StudyError(str(file), [Problem((), f"more than {MAX_BYTES}", must=must)])
         return read_text(raw.decode("utf-8-sig"), str(file))
     except OSError as error:
         reason = (error.strerror or type(error).__name__).lower()
@@ -99,173 +108,154 @@ def read_file(file: Path) -> tuple[Any, list[Problem]]:
     except UnicodeDecodeError as error:
         found = f"an invalid byte at position {error.start}"
         raise StudyError(str(file), [Problem((), found, "text in UTF-8")]) from None
-    except _StopError as stop:
-        raise StudyError(str(file), [stop.args[0]]) from None
 
 
 def read_text(text: str, source: str) -> tuple[Any, list[Problem]]:
     """Read YAML text, which messages call `source`; results and errors as in `read_file`."""
-    builder = _Builder(text)
+    problems: list[Problem] = []
     try:
-        return builder.document(), builder.problems
+        _check_depth(text)
+        root = _Loader(text).get_single_node()
+        return None if root is None else _Builder(problems).node(root, ()).value, problems
     except _StopError as stop:
-        raise StudyError(source, [*builder.problems, stop.args[0]]) from None
-    except yaml.MarkedYAMLError as error:
-        mark = error.problem_mark or error.context_mark
-        if mark and _TAB_INDENT.match(_line(text, mark.line)):
-            found = f"a tab at the start of line {mark.line + 1}"
-            hint = "put spaces in place of each tab"
-            tab = Problem((), found, hint=hint, must="must be indented by spaces")
-            raise StudyError(source, [*builder.problems, tab]) from None
-        at = f" in line {mark.line + 1}, column {mark.column + 1}" if mark else ""
-        where = f"{at} ({error.problem or error.context})"
-        line = _line(text, mark.line) if mark else ""
-        is_text = _SECOND_COLON.match(line[: mark.column + 1]) if mark else None
-        hint = 'put a text with ": " in quotes' if is_text else ""
-        raise _broken(source, builder, where, hint) from None
+        raise StudyError(source, [*problems, stop.args[0]]) from None
     except yaml.YAMLError as error:
-        raise _broken(source, builder, f" ({str(error).splitlines()[0]})") from None
+        raise StudyError(source, [_syntax_error(error, text)]) from None
 
 
-def _broken(source: str, builder: _Builder, where: str, hint: str = "") -> StudyError:
-    problem = Problem((), f"a syntax error{where}", "valid YAML", hint)
-    return StudyError(source, [*builder.problems, problem])
+def _check_depth(text: str) -> None:
+    """Stop at nesting so deep that the loader itself could end for want of memory."""
+    depth = 0
+    event: Any
+    for event in yaml.parse(text, Loader=_Loader):
+        depth += isinstance(event, yaml.CollectionStartEvent)
+        depth -= isinstance(event, yaml.CollectionEndEvent)
+        if depth > MAX_DEPTH + 1:
+            raise _StopError(too_deep((), f" in line {event.start_mark.line + 1}"))
 
 
-def _line(text: str, number: int) -> str:
-    """Return a line of a text, counted from 0; empty beyond the last one."""
-    return next(islice(StringIO(text), number, None), "")
+def _syntax_error(error: yaml.YAMLError, text: str) -> Problem:
+    """Return the fault of text that is no YAML, with what was probably meant."""
+    mark = getattr(error, "problem_mark", None) or getattr(error, "context_mark", None)
+    if mark is None:
+        return Problem((), f"a syntax error ({str(error).splitlines()[0]})", "valid YAML")
+    reason = getattr(error, "problem", None) or getattr(error, "context", None)
+    line = [*text.splitlines(), ""][min(mark.line, len(text.splitlines()))]
+    at = f"line {mark.line + 1}"
+    if reason == "but found another document":
+        return Problem((), "a second one (`---`)", must="must have one YAML document")
+    if reason == "found undefined alias":
+        must = "must have every alias after its anchor"
+        return Problem((), f"{describe(line[mark.column :].split()[0])} in {at}", must=must)
+    if _TAB_INDENT.match(line):
+        hint = "put spaces in place of each tab"
+        return Problem(
+            (), f"a tab at the start of {at}", hint=hint, must="must be indented by spaces"
+        )
+    hint = 'put a text with ": " in quotes' if _SECOND_COLON.match(line[: mark.column + 1]) else ""
+    found = f"a syntax error in {at}, column {mark.column + 1} ({reason})"
+    return Problem((), found, "valid YAML", hint)
 
 
 class _Builder:
-    """Builds the tree in one pass over the events of the parser."""
+    """Builds the tree from the nodes of the loader; an alias is the node that it names."""
 
-    def __init__(self, text: str) -> None:
-        self.events: Iterator[Any] = yaml.parse(text, Loader=_LOADER)
-        self.anchors: dict[str, _Built] = {}
-        self.problems: list[Problem] = []
+    def __init__(self, problems: list[Problem]) -> None:
+        self.problems = problems
+        self.complete: dict[int, _Built | None] = {}  # None: begun
 
-    def document(self) -> Any:
-        """Return the value of the only document, None for an empty text."""
-        next(self.events)  # start of the stream
-        if isinstance(next(self.events), yaml.StreamEndEvent):
-            return None
-        value = self.node(next(self.events), ()).value
-        next(self.events)  # end of the document
-        if not isinstance(next(self.events), yaml.StreamEndEvent):
-            raise _StopError(
-                Problem((), "a second one (`---`)", must="must have one YAML document")
-            )
-        return value
-
-    def node(self, event: Any, path: KeyPath) -> _Built:
-        if isinstance(event, yaml.AliasEvent):
-            return self.alias(event, path)
-        if event.tag is not None:
-            found = f"the tag {describe(event.tag)}"
-            self.problems.append(Problem(path, found, "a value without a YAML tag"))
-        if isinstance(event, yaml.ScalarEvent):
-            built = _Built(self.scalar(event, path))
-        elif len(path) >= MAX_DEPTH:
+    def node(self, node: yaml.Node, path: KeyPath) -> _Built:
+        """Return the value of a node."""
+        if isinstance(node, yaml.ScalarNode):
+            return _Built(self.scalar(node, path))
+        if id(node) not in self.complete:
+            self.complete[id(node)] = None
+            self.complete[id(node)] = self.collection(node, path)
+        built = self.complete[id(node)]
+        if built is None:
+            raise _StopError(Problem(path, "an alias of what it stands in", "a complete value"))
+        if len(path) + built.depth > MAX_DEPTH + 1:
             raise _StopError(too_deep(path))
-        elif isinstance(event, yaml.MappingStartEvent):
-            built = self.mapping(event, path)
-        else:
-            built = self.sequence(path)
         if built.nodes > MAX_NODES:
             must = f"must have at most {MAX_NODES} values"
             raise _StopError(Problem(path, f"more than {MAX_NODES}", must=must))
-        if event.anchor is not None:
-            self.anchors[event.anchor] = built
         return built
 
-    def alias(self, event: Any, path: KeyPath) -> _Built:
-        built = self.anchors.get(event.anchor)
-        if built is None:
-            found = describe("*" + event.anchor)
-            raise _StopError(
-                Problem(path, found, "an alias of an anchor that is complete before it")
-            )
-        if len(path) + built.depth > MAX_DEPTH + 1:
-            raise _StopError(too_deep(path))
-        return built
+    def collection(self, node: yaml.Node, path: KeyPath) -> _Built:
+        """Return the value of a mapping or a list."""
+        if node.tag not in (_Loader.DEFAULT_MAPPING_TAG, _Loader.DEFAULT_SEQUENCE_TAG):
+            self.problems.append(_tagged(path, node.tag))
+        if isinstance(node, yaml.MappingNode):
+            pairs = self.pairs(node, path)
+        else:
+            pairs = [(n, self.node(entry, (*path, n))) for n, entry in enumerate(node.value)]
+        values = {key: built.value for key, built in pairs}
+        nodes = 1 + sum(built.nodes for _, built in pairs)
+        depth = 1 + max((built.depth for _, built in pairs), default=0)
+        if isinstance(node, yaml.MappingNode):
+            return _Built(values, nodes + len(pairs), depth)
+        return _Built(list(values.values()), nodes, depth)
 
-    def mapping(self, start: Any, path: KeyPath) -> _Built:
-        value: dict[str, Any] = {}
-        nodes, depth = 1, 0
-        before: tuple[str, Any] | None = (
-            None  # the previous key in braces, and the event of its value
-        )
-        while not isinstance(event := next(self.events), yaml.MappingEndEvent):
-            held = next(self.events)
-            if before is not None and _is_decimal_comma(before[1], event, held):
+    def pairs(self, node: yaml.MappingNode, path: KeyPath) -> list[tuple[Any, _Built]]:
+        """Return keys and values of a mapping, each key once."""
+        pairs: dict[str, _Built] = {}
+        before: yaml.Node | None = None  # the value of the previous key in braces
+        name = ""
+        for key, held in node.value:
+            if before is not None and _is_decimal_comma(before, key, held):
                 # YAML reads {l: 0,5} as {l: 0, 5: null}, and {l: 8,5 mm} as {l: 8, 5 mm: null}
-                written = f"{before[1].value},{event.value}"
-                self.problems.append(decimal_comma((*path, before[0]), written))
-                pointed, name = written.replace(",", "."), before[0]
-                value[name] = float(pointed) if NUMBER.fullmatch(pointed) else pointed
+                written = f"{before.value},{key.value}"
+                self.problems.append(decimal_comma((*path, name), written))
+                pointed = written.replace(",", ".")
+                pairs[name] = _Built(float(pointed) if NUMBER.fullmatch(pointed) else pointed)
                 before = None
                 continue
-            key = self.key(event, path)
-            child = self.node(held, (*path, key))
-            before = (key, held) if start.flow_style else None
-            if key in value:
-                self.problems.append(repeated((*path, key)))
-            else:
-                value[key] = child.value
-            nodes, depth = nodes + 1 + child.nodes, max(depth, child.depth)
-        return _Built(value, nodes, depth + 1)
+            name = self.key(key, path)
+            child = self.node(held, (*path, name))
+            before = held if node.flow_style else None
+            if name in pairs:
+                self.problems.append(repeated((*path, name)))
+            pairs.setdefault(name, child)
+        return [*pairs.items()]
 
-    def sequence(self, path: KeyPath) -> _Built:
-        value: list[Any] = []
-        nodes, depth = 1, 0
-        while not isinstance(event := next(self.events), yaml.SequenceEndEvent):
-            child = self.node(event, (*path, len(value)))
-            value.append(child.value)
-            nodes, depth = nodes + child.nodes, max(depth, child.depth)
-        return _Built(value, nodes, depth + 1)
-
-    def key(self, event: Any, path: KeyPath) -> str:
+    def key(self, node: yaml.Node, path: KeyPath) -> str:
         """Return a key, which must be text by every version of YAML."""
-        if not isinstance(event, yaml.ScalarEvent):
+        if not isinstance(node, yaml.ScalarNode):
             found = "a key that is not plain text"
             raise _StopError(Problem(path, found, must="must have keys of text"))
-        key: str = event.value
-        if event.tag is not None or (key == "<<" and event.style in (None, "")):
-            found = "the merge key `<<`" if event.tag is None else "a YAML tag on a key"
+        key: str = node.value
+        if node.tag not in (_TEXT, *_RESOLVED) or (key == "<<" and not node.style):
+            found = "the merge key `<<`" if node.tag == _TEXT else "a YAML tag on a key"
             raise _StopError(Problem(path, found, must="must have every key written out"))
-        if event.style in (None, "") and (key in _CONSTANTS or _TWO_READINGS.fullmatch(key)):
+        if node.tag in (_CONSTANT, _TWO_READINGS):
             self.problems.append(_two_readings((*path, key), key))
-        if event.anchor is not None:
-            self.anchors[event.anchor] = _Built(key)
         return key
 
-    def scalar(self, event: Any, path: KeyPath) -> Any:
-        text: str = event.value
-        if event.style not in (None, ""):
-            return Quoted(text) if NUMBER.fullmatch(text) else text
-        if text in _CONSTANTS:
+    def scalar(self, node: yaml.ScalarNode, path: KeyPath) -> Any:
+        """Return text, a number, a boolean or None."""
+        text: str = node.value
+        if node.tag == _CONSTANT:
             return _CONSTANTS[text]
-        if _TWO_READINGS.fullmatch(text):
-            self.problems.append(_two_readings(path, text))
-            return text
-        if _NOT_FINITE.fullmatch(text):
+        if node.tag == _NOT_FINITE:
             return float(text.replace(".", "", 1))
-        typeset, text = text, text.replace(MINUS, "-")
+        if node.tag == _TWO_READINGS:
+            self.problems.append(_two_readings(path, text))
+        elif node.tag != _TEXT:
+            self.problems.append(_tagged(path, node.tag))
+        if node.style:
+            return Quoted(text) if NUMBER.fullmatch(text) else text
+        plain = text.replace(MINUS, "-")
         # A number that overflows a float stays text, so that the message shows it as written.
-        if NUMBER.fullmatch(text) and math.isfinite(number := float(text)):
-            whole = text.lstrip("+-").isdigit() and len(text) < 300
-            return int(text) if whole else number
-        return typeset
+        if node.tag == _TEXT and NUMBER.fullmatch(plain) and math.isfinite(number := float(plain)):
+            whole = plain.lstrip("+-").isdigit() and len(plain) < 300
+            return int(plain) if whole else number
+        return text
 
 
-def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
+def _is_decimal_comma(whole: yaml.Node, after: yaml.Node, held: yaml.Node) -> bool:
     """Return whether a value, the next key and the value of that key are one number with a decimal comma."""
-    parts = (whole, after, held)
-    plain = all(
-        isinstance(event, yaml.ScalarEvent) and event.style in (None, "") and event.tag is None
-        for event in parts
-    )
+    parts: Sequence[yaml.Node] = (whole, after, held)
+    plain = all(isinstance(node, yaml.ScalarNode) and not node.style for node in parts)
     return (
         plain
         and held.value == ""
@@ -274,10 +264,14 @@ def _is_decimal_comma(whole: Any, after: Any, held: Any) -> bool:
     )
 
 
-def too_deep(path: KeyPath) -> Problem:
+def too_deep(path: KeyPath, where: str = "") -> Problem:
     """Return the fault of too deep nesting; its path is shortened."""
     must = f"must have at most {MAX_DEPTH} levels of nesting"
-    return Problem(path[:3], f"more than {MAX_DEPTH}", must=must)
+    return Problem(path[:3], f"more than {MAX_DEPTH}{where}", must=must)
+
+
+def _tagged(path: KeyPath, tag: str) -> Problem:
+    return Problem(path, f"the tag {describe(tag)}", "a value without a YAML tag")
 
 
 def _two_readings(path: KeyPath, text: str) -> Problem:

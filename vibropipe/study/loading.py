@@ -24,9 +24,8 @@ from vibropipe.study.checks import check_study
 from vibropipe.study.models import Study, study_model
 from vibropipe.study.physical import is_physical, without_units
 from vibropipe.study.pydantic_errors import plain_path, problem_of
-from vibropipe.study.slips import without_slips
 from vibropipe.study.tables import Files, with_tables
-from vibropipe.study.written import as_written, both_paths
+from vibropipe.study.written import as_written, both_paths, without_slips
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 from vibropipe.words.spelling import did_you_mean, latin
 

@@ -20,8 +20,7 @@ from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
-from vibropipe.study.pydantic_errors import plain_path
-from vibropipe.study.quoting import quoted
+from vibropipe.study.pydantic_errors import plain_path, quoted
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, STARTS, Range
 from vibropipe.words.units import MINUS, UnitError, to_si

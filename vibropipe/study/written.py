@@ -1,17 +1,36 @@
-"""Faults of a study with units, told in the words of its file."""
+"""Faults told in the words of the file: misspelt keys, and faults of a study with units."""
 
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import Any
 
-from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
-from vibropipe.study.quoting import entry, quoted
+from vibropipe.study.pydantic_errors import entry, quoted
 from vibropipe.words.parameters import PARAMETERS, POSITIVE
+from vibropipe.words.spelling import nearest
+
+
+def without_slips(
+    tree: dict[str, Any], known: Collection[str]
+) -> tuple[dict[str, Any], list[Problem]]:
+    """Return a tree under the keys that were meant, and the fault of each misspelt one.
+
+    What follows then finds only faults that a misspelt key does not explain: without `physical`, every unit is one.
+    """
+    renamed = dict(tree)
+    problems = []
+    for key in tree:
+        meant = None if key in known else nearest(key, known)
+        if meant is not None and meant not in renamed:
+            renamed[meant] = renamed.pop(key)
+            problems.append(unknown((key,), list(known)))
+    return renamed, problems
+
 
 _OF_SUPPORT = re.compile(r"\b[kh][12]\b")
 

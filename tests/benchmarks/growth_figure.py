@@ -7,7 +7,8 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.ticker import LogLocator, NullFormatter
 
-from vibropipe.figures.style import GREY, LINE_MARKERS, NEUTRAL, line_style, new_figure
+from vibropipe.figures.canvas import axes, new_canvas
+from vibropipe.figures.style import GREY, LINE_MARKERS, LINES, NEUTRAL
 
 HEIGHT_CM = 7.0
 # Half width of the band around the mean time per point, relative; limit on the memory of a job, in MB.
@@ -22,23 +23,23 @@ MEMORIES = {
 
 def draw_growth(dataset: xr.Dataset) -> Figure:
     """Draw the growth of time and memory that `growth.py` measures, with bands and limit."""
-    figure = new_figure(HEIGHT_CM)
-    time, memory = figure.subplots(1, 2)
+    figure = new_canvas(HEIGHT_CM)
+    time, memory = (axes(figure, left, 1.2, 6.2, HEIGHT_CM - 1.5) for left in (1.6, 9.6))
     points = dataset["points"].values
     for index, threads in enumerate(dataset["threads"].values):
         values = dataset["time_per_point"].sel(threads=threads).values
-        style = {**line_style(index), "marker": LINE_MARKERS[index]}
+        style = {**LINES[index], "marker": LINE_MARKERS[index]}
         middle = np.exp(np.log(values).mean())
         time.fill_between(points, middle * (1 - BAND), middle * (1 + BAND), color=NEUTRAL, lw=0)
         time.plot(
             points, values, **style, label=f"{threads} thread{'s' if threads > 1 else ''}, solving"
         )
     index = dataset.sizes["threads"]
-    style = {**line_style(index), "marker": LINE_MARKERS[index]}
+    style = {**LINES[index], "marker": LINE_MARKERS[index]}
     stored = dataset["storing_per_point"].isel(threads=-1).values
     time.plot(points, stored, **style, label=f"{threads} threads, including writing")
     for index, (name, job) in enumerate(MEMORIES.items()):
-        style = {**line_style(index), "marker": LINE_MARKERS[index]}
+        style = {**LINES[index], "marker": LINE_MARKERS[index]}
         memory.plot(points, dataset[name].values, **style, label=job)
     limit = f"limit per job: {MAX_MEMORY:g} MB"
     memory.axhline(MAX_MEMORY, color=GREY, linestyle=(0, (2, 2)), label=limit)

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.stability import is_unstable, stability_text
+from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.store.stability import is_neutral

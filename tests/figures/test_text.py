@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
-from figures.figure_text import texts
 from figures.sample_datasets import sweep
 
-from vibropipe.figures.style import freeze_layout, house_style, new_figure
+from vibropipe.figures.canvas import new_canvas
+from vibropipe.figures.style import house_style
 from vibropipe.figures.text import (
     format_number,
     grid_text,
@@ -85,7 +85,7 @@ def test_parameters_stand_in_as_few_lines_as_fit():
     lines = parameter_line(dataset).split("\n")
     assert len(lines) == 2
     with house_style():
-        figure = new_figure(3.0)
+        figure = new_canvas(3.0)
         figure.suptitle("\n".join(lines))
         figure.draw_without_rendering()
         box = figure._suptitle.get_window_extent()
@@ -93,21 +93,6 @@ def test_parameters_stand_in_as_few_lines_as_fit():
     assert box.x1 < figure.get_window_extent().x1
     entries = [entry for line in lines for entry in line.removesuffix(",").split(",  ")]
     assert len(entries) == len(scalar_parameters(dataset))
-
-
-def test_a_power_of_ten_stands_beside_the_unit_of_an_abscissa():
-    with house_style():
-        figure = new_figure(5.0)
-        left, right = figure.subplots(1, 2)
-        for ax, label in ((left, "stiffness $C_1$ (N/m)"), (right, "stiffness $k_1$")):
-            ax.plot([0, 2e6], [0, 1e6])
-            ax.set_xlabel(label)
-        freeze_layout(figure)
-        assert left.get_xlabel() == "stiffness $C_1$ ($10^{6}$ N/m)"
-        assert right.get_xlabel() == "stiffness $k_1$ ($10^{6}$)"
-        assert "1e6" not in [
-            text.get_text() for text in texts(figure) if text in left.xaxis.get_children()
-        ]
 
 
 def test_grids_are_written_whole_or_by_their_ends():

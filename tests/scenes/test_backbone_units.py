@@ -9,9 +9,8 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.figures.style import house_style
-from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
-from vibropipe.scenes.backbone.captions import describe_amplitude_frequency, describe_backbone
-from vibropipe.scenes.backbone.curves import draw_backbone
+from vibropipe.scenes.backbone.curves import draw_amplitude_frequency, draw_backbone
+from vibropipe.scenes.backbone.pictures import describe_amplitude_frequency, describe_backbone
 
 M, C = 2.0, 8000.0
 P = np.sqrt(C / M)
@@ -37,8 +36,7 @@ def test_amplitudes_have_units(over_amplitude) -> None:
     with house_style():
         x, y = labels(draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)))
     assert {text for text in x if text} == {r"eigenfrequency $\bar{\omega}$ (rad/s)"}
-    assert y[2] == "first harmonic\n$A_1$ (m)"
-    assert y[3] == "first harmonic\n$B_1$ (m/s)"
+    assert {"first harmonic\n$A_1$ (m)", "first harmonic\n$B_1$ (m/s)"} <= {*y}
 
 
 def test_captions_have_units(over_amplitude, curves) -> None:

@@ -9,8 +9,8 @@ from drawing import draw, picture_of
 from figures.figure_text import words
 from sentence_numbers import missing, numbers_in
 
-from vibropipe.figures.canvas import MIN_TYPE
-from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, house_style, save
+from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
+from vibropipe.figures.style import house_style, save
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.effects.prices import prices
 from vibropipe.scenes.effects.report import answers_of_scenes, side
@@ -103,7 +103,7 @@ def test_the_list_fits_a_page_and_no_type_is_too_small(costs):
     many = costs.isel(motion=[0, 1, 2, 3, 4, 5, *[6] * 20])
     figure = draw("effects", many)
     width, height = figure.get_size_inches() * CM_PER_INCH
-    assert width == pytest.approx(PRINT_WIDTH_CM)
+    assert width == pytest.approx(WIDE)
     assert height < 15
     with house_style():
         figure.draw_without_rendering()

@@ -8,7 +8,8 @@ from drawing import draw
 from figures.figure_text import words
 
 import vibropipe as vp
-from vibropipe.figures.style import SUPPORT_COLOURS, house_style
+from vibropipe.figures.palette import SUPPORT_COLOURS
+from vibropipe.figures.style import house_style
 from vibropipe.scenes.motion.curves import curve, jumps
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.words.vocabulary import quantity

@@ -10,9 +10,10 @@ from drawing import draw
 from figures.figure_text import texts, words
 from sampling import sampled
 
-from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, SMALL_FONT_SIZE, house_style
+from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
+from vibropipe.figures.style import house_style
 from vibropipe.jobs.drawing import draw_scene
-from vibropipe.scenes.backbone.amplitude_frequency import parts
+from vibropipe.scenes.backbone.curves import parts
 from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.sweep.keys import SweepFigure
@@ -70,8 +71,8 @@ def test_nothing_overlaps_and_nothing_sticks_out(name, figures):
 
 @pytest.mark.parametrize("name", NAMES)
 def test_print_width_and_size_of_letters(name, figures):
-    assert figures[name].get_figwidth() * CM_PER_INCH == pytest.approx(PRINT_WIDTH_CM)
-    assert min(text.get_fontsize() for text in texts(figures[name])) >= SMALL_FONT_SIZE
+    assert figures[name].get_figwidth() * CM_PER_INCH == pytest.approx(WIDE)
+    assert min(text.get_fontsize() for text in texts(figures[name])) >= SMALL
 
 
 @pytest.mark.parametrize(

@@ -14,14 +14,9 @@ from matplotlib.collections import QuadMesh
 from matplotlib.text import Annotation
 from sampling import sampled
 
+from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
-from vibropipe.figures.style import (
-    CM_PER_INCH,
-    PAGE_HEIGHT_CM,
-    PRINT_WIDTH_CM,
-    SMALL_FONT_SIZE,
-    house_style,
-)
+from vibropipe.figures.style import house_style
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
@@ -40,6 +35,8 @@ from vibropipe.scenes.sweep.regions import MORE, regions_of, share_text
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.scenes.sweep.strips import BAR_NAME
 from vibropipe.words.regimes import Regime
+
+PAGE_CM = 21.5  # height of a figure with its caption below on A4
 
 
 def with_impacts(dataset: xr.Dataset) -> xr.Dataset:
@@ -256,7 +253,7 @@ def test_maps_of_several_quantities_and_directions_are_legible(both):
     assert all(titles.count(text) == 4 for text in value)
     boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
-    assert figure.get_figheight() * CM_PER_INCH <= PAGE_HEIGHT_CM
+    assert figure.get_figheight() * CM_PER_INCH <= PAGE_CM
 
 
 def test_outlines_lie_between_regions_and_leave_speckles_out():
@@ -277,9 +274,9 @@ def test_three_parameters_are_legible_multiples_on_a_page(count, drawn):
     with house_style():
         figure = drawn(dataset)
         figure.draw_without_rendering()
-    assert figure.get_figheight() * CM_PER_INCH <= PAGE_HEIGHT_CM + 0.1
-    assert figure.get_figwidth() * CM_PER_INCH == pytest.approx(PRINT_WIDTH_CM)
-    assert min(text.get_fontsize() for text in texts(figure)) >= SMALL_FONT_SIZE
+    assert figure.get_figheight() * CM_PER_INCH <= PAGE_CM + 0.1
+    assert figure.get_figwidth() * CM_PER_INCH == pytest.approx(WIDE)
+    assert min(text.get_fontsize() for text in texts(figure)) >= SMALL
     boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
     assert not any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
     smallest = min(

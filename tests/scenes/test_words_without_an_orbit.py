@@ -7,11 +7,10 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.stability import has_orbit, is_unstable, stability_text
-from vibropipe.figures.text import format_number, impact_texts, orbit_texts, window_text
+from vibropipe.figures.motion_words import has_orbit, is_unstable, stability_text
+from vibropipe.figures.text import format_number, orbit_texts, window_text
 from vibropipe.report.table import DASH
-from vibropipe.scenes.motion.findings import orbit_text
-from vibropipe.scenes.motion.orbit_cells import multiplier_text, struck_text
+from vibropipe.scenes.motion.findings import multiplier_text, orbit_text, struck_text
 from vibropipe.scenes.motion.report import steady_columns
 from vibropipe.scenes.sweep.captions import aperiodic_text
 from vibropipe.scenes.sweep.quantities import with_impacts_per_period
@@ -70,7 +69,6 @@ def test_a_motion_without_an_orbit_is_known_in_a_window() -> None:
 def test_a_chatter_has_no_number_of_impacts() -> None:
     row = row_of(Regime.WITH_REST, 1)
     assert orbit_texts(row.expand_dims(point=[0]), "point") == ["(1; rest, 1)"]
-    assert impact_texts(np.array([19.0, 1.0]), np.array([1.0, 0.0])) == ["rest", "1"]
     assert struck_text(row, 1) == "0.1, rest"
     assert struck_text(row, 2) == format_number(-0.3)
     rates = with_impacts_per_period(row)["impacts_per_period"].values

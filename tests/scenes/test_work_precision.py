@@ -9,8 +9,8 @@ from figures.figure_text import words
 from figures.sample_datasets import Scene
 from sentence_numbers import missing, numbers_in
 
-from vibropipe.figures.canvas import MIN_TYPE
-from vibropipe.figures.style import CM_PER_INCH, PRINT_WIDTH_CM, house_style, save
+from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
+from vibropipe.figures.style import house_style, save
 from vibropipe.report.table import DASH
 from vibropipe.scenes.accuracy.asked import asked_answer
 from vibropipe.scenes.accuracy.report import answers_of_scenes, side, tables
@@ -92,7 +92,7 @@ def test_a_page_holds_the_panels_and_no_type_is_too_small(work_precision, amount
     many = work_precision.isel(motion=([0, 1] * 4)[:amount])
     figure = draw("accuracy", many)
     width, height = figure.get_size_inches() * CM_PER_INCH
-    assert width == pytest.approx(PRINT_WIDTH_CM)
+    assert width == pytest.approx(WIDE)
     assert height <= 11
     with house_style():
         figure.draw_without_rendering()

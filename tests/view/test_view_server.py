@@ -136,8 +136,8 @@ def test_the_page_of_an_edited_study_says_that_its_results_are_old(tmp_path, mon
 
 def test_without_bokeh_the_command_says_how_to_get_it(monkeypatch):
     from vibropipe.store import StoreError
-    from vibropipe.view.missing import check_installed
+    from vibropipe.view.results import check_installed
 
-    monkeypatch.setattr("vibropipe.view.missing.find_spec", lambda name: None)
+    monkeypatch.setattr("vibropipe.view.results.find_spec", lambda name: None)
     with pytest.raises(StoreError, match=r"pip install 'vibropipe\[view\]'"):
         check_installed()

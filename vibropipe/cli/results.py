@@ -98,7 +98,7 @@ def view(
     ] = True,
 ) -> None:
     """Explore a study on a page: point at its maps and see the motion there. Ends with Ctrl-C."""
-    from vibropipe.view.missing import check_installed
+    from vibropipe.view.results import check_installed
 
     check_installed()
     from vibropipe.view.results import open_results

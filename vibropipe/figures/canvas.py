@@ -28,6 +28,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
+from vibropipe.figures.units import RAISED
 
 CM_PER_INCH = 2.54
 LEGEND_LINE = 0.45  # cm of a line of a legend below a figure
@@ -174,7 +175,7 @@ def power_ticks(
 
 def power(exponent: int) -> str:
     """Write a power of ten; raised digits are letters of the font, not smaller ones as in mathtext."""
-    return "10" + str(exponent).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    return "10" + str(exponent).translate(RAISED)
 
 
 def time_ticks(ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int]) -> None:

@@ -2,11 +2,149 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping, Sequence
 from typing import Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 from numpy.typing import NDArray
+from scipy.ndimage import distance_transform_edt
+
+from vibropipe.figures.canvas import CM_PER_INCH, label_region, size_of
+from vibropipe.figures.palette import INK
+
+STEP = 0.1  # cm between the points at which a map is looked at
+WIDE_ENOUGH = 0.97  # share of a label within its region at which no narrower text is tried
+IN_PLACE = 0.7  # share from which a label stands in its region: a region of speckles is never full
+AROUND = 6  # steps around a label that count for its place
+GAP = 3  # steps between labels
+
+Integers = NDArray[np.integer]
+Spot = tuple[float, int, int]  # score, lowest row, first column
+
+
+def label_regions(
+    ax: Axes,
+    codes: Integers,
+    edges: tuple[NDArray[np.float64], NDArray[np.float64]],
+    texts: Mapping[int, Sequence[str]],
+) -> None:
+    """Write the name of each region on white, the largest region first; labels do not overlap.
+
+    Parameters
+    ----------
+    ax : Axes
+        Where the map is drawn, with its scales and limits.
+    codes : (ny, nx) array of int
+        The region of each cell.
+    edges : (nx + 1,) and (ny + 1,) arrays
+        Borders of the cells.
+    texts : mapping of int to sequence of str
+        Texts of a region, the preferred one first; the last one stands beside regions without room.
+    """
+    seen = _seen(ax, codes, edges)
+    taken = np.zeros(seen.shape, np.bool_)
+    sizes = {code: int((seen == code).sum()) for code in texts}
+    beside = []
+    for code in sorted(sizes, key=lambda code: -sizes[code]):
+        own = seen == code
+        found = [(text, *_best(own, taken, _cells(ax, text))) for text in texts[code]]
+        enough = [each for each in found if each[1] >= WIDE_ENOUGH]
+        text, share, spot = enough[0] if enough else max(found, key=lambda each: each[1])
+        if share >= IN_PLACE:
+            _write(ax, seen.shape, spot, text, taken)
+        elif own.any():
+            beside.append(code)
+    for code in beside:
+        _write_beside(ax, seen, seen == code, texts[code][-1], taken)
+
+
+def _seen(
+    ax: Axes, codes: Integers, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> Integers:
+    """Return the codes at points of the axes STEP apart, in the order of the cells."""
+    indices = []
+    for axis, (size, border) in enumerate(zip(size_of(ax), edges, strict=True)):
+        amount = max(1, int(size / STEP))
+        points = np.full((amount, 2), 0.5)
+        points[:, axis] = (np.arange(amount) + 0.5) / amount
+        data = ax.transData.inverted().transform(ax.transAxes.transform(points))[:, axis]
+        indices.append(np.clip(np.searchsorted(border, data) - 1, 0, border.size - 2))
+    return codes[np.ix_(indices[1], indices[0])]
+
+
+def _cells(ax: Axes, text: str) -> tuple[int, int]:
+    """Return how many steps a label is high and wide."""
+    drawn = label_region(ax, 0.5, 0.5, text, transform=ax.transAxes)
+    box = drawn.get_window_extent()
+    drawn.remove()
+    step = STEP / CM_PER_INCH * ax.figure.dpi
+    return int(np.ceil(box.height / step)) + 3, int(np.ceil(box.width / step)) + 3
+
+
+def _window_sums(mask: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.int64]:
+    """Return the number of true cells of each window of a size."""
+    sums = np.pad(mask.astype(np.int64).cumsum(0).cumsum(1), ((1, 0), (1, 0)))
+    high, wide = size
+    return sums[high:, wide:] - sums[:-high, wide:] - sums[high:, :-wide] + sums[:-high, :-wide]
+
+
+def _best(
+    own: NDArray[np.bool_], taken: NDArray[np.bool_], size: tuple[int, int]
+) -> tuple[float, tuple[int, int, int, int]]:
+    """Return the share of a label within its region at its best place, and the place: row, column, size."""
+    if size[0] > own.shape[0] or size[1] > own.shape[1]:
+        return 0.0, (0, 0, *size)
+    share = _window_sums(own, size) / (size[0] * size[1])
+    grown = (size[0] + 2 * AROUND, size[1] + 2 * AROUND)
+    around = _window_sums(np.pad(own, AROUND), grown) / (grown[0] * grown[1])
+    score = np.where(_window_sums(taken, size) > 0, -1.0, share + 0.5 * around)
+    row, column = np.unravel_index(int(np.argmax(score)), score.shape)
+    is_free = score[row, column] >= 0.0
+    return float(share[row, column]) if is_free else 0.0, (int(row), int(column), *size)
+
+
+def _write(
+    ax: Axes,
+    shape: tuple[int, ...],
+    spot: tuple[int, int, int, int],
+    text: str,
+    taken: NDArray[np.bool_],
+) -> Text:
+    """Write a label at its place, which is taken from then on."""
+    row, column, high, wide = spot
+    taken[max(0, row - GAP) : row + high + GAP, max(0, column - GAP) : column + wide + GAP] = True
+    x, y = (column + wide / 2) / shape[1], (row + high / 2) / shape[0]
+    return label_region(ax, x, y, text, transform=ax.transAxes)
+
+
+def _write_beside(
+    ax: Axes, seen: Integers, own: NDArray[np.bool_], text: str, taken: NDArray[np.bool_]
+) -> None:
+    """Write a label in another region near its own, with a line from the label to the own region."""
+    depth = distance_transform_edt(np.pad(own, 1))[1:-1, 1:-1]
+    at = np.unravel_index(int(np.argmax(depth)), own.shape)
+    size = _cells(ax, text)
+    if size[0] > own.shape[0] or size[1] > own.shape[1]:
+        return
+    area = size[0] * size[1]
+    even = np.max([_window_sums(seen == code, size) for code in np.unique(seen)], axis=0) / area
+    rows, columns = np.indices(even.shape)
+    row_gap = np.maximum(0, np.maximum(rows - at[0], at[0] - rows - size[0]))
+    column_gap = np.maximum(0, np.maximum(columns - at[1], at[1] - columns - size[1]))
+    distance = np.hypot(row_gap, column_gap)
+    # speckles and borders under a label cost as much as a longer line, the own region and labels more than any
+    cost = distance + 60.0 * (1.0 - even) + 400.0 * _window_sums(own, size) / area
+    cost[(_window_sums(taken, size) > 0) | (distance < GAP)] = np.inf
+    row, column = (int(n) for n in np.unravel_index(int(np.argmin(cost)), cost.shape))
+    if not np.isfinite(cost[row, column]):
+        return
+    end = (np.clip(at[1], column, column + size[1]), np.clip(at[0], row, row + size[0]))
+    points = np.array([[at[1] + 0.5, at[0] + 0.5], end]) / [own.shape[1], own.shape[0]]
+    ax.plot(*points.T, transform=ax.transAxes, color=INK, linewidth=0.6, zorder=4)
+    _write(ax, own.shape, (row, column, *size), text, taken)
+
 
 Floats = NDArray[np.float64]
 MIN_LOG_POINTS = 4

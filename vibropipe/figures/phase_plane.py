@@ -12,14 +12,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from vibropipe.figures.jumps import away_from
-from vibropipe.figures.style import (
-    BLACK,
-    GREY,
-    NEUTRAL,
-    SUPPORT_COLOURS,
-    SUPPORT_MARKERS,
-    rasterise_many,
-)
+from vibropipe.figures.palette import SUPPORT_COLOURS, SUPPORT_MARKERS
+from vibropipe.figures.style import BLACK, GREY, NEUTRAL, rasterise_many
 from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]

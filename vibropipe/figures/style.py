@@ -11,38 +11,27 @@ from __future__ import annotations
 
 import functools
 import re
-from collections.abc import Iterable, Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
 
 import matplotlib as mpl
-import numpy as np
 from matplotlib import _mathtext, font_manager
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
-from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.figure import Figure
 from matplotlib.text import Text
 from matplotlib.ticker import LogFormatterSciNotation
-from matplotlib.transforms import Bbox
 
-from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE, by_rows
+from vibropipe.figures.canvas import BODY, SMALL
 from vibropipe.figures.palette import INK
-from vibropipe.figures.palette import REGIME_STYLES as REGIME_STYLES
-from vibropipe.figures.palette import SUPPORT_COLOURS as SUPPORT_COLOURS
-from vibropipe.figures.palette import SUPPORT_MARKERS as SUPPORT_MARKERS
+from vibropipe.figures.units import LOWERED, RAISED
 from vibropipe.store import atomic_file, with_fingerprint
 
 FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
-PRINT_WIDTH_CM, FONT_SIZE, SMALL_FONT_SIZE = WIDE, BODY, SMALL
 SHRINKING = 0.82  # of indices and powers in formulas: 6.56 pt in labels, which print still resolves
-LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
-RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
-LINE_CM = 0.5  # of a line of a title
-DECIMALS = 6  # of positions relative to the figure: finer than a printer resolves
-PAGE_HEIGHT_CM = 21.5  # of a figure with its caption below on A4
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
@@ -74,14 +63,14 @@ SETTINGS: Mapping[str, Any] = {
     "mathtext.sf": FAMILY,
     "mathtext.tt": FAMILY,
     "mathtext.fallback": "stix",
-    "font.size": FONT_SIZE,
-    "axes.labelsize": FONT_SIZE,
-    "axes.titlesize": FONT_SIZE,
-    "legend.fontsize": FONT_SIZE,
-    "legend.title_fontsize": FONT_SIZE,
-    "figure.titlesize": FONT_SIZE,
-    "xtick.labelsize": SMALL_FONT_SIZE,
-    "ytick.labelsize": SMALL_FONT_SIZE,
+    "font.size": BODY,
+    "axes.labelsize": BODY,
+    "axes.titlesize": BODY,
+    "legend.fontsize": BODY,
+    "legend.title_fontsize": BODY,
+    "figure.titlesize": BODY,
+    "xtick.labelsize": SMALL,
+    "ytick.labelsize": SMALL,
     "axes.linewidth": 0.5,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
@@ -160,41 +149,6 @@ class HouseFigure(Figure):
             super().savefig(fname, **options)
 
 
-def new_figure(height_cm: float) -> Figure:
-    """Return an empty figure of the printed width with constrained layout."""
-    size = PRINT_WIDTH_CM / CM_PER_INCH, height_cm / CM_PER_INCH
-    figure = Figure(figsize=size, layout="constrained")
-    FigureCanvasAgg(figure)
-    return figure
-
-
-def line_style(position: int) -> dict[str, Any]:
-    """Return colour and dashes of the line at `position`; they repeat after seven."""
-    return dict(LINES[position % len(LINES)])
-
-
-def legend(figure: Figure, handles: Sequence[Artist], edge: str, title: str = "") -> None:
-    """Add a legend above or below the axes (`edge`: upper, lower), in as few rows as fit.
-
-    The rows have equal numbers of entries where possible. The title is drawn even without handles.
-    """
-    if not handles:
-        if title:  # none would remove the title of the other edge
-            figure.suptitle(title)
-        return
-    width = figure.get_window_extent().width
-    where: Any = f"outside {edge} center"
-    amount = len(handles)
-    for columns in dict.fromkeys(-(-amount // rows) for rows in range(1, amount + 1)):
-        drawn = figure.legend(
-            handles=by_rows(handles, columns), loc=where, ncols=columns,
-            title=title or None,
-        )  # fmt: skip
-        if drawn.get_window_extent().width <= width or columns == 1:
-            return
-        drawn.remove()
-
-
 def write_centred(ax: Axes, *lines: str) -> None:
     """Write centred lines on an axis, the reason why it is empty."""
     ax.text(
@@ -224,7 +178,6 @@ def save(figure: Figure, folder: Path, name: str, fingerprint: str = "") -> list
     The bytes depend on the figure and on the fingerprint of what it was made from, which the files carry if given.
     """
     use_letters_for_indices(figure)
-    freeze_layout(figure)
     paths = [folder / f"{name}{suffix}" for suffix in (".svg", ".pdf")]
     for path in paths:
         save_as(figure, path, fingerprint)
@@ -248,7 +201,7 @@ def use_letters_for_indices(figure: Figure) -> None:
             if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
                 axis.set_minor_formatter(RaisedPowers(minor_thresholds=(1, 0.4)))
     for text in figure.findobj(Text):
-        if float(text.get_fontsize()) < FONT_SIZE and "$" in text.get_text():
+        if float(text.get_fontsize()) < BODY and "$" in text.get_text():
             text.set_text(with_letters(text.get_text()))
 
 
@@ -264,45 +217,6 @@ def with_letters(text: str) -> str:
     return re.sub(
         r"\^([\d−-])|\^\{([−-]?\d+)\}", lambda m: (m[1] or m[2]).translate(RAISED), lowered
     )
-
-
-def freeze_layout(figure: Figure) -> None:
-    """Compute the layout once and round the positions of axes and title.
-
-    Further lines of a title make a figure taller, so that its axes stay as tall as with one line.
-
-    The last bits of a position vary between runs of the layout solver, and names in an SVG file are
-    made from positions.
-    """
-    engine = figure.get_layout_engine()
-    if engine is None:
-        return
-    title = figure._suptitle  # type: ignore[attr-defined]
-    if title is not None:
-        further_lines = title.get_text().count("\n")
-        figure.set_figheight(figure.get_figheight() + further_lines * LINE_CM / CM_PER_INCH)
-    engine.execute(figure)
-    figure.set_layout_engine(
-        None
-    )  # "none" would keep a placeholder engine, which draws once more per file
-    for ax in figure.axes:
-        ax.set_position(Bbox(np.round(ax.get_position(original=True).get_points(), DECIMALS)))
-        move_power_to_label(ax)
-    if title is not None:
-        title.set_y(round(title.get_position()[1], DECIMALS))
-
-
-def move_power_to_label(ax: Axes) -> None:
-    """Write the power of ten of an abscissa beside its unit: at the end of the axis, it would lie on the label."""
-    power = re.fullmatch(r"1e([-−]?\d+)", ax.xaxis.get_offset_text().get_text())
-    label = ax.get_xlabel()
-    if power is None or not label:
-        return
-    factor = f"$10^{{{power[1].replace('−', '-')}}}$"
-    words, bracket, units = label.rpartition(" (")
-    is_unit = bracket and units.endswith(")")
-    ax.set_xlabel(f"{words} ({factor} {units}" if is_unit else f"{label} ({factor})")
-    ax.xaxis.get_offset_text().set_visible(False)
 
 
 def save_as(figure: Figure, path: Path, fingerprint: str = "") -> None:

@@ -12,10 +12,9 @@ from collections.abc import Iterable
 
 import numpy as np
 import xarray as xr
-from numpy.typing import NDArray
 
 from vibropipe.figures.line_breaks import in_lines
-from vibropipe.figures.units import unit_text
+from vibropipe.figures.units import RAISED, unit_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
@@ -98,7 +97,7 @@ def format_number(value: float | str, digits: int = 4) -> str:
     text = mantissa.replace("-", "−")
     if not exponent:
         return text
-    raised = str(int(exponent)).translate(str.maketrans("-0123456789", "⁻⁰¹²³⁴⁵⁶⁷⁸⁹"))
+    raised = str(int(exponent)).translate(RAISED)
     return f"{text} × 10{raised}"
 
 
@@ -164,14 +163,6 @@ def orbit_text(m: int, p1: float | str, p2: float | str) -> str:
     """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods, or `rest`."""
     counts = (p if isinstance(p, str) else f"{p:g}" for p in (p1, p2))
     return f"({m}; {', '.join(counts)})"
-
-
-def impact_texts(impacts: NDArray[np.float64], rests: NDArray[np.float64]) -> list[str]:
-    """Write the impacts on each support; `rest` where the mass rests: before it a chatter has infinitely many."""
-    return [
-        REST if rest > 0 else format_number(float(n), 3)
-        for n, rest in zip(impacts, rests, strict=True)
-    ]
 
 
 def rests_of(dataset: xr.Dataset, impacts: xr.DataArray) -> xr.DataArray:

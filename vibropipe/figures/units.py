@@ -20,7 +20,9 @@ from vibropipe.words.vocabulary import split_suffix
 if TYPE_CHECKING:
     import xarray as xr
 
-_RAISED = str.maketrans("0123456789", "⁰¹²³⁴⁵⁶⁷⁸⁹")
+# digits as raised and lowered letters
+RAISED = str.maketrans("-−0123456789", "⁻⁻⁰¹²³⁴⁵⁶⁷⁸⁹")
+LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 # Prefixes that are tried for a unit, the largest first, with the factor from the stored unit.
 PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("m", 1.0), ("mm", 1e3), ("µm", 1e6)),
@@ -103,5 +105,5 @@ def unit_text(units: str) -> str:
     if units in ("", "1"):
         return ""
     text = units if "/" in units else plain_units(units)
-    text = re.sub(r"(?:\^|\*\*)(\d)", lambda power: power[1].translate(_RAISED), text)
+    text = re.sub(r"(?:\^|\*\*)(\d)", lambda power: power[1].translate(RAISED), text)
     return re.sub(r"\s*[ *·]\s*", "·", text).replace("um", "µm")

@@ -18,11 +18,10 @@ from vibropipe.jobs.drawing import (
 )
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
-from vibropipe.report.own import own_answers, own_table
-from vibropipe.report.parts import MAX_LINES, Answer, Line
+from vibropipe.report.parts import MAX_LINES, Answer, Line, own_answers, own_table
 from vibropipe.report.table import Datasets, Table
-from vibropipe.report.unsolved import UNSOLVED_HEADING, unsolved_table
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of

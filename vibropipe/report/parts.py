@@ -5,10 +5,22 @@ How to write them is in CONTRIBUTING.md, "a picture".
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass
 
-from vibropipe.report.table import Datasets
+from vibropipe.report.table import Datasets, Table
+
+
+def own_answers(texts: Iterable[str]) -> list[Answer]:
+    """Return texts as answers, each split after its first sentence."""
+    parts = (text.partition(". ") for text in texts)
+    return [Answer(f"{lead}." if found else lead, rest) for lead, found, rest in parts]
+
+
+def own_table(title: str, head: Sequence[str], rows: Sequence[Sequence[str]], note: str) -> Table:
+    """Return a table whose columns are all flush left."""
+    return Table(list(head), [list(row) for row in rows], note, left=len(head), title=title)
+
 
 MAX_ANSWERS = 3  # of a scene
 MAX_LINES = 6  # of methods and provenance

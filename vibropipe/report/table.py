@@ -9,11 +9,11 @@ from typing import Any
 
 import xarray as xr
 
+from vibropipe.figures.units import LOWERED
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
 DASH = "–"
 MAX_ROWS, ROWS_SHOWN = 12, 10  # of a table, and of one that is cut
-LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 
 Datasets = Mapping[str, xr.Dataset]
 

@@ -234,11 +234,6 @@ def shown_factor(unit: str) -> float:
     return 1.0 / unit_factor(unit)
 
 
-def stored_value(array: xr.DataArray) -> float:
-    """Return a scalar, which may be in units for display, in the unit that is stored."""
-    return float(array) / shown_factor(str(array.attrs.get("units", "1")))
-
-
 def shown_unit(dataset: xr.Dataset, unit: str) -> tuple[str, float]:
     """Return the unit that a dataset shows in place of a stored one, with the factor: of s, ms and 1000."""
     shown = shown_in(dataset).unit("", unit)

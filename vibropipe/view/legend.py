@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable
+from html import escape
 
 import numpy as np
 
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.plane import Plane, Region
-from vibropipe.view.words import html
 
 # Marks of slices: what Bokeh calls them, and as letters.
 MARKERS, LETTERS = ("circle", "triangle", "inverted_triangle", "square"), "●▲▼■"
@@ -35,7 +35,7 @@ def legend_html(parts: Iterable[str]) -> str:
 def region_lines(regions: Iterable[Region]) -> list[str]:
     """Return a line for each region: its colour and its text."""
     return [
-        f'<div><i class="area" style="background: {each.colour}"></i>{html(each.text)}</div>'
+        f'<div><i class="area" style="background: {each.colour}"></i>{escape(each.text)}</div>'
         for each in regions
     ]
 
@@ -58,7 +58,8 @@ def mark_lines(plane: Plane, chosen: list[Series]) -> list[str]:
     if len(names) < 2:
         return []
     return [
-        f"<div><i>{LETTERS[n % len(LETTERS)]}</i>{html(name)}</div>" for n, name in enumerate(names)
+        f"<div><i>{LETTERS[n % len(LETTERS)]}</i>{escape(name)}</div>"
+        for n, name in enumerate(names)
     ]
 
 
@@ -66,9 +67,9 @@ def stroke_line(text: str, colour: str, dash: str, width: float) -> str:
     """Return the line of a curve."""
     look = f'stroke="{colour}" stroke-width="{width}" stroke-dasharray="{STROKES[dash]}"'
     drawn = f'<svg width="22" height="10"><path d="M0 5H22" {look}/></svg>'
-    return f"<div><i>{drawn}</i>{html(text)}</div>"
+    return f"<div><i>{drawn}</i>{escape(text)}</div>"
 
 
 def sign_line(text: str, marker: str) -> str:
     """Return the line of a mark on a map."""
-    return f"<div><i>{SIGNS[marker]}</i>{html(text)}</div>"
+    return f"<div><i>{SIGNS[marker]}</i>{escape(text)}</div>"

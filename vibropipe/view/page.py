@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Mapping
 from functools import partial
+from html import escape
 from typing import Any
 from urllib.parse import urlencode
 
@@ -32,7 +33,7 @@ from vibropipe.view.results import Results
 from vibropipe.view.scripts import script
 from vibropipe.view.slices import CURVES_WIDTH, LEVEL_HEIGHT, UPRIGHT_WIDTH, Slice, shown_series
 from vibropipe.view.what_if import Background, in_thread, solve_anew
-from vibropipe.view.words import html, symbol, value_of
+from vibropipe.view.words import symbol, value_of
 
 REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
 
@@ -47,7 +48,7 @@ def _note_div(note: str) -> list[Div]:
     if not note:
         return []
     styles = {"overflow-y": "auto", "font-size": "11px"}
-    return [Div(text=html(note), width=300, height=45, styles=styles, disable_math=True)]
+    return [Div(text=escape(note), width=300, height=45, styles=styles, disable_math=True)]
 
 
 class Page:

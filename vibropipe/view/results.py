@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
+from importlib.util import find_spec
 from pathlib import Path
 
 import xarray as xr
@@ -13,6 +14,13 @@ from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store import StoreError, check_intact, scene_files
 from vibropipe.store.files import open_lazily
 from vibropipe.words.wording import series
+
+
+def check_installed() -> None:
+    """Raise a StoreError that says how to install Bokeh, if it is missing."""
+    if find_spec("bokeh") is None:
+        raise StoreError("bokeh: is not installed: pip install 'vibropipe[view]'")
+
 
 # Smaller datasets are read at once: a row then needs no file.
 MAX_LOADED = 200 << 20

@@ -4,12 +4,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
+from html import escape
 
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.stability import stability_text
+from vibropipe.figures.motion_words import stability_text
 from vibropipe.figures.text import (
     REGIME_TEXT,
     REST,
@@ -27,7 +28,7 @@ from vibropipe.solve.motion.contacts import log_of
 from vibropipe.solve.rebuild import Motion, mass_and_stiffness
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import ELEMENTS
-from vibropipe.view.words import html, number, symbol
+from vibropipe.view.words import number, symbol
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import ERROR_SUFFIX
@@ -166,8 +167,8 @@ def table_html(columns: list[list[Line]]) -> str:
     """Write lines as a table; a second list of lines is a column to compare with."""
     others = [{(mark, name): text for mark, name, text in each} for each in columns[1:]]
     cells = "".join(
-        f'<tr title="{html(name)}"><td><i>{html(mark)}</i></td><td>{html(name)}</td><td>{html(text)}</td>'
-        + "".join(f"<td>{html(other.get((mark, name), '–'))}</td>" for other in others)
+        f'<tr title="{escape(name)}"><td><i>{escape(mark)}</i></td><td>{escape(name)}</td><td>{escape(text)}</td>'
+        + "".join(f"<td>{escape(other.get((mark, name), '–'))}</td>" for other in others)
         + "</tr>"
         for mark, name, text in columns[0]
     )

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from html import escape
 from pathlib import Path
 from typing import Any
 
@@ -24,7 +25,6 @@ from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results, is_sweep
 from vibropipe.view.saved_plan import plan_text
 from vibropipe.view.scripts import source_of
-from vibropipe.view.words import html
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 
@@ -119,7 +119,7 @@ def saved_document(page: Page, title: str) -> Document:
         row(point.drawing.figure, point.drawing.button),
         row(point.panel.portrait, point.numbers),
     )
-    heading = Div(text=f"<b>{html(title)}</b>", align="end", width=600, disable_math=True)
+    heading = Div(text=f"<b>{escape(title)}</b>", align="end", width=600, disable_math=True)
     head = row(page.quantity, *page.menus, heading)
     document.add_root(column(head, row(page.left, right)))
     document.js_on_event(DocumentReady, *page.scripts)

@@ -4,26 +4,26 @@ from __future__ import annotations
 
 import json
 from collections.abc import Iterator, Mapping
+from html import escape
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from bokeh.palettes import cividis
 
+from vibropipe.figures.palette import SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import FAR_SUPPORT
-from vibropipe.figures.style import SUPPORT_COLOURS
-from vibropipe.figures.text import parameter_names
+from vibropipe.figures.text import parameter_names, with_units
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, unit_of_row, without_units
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.view.drawing import MASS
 from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import even_cells, flag_colours, limits_of
-from vibropipe.view.motion_panel import MARGIN
+from vibropipe.view.motion_panel import MARGIN, MASS
 from vibropipe.view.page import Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.slices import least_length, shown_series, slice_label
-from vibropipe.view.words import html, symbol, unit_of, value_of
+from vibropipe.view.words import symbol, value_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 
 UNKNOWN = "Its motion is not in this file."
@@ -49,14 +49,14 @@ def plan_text(page: Page, drawn: Mapping[str, Series], keys: list[str]) -> str:
         "least": least_length(plane, shown_series(plane, None)[0]),
         "of_regions": [labels.index(plane.label(one)) for one in shown_series(plane, None)],
         "regions": [
-            {"text": each.text, "colour": each.colour, "html": html(each.text).capitalize()}
+            {"text": each.text, "colour": each.colour, "html": escape(each.text).capitalize()}
             for each in plane.regions
         ],
         "palette": list(cividis(256)),
         "words": {} if page.map is None else {k: list(v) for k, v in page.map.words.data.items()},
         "markers": MARKERS,
-        "axis_marks": [html(symbol(plane.dataset[name])) for name in plane.axes],
-        "menu_marks": [html(symbol(plane.dataset[name])) for name in menus],
+        "axis_marks": [escape(symbol(plane.dataset[name])) for name in plane.axes],
+        "menu_marks": [escape(symbol(plane.dataset[name])) for name in menus],
         "way": menus.index(DIRECTION) if is_curved else -1,
         "parameters": list(_parameters(plane, menus)),
         "support_colours": [SUPPORT_COLOURS[1], SUPPORT_COLOURS[2]],
@@ -77,16 +77,16 @@ def _series_plan(page: Page, label: str, series: Series, key: str) -> dict[str, 
         "palette": flag_colours(flags) or None,
         "texts": [flags.get(n, "") for n in range(max(flags, default=-1) + 1)],
         "legend": page.legend_of(series),
-        "mark": html(symbol(plane.dataset[series.name], index)),
-        "name": html(str(plane.dataset[series.name].attrs.get("long_name", series.name)) + tail),
-        "unit": html(_unit(plane.dataset[series.name])),
+        "mark": escape(symbol(plane.dataset[series.name], index)),
+        "name": escape(str(plane.dataset[series.name].attrs.get("long_name", series.name)) + tail),
+        "unit": escape(_unit(plane.dataset[series.name])),
         "short": slice_label(plane, [series]),
         "least": least_length(plane, series),
     }
 
 
 def _unit(array: xr.DataArray) -> str:
-    unit = unit_of(array)
+    unit = with_units(array, "")
     return f" {unit}" if unit else ""
 
 
@@ -98,12 +98,12 @@ def _parameters(plane: Plane, menus: list[str]) -> Iterator[dict[str, Any]]:
         if not (is_fixed or name in plane.axes or name in menus):
             continue
         yield {
-            "mark": html(symbol(array)),
-            "name": html(str(array.attrs.get("long_name", name))),
-            "text": html(value_of(array, float(array))) if is_fixed else None,
+            "mark": escape(symbol(array)),
+            "name": escape(str(array.attrs.get("long_name", name))),
+            "text": escape(value_of(array, float(array))) if is_fixed else None,
             "axis": plane.axes.index(name) if name in plane.axes else -1,
             "menu": menus.index(name) if name in menus else -1,
-            "unit": html(_unit(array)),
+            "unit": escape(_unit(array)),
         }
 
 

@@ -7,6 +7,7 @@ from bokeh.models import ColumnDataSource, Range1d
 from bokeh.plotting import figure
 
 from vibropipe.figures.map_shapes import cell_edges, scale_of
+from vibropipe.figures.text import in_brackets
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import (
@@ -18,7 +19,7 @@ from vibropipe.view.map_panel import (
 )
 from vibropipe.view.plane import Plane
 from vibropipe.view.scripts import short_ticks
-from vibropipe.view.words import label_of, symbol, unit_of
+from vibropipe.view.words import label_of, symbol
 
 # The quantity of the slices while the map shows regions.
 OF_REGIONS = (
@@ -52,7 +53,7 @@ def slice_label(plane: Plane, chosen: list[Series]) -> str:
     else:
         index = chosen[0].position
         mark = symbol(array, index + 1 if one and index is not None else None)
-        label = " ".join(filter(None, [mark, unit_of(array) and f"({unit_of(array)})"]))
+        label = in_brackets(mark, array).strip()
     return label
 
 

@@ -14,7 +14,7 @@ from bokeh.layouts import column
 from bokeh.layouts import row as in_row
 from bokeh.models import Button, Spacer, Spinner, Toggle
 
-from vibropipe.figures.text import format_number, parameter_names
+from vibropipe.figures.text import format_number, in_brackets, parameter_names, with_units
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
 from vibropipe.solve.basins.basins import basins
@@ -32,7 +32,7 @@ from vibropipe.solve.shown_units import shown_in
 from vibropipe.solve.sweep.sweep import PATIENCE, assemble, solve_blocks
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
-from vibropipe.view.words import symbol, unit_of
+from vibropipe.view.words import symbol
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
@@ -190,12 +190,12 @@ class WhatIf:
 
     def _spinner(self, array: xr.DataArray) -> Spinner:
         name, value = str(array.name), float(array)
-        physical = PHYSICAL.get(name) if unit_of(array) else None
+        physical = PHYSICAL.get(name) if with_units(array, "") else None
         limits = (physical or PARAMETERS.get(name) or PHYSICAL[name]).range
         size = 10.0 ** np.floor(np.log10(abs(value))) if value else 1.0
         step = 0.01 if np.isfinite(limits.high) else float(size) / STEPS * 5
         spinner = Spinner(
-            title=symbol(array) + (f" ({unit_of(array)})" if unit_of(array) else ""), value=value, step=step,
+            title=in_brackets(symbol(array), array), value=value, step=step,
             low=limits.low if np.isfinite(limits.low) else None,
             high=limits.high if np.isfinite(limits.high) else None,
             width=84, name=name,

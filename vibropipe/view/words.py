@@ -3,14 +3,13 @@
 from __future__ import annotations
 
 import re
-from html import escape
 
 import xarray as xr
 
 from vibropipe.figures.text import axis_label, format_number, symbol_of, with_units
+from vibropipe.figures.units import LOWERED
 from vibropipe.store.show import plain_symbol
 
-_LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 _RAISED = {"^-": "⁻", "^+": "⁺"}
 
 
@@ -19,7 +18,7 @@ def unicode_text(text: str) -> str:
     plain = re.sub(r"\$[^$]*\$", lambda match: plain_symbol(match[0]), text)
     for mark, letter in _RAISED.items():
         plain = plain.replace(mark, letter)
-    return re.sub(r"_(\d+)", lambda match: match[1].translate(_LOWERED), plain)
+    return re.sub(r"_(\d+)", lambda match: match[1].translate(LOWERED), plain)
 
 
 def label_of(array: xr.DataArray, index: int | None = None) -> str:
@@ -32,16 +31,6 @@ def label_of(array: xr.DataArray, index: int | None = None) -> str:
 def symbol(array: xr.DataArray, index: int | None = None) -> str:
     """Return the symbol of a quantity."""
     return unicode_text(symbol_of(array, index))
-
-
-def unit_of(array: xr.DataArray) -> str:
-    """Return the units of a quantity, empty for a pure number."""
-    return with_units(array, "")
-
-
-def html(text: str) -> str:
-    """Return a text as HTML, which a name from a file cannot break out of."""
-    return escape(text)
 
 
 def number(value: float, digits: int = 6) -> str:

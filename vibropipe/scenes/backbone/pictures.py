@@ -1,23 +1,148 @@
 """Pictures of a backbone: over amplitude, alone or with forced motions, or the curves of eq. (10)."""
 
-from collections.abc import Collection, Mapping
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
 
-from vibropipe.scenes.backbone.amplitude_frequency import draw_amplitude_frequency
-from vibropipe.scenes.backbone.captions import (
-    amplitude_title,
-    backbone_title,
-    describe_amplitude_frequency,
-    describe_backbone,
-    describe_overlay,
+from vibropipe.figures.style import ROUNDING
+from vibropipe.figures.text import (
+    format_number,
+    frequency,
+    plain_symbol,
+    plain_value,
+    sentences,
 )
-from vibropipe.scenes.backbone.curves import draw_backbone
+from vibropipe.scenes.backbone.curves import draw_amplitude_frequency, draw_backbone
 from vibropipe.scenes.backbone.keys import BackboneFigure
+from vibropipe.scenes.backbone.limits import first_strikes, longest_period
 from vibropipe.scenes.backbone.overlay import draw_overlay
 from vibropipe.scenes.kind import Picture, showing
+from vibropipe.words.regimes import Regime
+from vibropipe.words.units import plain_units
+from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
+from vibropipe.words.wording import series
+
+PARAMETERS_OF_FREE = ("l", "delta", "load")
+
+
+def describe_backbone(dataset: xr.Dataset) -> str:
+    """Return the caption of the curves of eq. (10), with the periods where they end."""
+    ends = []
+    period = held_name(dataset, "tau_bar")
+    for position, value in enumerate(dataset["delta_over_l"].values):
+        drawn = np.isfinite(dataset["velocity_over_l"].isel(delta_over_l=position).values)
+        if drawn.any() and not drawn.all():
+            longest = longest_period(dataset, float(value))
+            offset = f"{PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
+            ends.append(f"{shown_value(dataset[period], longest)} at {offset}")
+    return sentences(
+        "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
+        "and the frequency (right) of free vibration with impacts on both supports",
+        f"Both supports are struck at every period below {series(ends)}" if ends else "",
+        "Markers: simulated motions" if f"simulated_{period}" in dataset else "",
+    )
+
+
+def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
+    """Return the caption over amplitude: which supports are struck, up to which frequency."""
+    amplitude, regime = dataset["amplitude"], dataset["regime"].values
+    (near, far), last = first_strikes(dataset), float(amplitude.max())
+    least = shown_value(dataset["eigenfrequency"], float(dataset["eigenfrequency"].min()), 3)
+    texts = []
+    if (regime == Regime.NO_IMPACT).any():
+        texts.append(
+            f"below A = {shown_value(amplitude, near)} no support is reached and the frequency is {least}"
+        )
+    one = set(regime.tolist()) & {Regime.ONE_SIDED_1, Regime.ONE_SIDED_2}
+    if one:
+        end = f" up to A = {shown_value(amplitude, far)}" if last > far else ""
+        texts.append(f"{'then ' if texts else ''}only support {int(min(one))} is struck{end}")
+    if (regime == Regime.TWO_SIDED).any():
+        texts.append(f"{'then ' if texts else ''}both supports are struck and the frequency rises")
+    text = series(texts)
+    return sentences(
+        "Constant part and first harmonics of displacement (left) and velocity (right) of the free "
+        "motion against its frequency",
+        text[:1].upper() + text[1:],
+        symmetry_text(dataset),
+        ", ".join(plain_value(dataset[n]) for n in PARAMETERS_OF_FREE if n in dataset.coords),
+    )
+
+
+def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
+    """Return the caption of free and forced motions on common axes."""
+    same = [n for n in PARAMETERS_OF_FREE if n in free[0].coords]
+    widths = ", ".join(
+        f"{width} for {series(plain_value(data[n]) for n in same)}"
+        for width, data in zip(("wide", *["thin"] * len(free)), free, strict=False)
+    )
+    texts = [
+        "a: first harmonic; b: constant part by its modulus and further harmonics",
+        f"Grey: free motions without losses, {widths}"
+        if len(free) > 1
+        else "Grey: free motion without losses",
+    ]
+    if forced:
+        axis = frequency(forced[0])
+        others = [n for n in forced[0]["regime"].dims if n not in (axis, "direction")]
+        shades = f", dark for large {plain_symbol(str(others[0]))}" if others else ""
+        grid = np.diff(forced[0][axis].values)
+        step = (
+            f" in steps of {shown_value(forced[0][axis], abs(grid[0]), 3)}"
+            if np.ptp(grid) < 1e-9 * abs(grid[0])
+            else ""
+        )
+        ways = list(forced[0]["direction"].values) if "direction" in forced[0].dims else []
+        followed = f", followed {series(f'{way}wards' for way in ways)}" if ways else ""
+        texts.append(f"Coloured: steady states{step}{followed}{shades}")
+        gaps = any(bool((data["period_multiple"] == 0).any()) for data in forced)
+        texts.append("Arrows: jumps" + ("; gaps: no periodic motion" if gaps else ""))
+    return sentences(*texts)
+
+
+def amplitude_title(dataset: xr.Dataset) -> str:
+    """Write from which amplitudes free motions strike, by closed form."""
+    near, far = first_strikes(dataset)
+    amplitude, high = dataset["amplitude"], float(dataset["amplitude"].max())
+    first, both = (shown_value(amplitude, value) for value in (near, far))
+    if high < near:
+        return "Free motions of these amplitudes strike no support"
+    if near <= 0.0:
+        return f"Free motions always strike one support, and both from amplitude {both} on"
+    if first == both:
+        return f"From amplitude {both} on both supports are struck, and the frequency rises"
+    return f"From amplitude {first} on one support is struck, from {both} on both"
+
+
+def backbone_title(dataset: xr.Dataset) -> str:
+    """Write how the velocity of impact changes with the period, by eq. (10)."""
+    offsets = np.unique(np.abs(dataset["delta_over_l"].values))
+    tail = ", and an offset shortens the range of periods" if offsets.size > 1 else ""
+    return f"Shorter periods have harder impacts{tail}"
+
+
+def symmetry_text(dataset: xr.Dataset) -> str:
+    """Write whether the constant part and the even harmonics vanish."""
+    mean = np.abs(dataset["displacement_mean"].values)
+    largest = float(np.nanmax(dataset["displacement_amplitude"].values))
+    top = int(np.nanargmax(mean))
+    if mean[top] <= ROUNDING * largest:
+        return "By symmetry the constant part and the even harmonics vanish"
+    at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
+    largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
+    return f"The constant part is largest, {largest_text}, at the frequency {at}"
+
+
+def shown_value(array: xr.DataArray, value: float, digits: int = 4) -> str:
+    """Write a value of an array with the units that it states."""
+    units = str(array.attrs.get("units", "1"))
+    tail = "" if units == "1" else f" {plain_units(units)}"
+    return format_number(float(value), digits) + tail
 
 
 def keywords(options: BackboneFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

@@ -1,25 +1,200 @@
-"""Pictures of a basins scene."""
+"""Pictures of basins: a map of starts, or over a parameter how many starts settle on each motion, and maps at it."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from vibropipe.scenes.basins.attractors import swept_name
-from vibropipe.scenes.basins.basin_map import draw_basins
+from vibropipe.figures.canvas import WIDE as CANVAS
+from vibropipe.figures.canvas import axes, label_region, new_canvas, note_height, panel, top_note
+from vibropipe.figures.map_shapes import cell_edges, frame
+from vibropipe.figures.palette import GREY, HAIRLINE, INK
+from vibropipe.figures.style import write_centred
+from vibropipe.figures.text import (
+    ORDINALS,
+    axis_label,
+    in_brackets,
+    parameter_line,
+    symbol_of,
+    value_text,
+)
+from vibropipe.scenes.basins.attractors import (
+    changes_of,
+    colours_of,
+    letters_of,
+    marker_of,
+    ordered,
+    swept_name,
+)
+from vibropipe.scenes.basins.basin_map import draw_attractor_map, draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
-from vibropipe.scenes.basins.share_bands import draw_shares
-from vibropipe.scenes.basins.share_maps import draw_share_maps
 from vibropipe.scenes.basins.shares_text import (
     describe_share_maps,
     describe_shares,
+    mapped_values,
     title_share_maps,
     title_shares,
 )
 from vibropipe.scenes.basins.text import describe_basins, title_basins
+from vibropipe.scenes.branch.curves import UNSTABLE
+from vibropipe.scenes.branch.lines import pieces_of
 from vibropipe.scenes.kind import Picture, showing
+from vibropipe.solve.basins.attractors import shares
+
+# Maps beside each other, and their sizes in cm.
+COLUMNS = 3
+LEFT, LOW, WIDE, HIGH, ACROSS, UP = 1.5, 1.05, 4.4, 3.6, 4.85, 4.3
+
+
+def draw_share_maps(dataset: xr.Dataset) -> Figure:
+    """Draw the attractor of each start at some values of the parameter."""
+    name, chosen = str(swept_name(dataset)), mapped_values(dataset)
+    rows = -(-len(chosen) // COLUMNS)
+    note = parameter_line(dataset)
+    height = LOW + rows * UP + note_height(note)
+    figure = new_canvas(height)
+    top_note(figure, note, LEFT)
+    edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
+    for position, index in enumerate(chosen):
+        row, column = divmod(position, COLUMNS)
+        ax = axes(figure, LEFT + column * ACROSS, LOW + (rows - 1 - row) * UP, WIDE, HIGH)
+        draw_attractor_map(ax, dataset, edges, index)
+        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+        panel(ax, title=value_text(dataset[name].isel({name: index})))
+        ax.xaxis.set_major_locator(MaxNLocator(4))
+        frame(ax)
+        is_lowest = position + COLUMNS >= len(chosen)
+        ax.tick_params(labelbottom=is_lowest, labelleft=column == 0)
+    centre = LEFT + 0.5 * ((min(len(chosen), COLUMNS) - 1) * ACROSS + WIDE)
+    middle = LOW + 0.5 * ((rows - 1) * UP + HIGH)
+    figure.text(centre / CANVAS, 0.15 / height, axis_label(dataset["x0"]), ha="center")
+    figure.text(0.1 / CANVAS, middle / height, axis_label(dataset["v0"]), rotation=90, va="center")
+    return figure
+
+
+# Share of the height that a band needs for its letter.
+MIN_HEIGHT = 0.07
+MARKS = 6  # of an attractor along its curve
+CHANGE_STYLE: dict[str, Any] = {"color": HAIRLINE, "linewidth": 0.6, "zorder": 0.5}
+
+
+def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figure:
+    """Draw the shares of basins over a parameter.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Data of a basins scene over a parameter.
+    branches : xarray.Dataset, optional
+        Data of a branch scene along the same parameter, drawn under the amplitudes.
+    """
+    name = str(swept_name(dataset))
+    note = parameter_line(dataset)
+    figure = new_canvas(10.2 + note_height(note))
+    top_note(figure, note, 1.4)
+    upper = axes(figure, 1.4, 5.8, 14.3, 3.8)
+    lower = axes(figure, 1.4, 1.05, 14.3, 4.0, sharex=upper)
+    if branches is not None:
+        draw_branches(upper, branches, name)
+    if dataset.sizes["attractor_id"]:
+        draw_amplitudes(upper, dataset, name)
+    else:
+        write_centred(upper, "No motion was found")
+    draw_bands(lower, dataset, name)
+    for ax in (upper, lower):
+        for change in changes_of(dataset):
+            ax.axvline(change.value, **CHANGE_STYLE)
+    values = dataset[name].values
+    if values.size > 1:
+        lower.set_xlim(values[0], values[-1])
+    lower.set(ylim=(0, 1), ylabel="share of the starts", xlabel=axis_label(dataset[name]))
+    upper.tick_params(labelbottom=False)
+    panel(upper, "a", "amplitude of the motions", indent=-1.2)
+    panel(lower, "b", "how many starts settle on each", indent=-1.2)
+    return figure
+
+
+def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw the first harmonic of each attractor, solid for orbits and dotted without one."""
+    values, colours, letters = dataset[name].values, colours_of(dataset), letters_of(dataset)
+    array = dataset["displacement_amplitude"]
+    ax.set_ylabel(in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array))
+    amplitude = array.sel(harmonic=1).transpose(name, "attractor_id")
+    has_orbit = dataset["period_multiple"].transpose(name, "attractor_id").values > 0
+    for rank, index in enumerate(ordered(dataset)):
+        own = amplitude.values[:, index]
+        present = np.flatnonzero(np.isfinite(own))
+        if present.size == 0:
+            continue
+        ax.plot(values, np.where(has_orbit[:, index], own, np.nan), color=INK, linewidth=0.9)
+        chaotic = present[~has_orbit[present, index]]
+        ax.plot(values[chaotic], own[chaotic], ".", color=INK, markersize=1.8)
+        # Those of mirrored attractors coincide: their marks lie at different places.
+        every = max(1, present.size // MARKS)
+        marked = present[(rank * every // 3) % every :: every]
+        style = {**marker_of(dataset, index), "markersize": 4.0, "markerfacecolor": colours[index]}
+        ax.plot(values[marked], own[marked], zorder=3, **style)
+        middle = present[(present.size * (1 + rank % 3)) // 4]
+        label_region(ax, values[middle], own[middle], letters[index], weight="bold")
+
+
+def draw_branches(ax: Axes, branches: xr.Dataset, name: str) -> None:
+    """Draw branches of orbits, stable ones wide and unstable ones dashed."""
+    amplitude = branches["displacement_amplitude"].sel(harmonic=1).values
+    for piece in pieces_of(branches):
+        line: dict[str, Any] = {"linewidth": 3.0, "alpha": 0.4} if piece.is_stable else UNSTABLE
+        x, y = branches[name].values[piece.points], amplitude[piece.points]
+        ax.plot(x, y, **line, color=GREY, zorder=1)
+
+
+def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
+    """Draw the shares as bands one upon the other, with the 95 % intervals of the lines between them."""
+    values, colours, letters = dataset[name].values, colours_of(dataset), letters_of(dataset)
+    share = dataset["basin_share"].transpose(name, "attractor_id").fillna(0.0).values
+    n_starts = dataset.sizes["x0"] * dataset.sizes["v0"]
+    top = np.zeros(values.size)
+    edges = band_edges(values)
+    for index in ordered(dataset):
+        bottom, top = top, top + share[:, index]
+        ax.stairs(
+            top, edges, baseline=bottom, fill=True, facecolor=colours[index], edgecolor=INK, linewidth=0.4,
+        )  # fmt: skip
+        counts = np.rint(top * n_starts).astype(int)
+        _share, low, high = shares(np.minimum(counts, n_starts), n_starts)
+        is_border = (top > 0) & (top < 1) & (share[:, index] > 0)
+        ax.vlines(values[is_border], low[is_border], high[is_border], color=INK, linewidth=0.7)
+        write_letter(ax, values, bottom, top, letters[index])
+
+
+def band_edges(values: np.ndarray) -> np.ndarray:
+    """Return the borders of the steps of bands: half-way between values, and the first and last values themselves."""
+    if values.size == 1:
+        return cell_edges(values)
+    middle = 0.5 * (values[1:] + values[:-1])
+    return np.concatenate([values[:1], middle, values[-1:]])
+
+
+def write_letter(
+    ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str
+) -> None:
+    """Write the letter of an attractor where its band is high, in the middle of the widest such place."""
+    high = top - bottom > MIN_HEIGHT
+    if not high.any():
+        return
+    tall = top - bottom >= 0.8 * (top - bottom).max()
+    places = np.flatnonzero(high & tall)
+    inner = places[(places > 0) & (places < values.size - 1)]
+    places = inner if inner.size else places
+    at = places[places.size // 2]
+    ends = {0: "left", values.size - 1: "right"}
+    middle = 0.5 * (bottom + top)[at]
+    label_region(ax, values[at], middle, letter, weight="bold", ha=ends.get(int(at), "center"))
 
 
 def is_swept(dataset: xr.Dataset) -> bool:

@@ -16,9 +16,8 @@ from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
-from vibropipe.figures.map_shapes import cell_edges, frame
+from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
-from vibropipe.figures.region_labels import label_regions
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.sweep.regions import regions_of

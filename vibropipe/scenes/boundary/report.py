@@ -10,8 +10,8 @@ from vibropipe.figures.text import flag_texts, format_number, in_brackets, rests
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Answers
 from vibropipe.report.table import Datasets, Table
-from vibropipe.scenes.boundary.captions import boundary_answers, meeting_name
 from vibropipe.scenes.boundary.curves import plane
+from vibropipe.scenes.boundary.pictures import boundary_answers, meeting_name
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 

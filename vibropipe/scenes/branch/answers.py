@@ -13,10 +13,16 @@ from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.branch.cascade import cascade_of
-from vibropipe.scenes.branch.coexistence import SAME, Stretch, common_intervals, stretches_of
+from vibropipe.scenes.branch.coexistence import (
+    PLURALS,
+    SAME,
+    Stretch,
+    cascade_of,
+    common_intervals,
+    places_of,
+    stretches_of,
+)
 from vibropipe.scenes.branch.lines import followed, swept
-from vibropipe.scenes.branch.places import PLURALS, places_of
 from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.

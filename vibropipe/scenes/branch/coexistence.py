@@ -1,4 +1,4 @@
-"""Stable stretches of branches: where they begin and end, and where several have values in common."""
+"""Stable stretches of branches, where several have values in common, and the places of bifurcations and cascades."""
 
 from __future__ import annotations
 
@@ -11,7 +11,67 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.text import flag_texts
-from vibropipe.scenes.branch.lines import followed, pieces_of, swept
+from vibropipe.scenes.branch.lines import followed, kinds_present, pieces_of, swept
+from vibropipe.words.bifurcations import Bifurcation
+
+# Distance, as a share of the range followed, within which bifurcations of one kind are one.
+SAME_PLACE = 1e-9
+
+PLURALS = {
+    "fold": "folds",
+    "flip": "flips",
+    "pitchfork": "pitchforks",
+    "grazing": "grazings",
+    "change": "changes of contacts, turns or sticks",
+}
+
+
+def places_of(dataset: xr.Dataset) -> dict[str, np.ndarray]:
+    """Return for each kind that occurs the parameter at its places, in order.
+
+    Mirror images have the same bifurcation, and at a grazing all branches end that meet there. Places at several values
+    of a further parameter are several.
+    """
+    along, over = followed(dataset), swept(dataset)
+    at = dataset[f"bifurcation_{along}"].values
+    beside = dataset[over].values[dataset["bifurcation_point"].values] if over else 0.0 * at
+    reach = SAME_PLACE * float(np.ptp(dataset[along].values))
+    places = {}
+    for kind, mask in kinds_present(dataset).items():
+        found = []
+        for value in np.unique(beside[mask]):
+            own = np.sort(at[mask & (beside == value)])
+            found.append(own[np.diff(own, prepend=-np.inf) > reach])
+        places[kind] = np.sort(np.concatenate(found))
+    return places
+
+
+MIN_FLIPS = 3  # of a cascade: two steps, whose ratio is known
+
+
+def cascade_of(dataset: xr.Dataset) -> list[float]:
+    """Return the places of flips of an orbit, of that of twice the period, and so on, each step smaller than the last.
+
+    The list is empty with fewer than MIN_FLIPS, with a further parameter, or where an orbit of one of these periods
+    flips at several places.
+    """
+    if swept(dataset) is not None:
+        return []
+    is_flip = dataset["bifurcation_kind"].values == Bifurcation.FLIP
+    points = dataset["bifurcation_point"].values[is_flip]
+    at = dataset[f"bifurcation_{followed(dataset)}"].values[is_flip]
+    multiples = dataset["period_multiple"].values[points]
+    reach = SAME_PLACE * float(np.ptp(dataset[followed(dataset)].values))
+    multiple, places = int(multiples.min(initial=1 << 30)), []
+    while (own := at[multiples == multiple]).size and np.ptp(own) <= reach:
+        places.append(float(own[0]))
+        multiple *= 2
+    steps = np.diff(places)
+    shrinks = (
+        steps.size and np.all(steps[1:] * steps[:-1] > 0) and np.all(np.diff(np.abs(steps)) < 0)
+    )
+    return places if len(places) >= MIN_FLIPS and shrinks else []
+
 
 KINDS = flag_texts("bifurcation_kind")
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.

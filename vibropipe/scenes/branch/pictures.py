@@ -2,15 +2,67 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Mapping, Sequence
 from typing import Any
 
 import xarray as xr
 
-from vibropipe.scenes.branch.captions import describe_branches, title_branches
-from vibropipe.scenes.branch.curves import draw_branches
+from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.text import sentences
+from vibropipe.report.findings import symbol_text
+from vibropipe.scenes.branch.coexistence import PLURALS, cascade_of, places_of
+from vibropipe.scenes.branch.curves import coexistence, draw_branches
 from vibropipe.scenes.branch.keys import BranchFigure
+from vibropipe.scenes.branch.lines import followed, kinds_present, swept
 from vibropipe.scenes.kind import Picture
+from vibropipe.words.wording import series
+
+CHANGES = "Changes: contacts, turns or sticks of the orbit begin or end"
+
+
+def title_branches(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> str:
+    """Return the title: where several motions are stable, else a cascade; else that of the scene."""
+    symbol = symbol_text(dataset[followed(dataset)])
+    if places := cascade_of(dataset):
+        times = amount_text(len(places), "time")
+        return f"The period doubles {times} along {symbol}, in ever smaller steps"
+    number = sum(len(intervals) for intervals in coexistence(dataset).values())
+    if not number:
+        return ""
+    if swept(dataset):
+        which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
+        return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"
+    intervals = amount_text(number, "interval")
+    return f"At least two motions are stable in {intervals} of {symbol}"
+
+
+def _values(dataset: xr.Dataset) -> int:
+    """Return the number of values of the further parameter."""
+    return len({float(value) for value in dataset[swept(dataset)].values})
+
+
+def describe_branches(
+    dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
+) -> str:
+    """Return the caption: what is drawn, and how many bifurcations there are."""
+    return sentences(
+        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable",
+        f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
+        "Bars below: where at least two of these motions are stable"
+        if coexistence(dataset)
+        else "",
+        CHANGES if "change" in kinds_present(dataset) else "",
+        "Wide grey line: conservative exciter" if backbone is not None else "",
+        dataset.attrs.get("incomplete", ""),
+    )
+
+
+def bifurcations_text(dataset: xr.Dataset) -> str:
+    """Write how many bifurcations of each kind there are."""
+    places = places_of(dataset)
+    return series(amount_text(at.size, kind, PLURALS.get(kind)) for kind, at in places.items())
 
 
 def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

@@ -17,8 +17,7 @@ from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Answers
 from vibropipe.report.table import DASH, Datasets, Table
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
-from vibropipe.scenes.branch.cascade import cascade_of
-from vibropipe.scenes.branch.coexistence import Stretch, stretches_of
+from vibropipe.scenes.branch.coexistence import Stretch, cascade_of, stretches_of
 from vibropipe.scenes.branch.curves import coexistence
 from vibropipe.scenes.branch.lines import followed, swept
 from vibropipe.scenes.kind import ReportPart

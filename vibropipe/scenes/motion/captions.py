@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.stability import stability_text
+from vibropipe.figures.motion_words import stability_text
 from vibropipe.figures.text import (
     NO_IMPACTS,
     NO_SAMPLES,

@@ -9,8 +9,9 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import axes, new_canvas, panel
 from vibropipe.figures.claims import at_most
+from vibropipe.figures.palette import SUPPORT_COLOURS, SUPPORT_MARKERS
 from vibropipe.figures.phase_plane import draw_points, draw_walls, walls_of
-from vibropipe.figures.style import SUPPORT_COLOURS, SUPPORT_MARKERS, keep_zero_scale
+from vibropipe.figures.style import keep_zero_scale
 from vibropipe.figures.text import (
     axis_label,
     clock,

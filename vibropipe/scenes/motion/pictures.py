@@ -1,13 +1,29 @@
-"""Pictures of a motion."""
+"""Pictures of a motion, by itself or with others on common axes: over forcing periods, and the phase plane."""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE, axes, new_canvas, ticks
+from vibropipe.figures.palette import INK, SUPPORT_TEXT
+from vibropipe.figures.phase_plane import Impacts, walls_of
+from vibropipe.figures.style import ROUNDING
+from vibropipe.figures.text import (
+    axis_label,
+    clock,
+    format_number,
+    is_forced,
+    plain_value,
+    scalar_parameters,
+    with_units,
+)
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.balance import (
     describe_energy,
@@ -25,9 +41,16 @@ from vibropipe.scenes.motion.captions import (
     describe_together,
     seen_text,
 )
+from vibropipe.scenes.motion.curves import forcing_period
 from vibropipe.scenes.motion.impacts import draw_impacts_only, is_sampled
 from vibropipe.scenes.motion.keys import MotionFigure
-from vibropipe.scenes.motion.panels import draw_motion
+from vibropipe.scenes.motion.panels import (
+    draw_motion,
+    draw_over_time,
+    draw_plane,
+    limits_of,
+    window,
+)
 from vibropipe.scenes.motion.phase_plane import (
     describe_portrait,
     describe_section,
@@ -37,7 +60,148 @@ from vibropipe.scenes.motion.phase_plane import (
     portrait_title,
     section_title,
 )
-from vibropipe.scenes.motion.together import draw_together
+
+LEFT, RIGHT, GAP = 1.5, 0.1, 0.32  # cm
+PLANE_BOTTOM, PLANE, VELOCITY_BOTTOM, PANEL = 1.1, 3.3, 5.5, 1.85  # cm
+LINE = 0.4  # cm, of the texts above a column
+DIGIT = 0.125  # cm, of a letter of these texts
+MAX_PERIODS = 4  # that are drawn of orbits
+
+
+def draw_together(
+    motions: Sequence[xr.Dataset], names: Sequence[str], periods: float | None = None
+) -> Figure:
+    """Draw motions in columns with common axes.
+
+    Parameters
+    ----------
+    motions : sequence of xarray.Dataset
+        Two to six motions with samples.
+    names : sequence of str
+        What stands above each.
+    periods : float, optional
+        Number of forcing periods to show, up to the end of the records (default: those after which all repeat, if
+        there are few; else all).
+    """
+    width = (WIDE - LEFT - RIGHT - GAP * (len(motions) - 1)) / len(motions)
+    heads = [
+        head_lines(name, data, motions, width) for name, data in zip(names, motions, strict=True)
+    ]
+    top = VELOCITY_BOTTOM + 2 * PANEL + GAP
+    figure = new_canvas(top + LINE * max(map(len, heads)) + 0.2)
+    limits = limits_of(motions)
+    shown = periods or common_periods(motions)
+    for column, (head, dataset) in enumerate(zip(heads, motions, strict=True)):
+        left = LEFT + column * (width + GAP)
+        view = aligned_window(dataset, shown)
+        boxes = ((top - PANEL, PANEL), (VELOCITY_BOTTOM, PANEL), (PLANE_BOTTOM, PLANE))
+        x, v, plane = (axes(figure, left, bottom, width, high) for bottom, high in boxes)
+        for ax, name in ((x, "displacement"), (v, "velocity")):
+            ax.set(xlim=view, ylim=limits[name])
+            draw_over_time(ax, dataset, name, view, is_labelled=False)
+            tick_periods(ax, dataset, view)
+        plane.set(xlim=limits["displacement"], ylim=limits["velocity"])
+        name_velocities(plane, draw_plane(plane, dataset, view), dataset)
+        draw_mean(x, dataset)
+        for ax, name in ((x, "displacement"), (v, "velocity"), (plane, "velocity")):
+            ax.set_ylabel("" if column else axis_label(dataset[name], width=14))
+            ax.tick_params(labelleft=not column)
+        x.tick_params(labelbottom=False)
+        v.set_xlabel(
+            "forcing periods" if is_forced(dataset) else axis_label(dataset[clock(dataset)])
+        )
+        plane.set_xlabel(axis_label(dataset["displacement"], width=int(width / DIGIT)))
+        write_head(figure, left, top, head)
+    figure.align_ylabels(figure.axes[:3])
+    return figure
+
+
+def head_lines(
+    name: str, dataset: xr.Dataset, motions: Sequence[xr.Dataset], width: float
+) -> list[str]:
+    """Return the texts above a column: name, the parameters in which it differs from others, mean displacement."""
+    own = scalar_parameters(dataset)
+    every = [scalar_parameters(each) for each in motions]
+    first = every[0]
+    names = [n for n in own if any(own[n] != each.get(n, 0.0) for each in every)]
+    if dataset is not motions[0]:
+        names = [n for n in names if own[n] != first.get(n, 0.0)]
+    lines = [name]
+    for text in (plain_value(dataset[n]) for n in names):
+        joined = f"{lines[-1]}, {text}"
+        if len(lines) > 1 and len(joined) * DIGIT <= width:
+            lines[-1] = joined
+        else:
+            lines.append(text)
+    if "displacement_mean" in dataset and math.isfinite(mean_of(dataset)):
+        mean = format_number(mean_of(dataset), 3)
+        lines.append(f"mean {with_units(dataset['displacement_mean'], mean)}")
+    return lines
+
+
+def write_head(figure: Figure, left: float, top: float, lines: Sequence[str]) -> None:
+    """Write lines above a column whose panels end at a height, the first one bold."""
+    high = float(figure.get_figheight()) * CM_PER_INCH
+    for number, text in enumerate(lines):
+        height = high - 0.35 - number * LINE
+        style = {"weight": "bold", "fontsize": BODY} if number == 0 else {"fontsize": SMALL}
+        figure.text(left / WIDE, height / high, text, va="baseline", **style)
+
+
+def mean_of(dataset: xr.Dataset) -> float:
+    """Return the mean displacement of a steady state, 0 where it is rounding."""
+    mean, size = float(dataset["displacement_mean"]), float(np.abs(dataset["displacement"]).max())
+    return 0.0 if abs(mean) <= ROUNDING * size else mean
+
+
+def draw_mean(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw the mean displacement of a steady state as a dashed line."""
+    if "displacement_mean" in dataset and math.isfinite(mean_of(dataset)):
+        ax.axhline(mean_of(dataset), color=INK, linewidth=0.6, linestyle=(0, (5, 3)), zorder=1)
+
+
+def common_periods(motions: Sequence[xr.Dataset]) -> float | None:
+    """Return the forcing periods after which all orbits of some motions repeat; None for whole records."""
+    multiples = [int(d["period_multiple"]) if "period_multiple" in d else 0 for d in motions]
+    if not all(multiples) or not all(map(is_forced, motions)):
+        return None
+    common = math.lcm(*multiples)
+    return float(common) if common <= MAX_PERIODS else None
+
+
+def aligned_window(dataset: xr.Dataset, periods: float | None) -> tuple[float, float]:
+    """Return the first and last time to show, the first where the phase of the force is 0 if the record allows it."""
+    first, last = window(dataset, periods)
+    if periods is None or not is_forced(dataset):
+        return first, last
+    period = forcing_period(dataset)
+    start = period * math.floor(first / period + 1e-6)
+    begin = float(dataset[clock(dataset)][0])
+    return (first, last) if start < begin - 1e-6 * period else (start, start + periods * period)
+
+
+def tick_periods(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> None:
+    """Count forcing periods on the axis of time from the first time shown; without a force it stays."""
+    if not is_forced(dataset):
+        return
+    period = forcing_period(dataset)
+    number = (view[1] - view[0]) / period
+    step = max(1, round(number / 4))
+    counts = range(0, int(number + 1e-9) + 1, step)
+    ticks(ax, "x", [view[0] + n * period for n in counts], map(str, counts))
+
+
+def name_velocities(ax: Axes, impacts: Impacts, dataset: xr.Dataset) -> None:
+    """Write the speed of each impact in the phase plane, if there is at most one on each support."""
+    for support, side in ((1, 1.0), (2, -1.0)):
+        own = impacts.before[impacts.support == support]
+        if own.size != 1 or (impacts.support == 3 - support).sum() > 1:
+            continue
+        ax.annotate(
+            f"{abs(float(own[0])):#.3g}".rstrip("."), (walls_of(dataset)[support], float(own[0])),
+            xytext=(-5 * side, 1.5 * side), textcoords="offset points", fontsize=BODY, weight="bold",
+            color=SUPPORT_TEXT[support], ha="right" if side > 0 else "left", va="bottom" if side > 0 else "top",
+        )  # fmt: skip
 
 
 def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.stability import stability_text
+from vibropipe.figures.motion_words import stability_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -23,8 +23,13 @@ from vibropipe.figures.text import (
 from vibropipe.report.parts import Line
 from vibropipe.report.table import DASH, Datasets, Table, symbol
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.motion.findings import answers
-from vibropipe.scenes.motion.orbit_cells import DIGITS, is_steady, multiplier_text, struck_text
+from vibropipe.scenes.motion.findings import (
+    DIGITS,
+    answers,
+    is_steady,
+    multiplier_text,
+    struck_text,
+)
 from vibropipe.words.wording import series
 
 # Columns that are left out and said below the table if all rows are the same.

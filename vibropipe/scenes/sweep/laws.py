@@ -13,7 +13,7 @@ import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
-from vibropipe.figures.style import REGIME_STYLES
+from vibropipe.figures.palette import REGIME_STYLES
 from vibropipe.figures.text import REGIME_TEXT, orbit_text, regime_name, times
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.stability import is_unstable
+from vibropipe.figures.motion_words import is_unstable
 from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.sweep.sweep_grid import DIRECTION

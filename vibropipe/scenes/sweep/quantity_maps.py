@@ -11,8 +11,8 @@ from matplotlib.colors import Normalize
 from matplotlib.figure import Figure
 
 from vibropipe.figures.canvas import colour_bar, plain_ticks
+from vibropipe.figures.map_shapes import label_regions
 from vibropipe.figures.palette import HAIRLINE, MAGNITUDES, SIGNED
-from vibropipe.figures.region_labels import label_regions
 from vibropipe.scenes.sweep.map_layout import (
     by_combination,
     draw_hatch,

@@ -13,8 +13,8 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibropipe.figures.canvas import LEGEND_LINE, legend_below
+from vibropipe.figures.map_shapes import label_regions
 from vibropipe.figures.palette import INK
-from vibropipe.figures.region_labels import label_regions
 from vibropipe.scenes.sweep.map_layout import (
     by_combination,
     draw_hatch,

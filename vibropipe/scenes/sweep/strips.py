@@ -13,8 +13,10 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
+from vibropipe.figures.canvas import SMALL
 from vibropipe.figures.map_shapes import cell_edges
-from vibropipe.figures.style import BLACK, REGIME_STYLES, SMALL_FONT_SIZE
+from vibropipe.figures.palette import REGIME_STYLES
+from vibropipe.figures.style import BLACK
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 
 MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves
@@ -108,7 +110,7 @@ def name_boxes(
         at = float(np.exp(middle)) if ax.get_xscale() == "log" else float(middle)
         ax.text(
             at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center",
-            fontsize=SMALL_FONT_SIZE, clip_on=True, gid=BAR_NAME,
+            fontsize=SMALL, clip_on=True, gid=BAR_NAME,
             bbox=ground if REGIME_STYLES[name].hatch else None,
             color="white" if name == "unbounded" else BLACK,
         )  # fmt: skip

@@ -117,11 +117,15 @@ def test_a_truncated_dataset(verb, place, capsys):
 
 
 @pytest.mark.parametrize("left", [0, 100, -20])
-def test_a_damaged_figure(left, place, capsys):
+def test_a_damaged_figure_is_drawn_again_for_the_report(left, place, capsys):
     path = place / "results" / "mine" / "figures" / "forced.pdf"
-    path.write_bytes(path.read_bytes()[:left])
-    words = ["figures/forced.pdf: is damaged", "draw the figures of the study again"]
-    refused(place, capsys, words, "report", "mine.yaml", "-o", "report.pdf")
+    whole = path.read_bytes()
+    path.write_bytes(whole[:left])
+    with pytest.raises(SystemExit) as stopped:
+        cli.main(["report", "mine.yaml", "-o", "report.pdf"])
+    assert not stopped.value.code
+    assert capsys.readouterr().out == "report.pdf\n"
+    assert path.read_bytes() == whole  # drawn again
 
 
 @pytest.mark.parametrize("verb", ["show", "verify"])

@@ -13,7 +13,6 @@ from sharded_study import PROGRAM
 
 from vibropipe import __version__
 from vibropipe.cli import main
-from vibropipe.cli.workers import Workers
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import identity
 from vibropipe.store import write
@@ -103,7 +102,6 @@ def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    monkeypatch.setattr(Workers, "start", lambda _: None)
     with pytest.raises(SystemExit) as stopped:
         main(["run", "mine.yaml", *more])
     assert stopped.value.code == 1
@@ -117,7 +115,6 @@ def test_a_folder_in_place_of_a_study_is_refused_with_the_studies_in_it(
     tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(Workers, "start", lambda _: None)
     assert exit_code("run", ".") == 2
     told = capsys.readouterr().err
     assert "Invalid value for FILE: must be a YAML file, got the folder ." in told
@@ -125,27 +122,6 @@ def test_a_folder_in_place_of_a_study_is_refused_with_the_studies_in_it(
     assert exit_code("run", ".") == 2
     told = " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert "got the folder . (there is far.yaml)" in told
-
-
-def test_a_second_run_on_the_same_results_is_refused_in_plain_words(tmp_path, monkeypatch, capsys):
-    (tmp_path / "far.yaml").write_text(STUDY)
-    (tmp_path / ".snakemake/locks").mkdir(parents=True)
-    lock = tmp_path / ".snakemake/locks/0.output.lock"
-    monkeypatch.chdir(tmp_path)
-    monkeypatch.setattr(Workers, "start", lambda _: None)
-    monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(7))
-    monkeypatch.setattr(sys, "argv", [])
-    lock.write_text("results/far/forced.nc\nresults/far/forced.json\n")
-    assert exit_code("run", "far.yaml") == 2
-    assert capsys.readouterr().err == (
-        f"vibropipe: {tmp_path}: another run is at work in this folder, on results/far/: wait until it has ended; if it"
-        " was killed, delete .snakemake/locks and give the same command again\n"
-    )
-    # snakemake locks no files for a dry run; another study, or another folder of results, is free
-    assert exit_code("run", "far.yaml", "-n") == 7
-    assert exit_code("run", "far.yaml", "--results", "made") == 7
-    lock.write_text("results/farther/forced.nc\n")
-    assert exit_code("run", "far.yaml") == 7
 
 
 def exit_code(*arguments: str) -> int:
@@ -182,9 +158,7 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
     file = tmp_path / "far.yaml"
     file.write_text(STUDY)
     run = read_run(None, {"studies": ["far.yaml"], "results": "made"})
-    for target in run.targets("far"):
-        Path(target).parent.mkdir(parents=True, exist_ok=True)
-        Path(target).touch()
+    monkeypatch.setattr("vibropipe.jobs.run.stale_files", lambda *_: iter(()))
     study = run.studies["far"]
     for name in ("forced", "old"):
         attrs = identity(study, study.scene("forced")) | {"title": f"far: {name}"}
@@ -192,7 +166,6 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
             xr.Dataset(attrs=attrs),
             f"made/far/{name}.nc",
         )
-    monkeypatch.setattr(Workers, "start", lambda _: None)
     monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(0))
     monkeypatch.setattr(sys, "argv", [])
     for more, lines in (

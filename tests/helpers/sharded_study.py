@@ -23,3 +23,15 @@ def read_until(text: str, process: subprocess.Popen) -> str:
         if text in line:
             break
     return "".join(lines)
+
+
+def parts_of(job: str) -> list[str]:
+    """Return what a job makes, each scene and figure with its verb."""
+    if ", shard " in job:
+        return [job]
+    return [
+        f"{verb} {name}" if verb in ("solving", "drawing") else half
+        for half in job.split(" and ")
+        for verb, _, names in [half.partition(" ")]
+        for name in names.split(", ")
+    ]

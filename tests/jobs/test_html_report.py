@@ -6,7 +6,7 @@ from pathlib import Path
 
 import pytest
 
-from vibropipe.jobs.html_report import captions, escaped, is_requested, write_opening
+from vibropipe.jobs.html_report import caption_files, captions, escaped, is_requested, write_opening
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import solve_to_file
 
@@ -55,6 +55,8 @@ def test_captions_are_text_whatever_marks_they_have_and_written_from_data(folder
     assert found["one"] == r"Impacts \{\{ on \}\} \*both\*"
     assert "on support 1" in found["two"]
     assert found["two-impacts"].startswith("Velocity before each impact")
+    files = caption_files(run)
+    assert Path(files["first", "two"]).read_text() == found["two"] + "\n"
 
 
 @pytest.mark.parametrize(

@@ -1,6 +1,5 @@
 """The studies of a call, as the rules of the workflow read them."""
 
-from contextlib import nullcontext
 from pathlib import Path
 from types import SimpleNamespace
 
@@ -11,16 +10,13 @@ from vibropipe.compiler.sources import COMPILER, kernel_hash, source_hash
 from vibropipe.jobs.run import (
     FIRST,
     ROWS,
-    check_working_folder,
-    check_writable,
-    clear_leftovers,
     read_run,
 )
 from vibropipe.jobs.solving import identity
-from vibropipe.jobs.summary import HOW_TO_RESUME, causes, file_times, summarise
+from vibropipe.jobs.summary import HOW_TO_RESUME, causes, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import NotWrittenError, write
+from vibropipe.store import write
 
 SCENES = """\
 title: T
@@ -74,8 +70,8 @@ def test_the_command_line_names_files_and_the_folder_of_results(folder):
 
 def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
     run = read_run(None, {})
-    assert run.threads(job("first", "race"), 8) == 8
-    assert run.threads(job("first", "cases"), 8) == 1
+    assert run.threads("first", ["race"], 8) == 8
+    assert run.threads("first", ["cases"], 8) == 1
     study = run.studies["first"]
     said = {name: identity(study, study.scene(name)) for name in ("one", "cases", "race")}
     assert {attrs["kernel_hash"] for attrs in said.values()} == {kernel_hash()}
@@ -86,23 +82,38 @@ def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
 def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
     folder, tmp_path, monkeypatch
 ):
-    run, wide = read_run(None, {}), job("second", "wide")
+    run, wide = read_run(None, {}), ("second", ["wide"], 64)
     monkeypatch.setattr("vibropipe.compiler.cache.cache_root", lambda: tmp_path / "cache")
-    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
+    assert run.threads(*wide) == round(2e6 * 4e-5 / 30)
     # the folder alone, which importing the module creates, is not enough
     kernels = tmp_path / f"cache/solve.rows.many-{source_hash([ROWS, COMPILER])}/__pycache__"
     kernels.mkdir(parents=True)
-    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 30)
+    assert run.threads(*wide) == round(2e6 * 4e-5 / 30)
     kernels.joinpath("rows.solve_piece.nbi").touch()
-    assert run.threads(wide, 8) == round(2e6 * 4e-5 / 4)
+    assert run.threads(*wide) == round(2e6 * 4e-5 / 4)
 
 
 def test_long_work_comes_first(folder):
     run = read_run(None, {})
-    at = {name: run.priority(job("first", name)) for name in ("race", "cases", "wide", "one")}
+    at = {name: run.priority("first", [name]) for name in ("race", "cases", "wide", "one")}
     assert at["race"] == FIRST > at["cases"] > at["wide"] >= at["one"] >= len(run.plans["first"])
     # a scene in shards takes one core for each, so it need not start before a measurement
-    assert FIRST > run.priority(job("second", "wide")) > at["cases"]
+    assert FIRST > run.priority("second", ["wide"]) > at["cases"]
+
+
+def test_small_scenes_are_one_job_and_long_ones_and_measurements_jobs_of_their_own(
+    folder, monkeypatch
+):
+    alone = [["race"]]
+    batches = [*read_run(None, {}).batches()]
+    assert [scenes for study, scenes in batches if study == "first"] == [
+        ["one", "wide", "cases"],
+        *alone,
+    ]
+    assert [scenes for study, scenes in batches if study == "second"] == [["one", "cases"], *alone]
+    monkeypatch.setenv("VIBROPIPE_SHARD_SECONDS", "1e-9")
+    first = [scenes for study, scenes in read_run(None, {}).batches() if study == "first"]
+    assert first == [["one"], ["cases"], *alone]  # the sweep is cut
 
 
 def test_a_long_sweep_is_cut_into_shards(folder):
@@ -113,59 +124,17 @@ def test_a_long_sweep_is_cut_into_shards(folder):
     assert run.shard_sidecars(wide)[0] == "results/second/shards/wide/0001.json"
 
 
-def test_a_folder_that_cannot_be_written_is_reported_and_another_one_created(tmp_path):
-    check_writable(str(tmp_path / "new" / "results"))
-    assert list(tmp_path.joinpath("new/results").iterdir()) == []
-    tmp_path.joinpath("file").touch()
-    with pytest.raises(
-        NotWrittenError, match=r"file/results: cannot be written \(Not a directory\): change"
-    ):
-        check_writable(str(tmp_path / "file" / "results"))
-
-
-@pytest.mark.parametrize("refused", [".", "logs"])
-def test_a_working_folder_that_cannot_be_written_is_reported(folder, refused, monkeypatch):
-    folder.joinpath("logs").mkdir()
-    check_working_folder()
-    files = sorted(folder.rglob("*"))
-
-    def temporary_file(dir):
-        if dir == Path(refused):
-            raise PermissionError(13, "Permission denied")
-        return nullcontext()
-
-    monkeypatch.setattr("tempfile.TemporaryFile", temporary_file)
-    with pytest.raises(NotWrittenError) as refusal:
-        check_working_folder()
-    where = f"{folder / refused}: cannot be written (Permission denied), but"
-    assert str(refusal.value).startswith(where)
-    assert sorted(folder.rglob("*")) == files
-
-
-def test_leftovers_of_other_cuts_are_removed_among_shards_alone(tmp_path):
-    for folder in ("results/first", "results/first/shards/wide"):
-        tmp_path.joinpath(folder).mkdir(parents=True)
-        for name in ("0001", "0009"):
-            tmp_path.joinpath(folder, f".{name}.nc.node-7.12.part").touch()
-    clear_leftovers(
-        str(tmp_path / folder / "0001.nc")
-        for folder in ("results/first", "results/first/shards/wide")
-    )
-    left = [path.name for path in tmp_path.rglob("*.part")]
-    assert left == [".0009.nc.node-7.12.part"]
-    assert list(tmp_path.joinpath("results/first").glob(".*.part"))
-
-
 def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
-    run = read_run(None, {})
-    wanted = [f"results/first/{name}.nc" for name in ("one", "cases")]
-    folder.joinpath("results/first").mkdir(parents=True)
-    folder.joinpath(wanted[0]).touch()
-    planned = file_times(wanted)
-    assert planned[wanted[0]] > 0 == planned[wanted[1]]
-    summary = summarise(run, wanted, planned)
-    assert summary.missing == [wanted[1], wanted[0]]
-    assert summary.lines[0] == "first: not made: one, cases (results/first/)"
+    paths = {name: f"results/first/{name}.nc" for name in ("one", "cases", "race")}
+    run = read_run(None, {}, paths.values())
+    study = run.studies["first"]
+    old = identity(study, study.scene("one")) | {"fingerprint": "old"}
+    write(xr.Dataset(attrs=old), paths["one"])
+    assert set(paths.values()) <= run.stale
+    write(xr.Dataset(attrs=identity(study, study.scene("cases"))), paths["cases"])
+    summary = summarise(run)
+    assert summary.missing == [paths["one"], paths["race"]]
+    assert summary.lines[0] == "first: made cases; not made: one, race (results/first/)"
     assert summary.lines[-1] == HOW_TO_RESUME
     assert summary.lines[-3:-1] == [f"  {path}" for path in summary.missing]
 
@@ -174,7 +143,7 @@ def test_a_summary_names_scenes_that_were_removed(folder):
     write_file(folder / "results/first/foreign.nc")
     for name in ("old", "one"):
         write(xr.Dataset(attrs={"fingerprint": "f"}), folder / f"results/first/{name}.nc")
-    summary = summarise(read_run(None, {}), ["results/first/one.nc"], {})
+    summary = summarise(read_run(None, {}, ["results/first/one.nc"]))
     assert summary.lines[1] == (
         "  kept, though no longer in the study: results of old; delete them if not needed"
     )

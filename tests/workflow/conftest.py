@@ -9,9 +9,10 @@ from dataclasses import dataclass
 from pathlib import Path
 
 import pytest
+from sharded_study import parts_of
 
 REPOSITORY = Path(__file__).parents[2]
-COPIED = ("Snakefile", "workflow", "profiles")
+COPIED = ("workflow", "profiles")
 STUDY = """\
 title: A study of seconds
 exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
@@ -80,7 +81,8 @@ class Project:
         """Return the jobs of the next run."""
         printed = self.snakemake("--dry-run", *arguments, **environment)
         assert "Nothing to be done" in printed or "This was a dry-run" in printed
-        return set(re.findall(r"^Job \d+: (?:tiny: )?(.+)$", printed, re.MULTILINE))
+        jobs = re.findall(r"^Job \d+: (?:tiny: )?(.+)$", printed, re.MULTILINE)
+        return {part for job in jobs for part in parts_of(job)}
 
 
 def copy(source: Path, target: Path) -> None:

@@ -1,7 +1,9 @@
 """One call makes what an edit requires, and nothing else, for the edits that a user makes to a finished study."""
 
+import os
 import re
 import shutil
+from pathlib import Path
 
 import pytest
 
@@ -18,27 +20,32 @@ scenes:
 THIRD = "  third: {kind: motion, tau_end: 6, samples_per_period: 16}\n"
 
 
-def stamps(project) -> dict[str, int]:
-    """Return the modification time of each dataset, report and folder of figures."""
-    times = {}
+def results(project) -> dict[str, set[Path]]:
+    """Return the files of each dataset and report, and of all figures of a study."""
+    files: dict[str, set[Path]] = {}
     for path in project.path("results").rglob("*"):
         study = path.relative_to(project.path("results")).parts[0]
-        if path.suffix == ".nc":
-            times[f"{study}/{path.stem}"] = path.stat().st_mtime_ns
-        elif path.name == "report.pdf":
-            times[f"{study}/report"] = path.stat().st_mtime_ns
-        elif path.suffix == ".svg":
-            newest = max(times.get(f"{study}/figures", 0), path.stat().st_mtime_ns)
-            times[f"{study}/figures"] = newest
-    return times
+        name = {".nc": path.stem, ".pdf": "report", ".svg": "figures"}.get(path.suffix)
+        if name and (path.suffix != ".pdf" or path.name == "report.pdf"):
+            files.setdefault(f"{study}/{name}", set()).add(path)
+    return files
 
 
 def made(project, *arguments: str) -> set[str]:
     """Run snakemake once and return what it made, by its summary and by the files; check that nothing is left to do."""
-    before = stamps(project)
+    held = project.path("held")
+    held.mkdir()
+    before = {}
+    for number, path in enumerate(p for paths in results(project).values() for p in paths):
+        os.link(path, held / str(number))  # its number is given to no other file
+        before[path] = path.stat().st_ino
     printed = project.snakemake(*arguments)
-    after = stamps(project)
-    new = {name for name, stamp in after.items() if stamp != before.get(name)}
+    new = {
+        name
+        for name, paths in results(project).items()
+        if any(path.stat().st_ino != before.get(path) for path in paths)
+    }
+    shutil.rmtree(held)
     reported = {
         f"{study}/{part}"
         for study, parts in re.findall(r"^(\w+): made ([^;(]*)", printed, re.MULTILINE)
@@ -107,6 +114,7 @@ def test_files_that_were_deleted(project):
     for name in ("figures/free.svg", "figures/forced.pdf", "response.nc"):
         project.path("results/tiny", name).unlink()
     assert project.planned() == {"drawing free", "drawing forced", *redone("response")}
+    assert made(project) == {"tiny/response", "tiny/figures", "tiny/report"}
 
 
 def test_another_folder_of_results(project):
@@ -122,17 +130,21 @@ def test_another_folder_of_results(project):
 def test_a_study_that_was_removed_is_left_as_it_is(project):
     project.path("config/second.yaml").write_text(SECOND)
     project.edit("config/config.yaml", "[tiny]", "[second]")
-    before = stamps(project)
+    files = [path for paths in results(project).values() for path in paths]
+    before = [path.stat().st_mtime_ns for path in files]
     printed = project.snakemake()
-    assert {name: stamps(project)[name] for name in before} == before
+    assert [path.stat().st_mtime_ns for path in files] == before
     assert "tiny" not in printed.split("Select jobs")[-1]
 
 
 def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
     """As when results are put back while it runs."""
     project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 21")
-    end = '--output {output.data:q} > {log} 2>&1"\n\n\n# A shard'
-    project.edit("workflow/rules/solve.smk", end, end.replace('1"', '1; cp old/* results/tiny"'))
+    rules = "workflow/rules/solve.smk"
+    project.edit(
+        rules, '"vibropipe solve {params.file:q}', "\"bash -c 'vibropipe solve {params.file}"
+    )
+    project.edit(rules, '{log} 2>&1"', "{log} 2>&1; cp old/* results/tiny'\"")
     project.path("old").mkdir()
     for name in ("forced.nc", "forced.json"):
         shutil.copy2(project.path("results/tiny", name), project.path("old", name))

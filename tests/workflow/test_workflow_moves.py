@@ -6,7 +6,7 @@ import shutil
 import subprocess
 from pathlib import Path
 
-from sharded_study import PROGRAM
+from sharded_study import PROGRAM, parts_of
 
 STUDY = """\
 title: Measured
@@ -33,8 +33,9 @@ def run(folder: Path, file: str, *arguments: str) -> set[str]:
     name = Path(file).stem
     summary = re.search(rf"^{name}: (?:made ([^;(]*)|up to date \()", done.stderr, re.MULTILINE)
     jobs = {
-        {"drawing": "figures", "typesetting": "report"}.get(kind, scene)
-        for kind, scene in re.findall(rf"^Job \d+: {name}: (\w+) (.*)$", done.stderr, re.MULTILINE)
+        {"drawing": "figures", "typesetting": "report"}.get(part.split()[0], part.split()[1])
+        for job in re.findall(rf"^Job \d+: {name}: (.*)$", done.stderr, re.MULTILINE)
+        for part in parts_of(job)
     }
     parts = set((summary[1] or "").strip().split(", ")) - {""}
     assert parts == jobs

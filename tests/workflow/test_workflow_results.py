@@ -24,8 +24,9 @@ def test_all_results_are_there(finished):
         assert finished.path(f"logs/tiny/{name}.log").is_file()
 
 
-def test_a_single_output_is_made_by_its_name(fresh):
-    assert fresh.planned("results/tiny/forced.nc") == {"solving forced"}
+def test_a_dataset_is_made_by_its_name_with_the_other_small_scenes(fresh):
+    scenes = {f"solving {name}" for name in ("free", "forced", "response")}
+    assert fresh.planned("results/tiny/forced.nc") == scenes
 
 
 def test_a_dry_run_prints_the_cost_of_each_study(fresh):
@@ -85,6 +86,6 @@ def test_a_missing_study_is_named_by_its_file(fresh):
 
 def test_options_on_the_command_line_are_used_or_rejected(fresh):
     printed = fresh.snakemake("--dry-run", "--config", "results=elsewhere")
-    assert "tiny: solving forced" in printed
+    assert "tiny: solving free, forced, response" in printed
     printed = fresh.snakemake("--dry-run", "--config", "result=elsewhere", code=2)
     assert "vibropipe: --config: must be studies or results, got result" in printed

@@ -10,8 +10,7 @@ from __future__ import annotations
 import sys
 import warnings
 
-from vibropipe.cli.handing_over import hand_over
-from vibropipe.cli.orphans import end_with_run
+from vibropipe.jobs.processes import end_with_parent
 from vibropipe.words.exit_codes import INTERRUPTED
 
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
@@ -29,10 +28,7 @@ def main(arguments: list[str] | None = None) -> None:
     """
     try:
         if arguments is None:
-            end_with_run()
-            code = hand_over(sys.argv[1:])
-            if code is not None:
-                sys.exit(code)
+            end_with_parent()
             if sys.argv[1:2] != LAZY:
                 block_dask_import()
         _run(arguments)
@@ -52,6 +48,7 @@ def block_dask_import() -> None:
 
 def _run(arguments: list[str] | None) -> None:
     from vibropipe.cli.commands import app
+    from vibropipe.jobs.processes import exit_code
     from vibropipe.words.status import UnsolvedWarning
 
     try:
@@ -65,17 +62,3 @@ def _run(arguments: list[str] | None) -> None:
             raise
         print(f"vibropipe: {error}", file=sys.stderr)
         sys.exit(code)
-
-
-def exit_code(error: Exception) -> int | None:
-    """Return the exit code of an error: 2 for a mistake of the user, 1 for a failure of the machine, None for a bug."""
-    from vibropipe.physics.exciter import ParameterError
-    from vibropipe.scenes.costs import PlanError
-    from vibropipe.store import NotWrittenError, StoreError
-    from vibropipe.study import StudyError
-
-    if isinstance(error, NotWrittenError):
-        return 1
-    if isinstance(error, StudyError | StoreError | ParameterError | PlanError):
-        return 2
-    return 1 if isinstance(error, OSError) else None

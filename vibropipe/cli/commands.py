@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import os
 import time
 from pathlib import Path
 from typing import Annotated
@@ -17,13 +18,13 @@ from vibropipe.cli.options import (
     ResultFile,
     ResultsFolder,
     SceneName,
+    SceneNames,
     StartDisplacement,
     StepsPerPeriod,
     StudyFile,
     Threads,
     parameter_option,
     parse_shard,
-    use_threads,
 )
 from vibropipe.cli.results import show, table, verify, view
 from vibropipe.cli.run import new, run
@@ -149,30 +150,44 @@ def simulate(
 @app.command()
 def solve(
     file: StudyFile,
-    scene: SceneName,
-    output: ResultFile,
+    scene: SceneNames = None,
+    output: DatasetFile = None,
     shard: Annotated[
         str | None,
         typer.Option(metavar="I/N", help="Solve the I-th of N shards, from 1 to N."),
     ] = None,
+    results: ResultsFolder = Path("results"),
+    logs: Annotated[
+        Path | None, typer.Option(metavar="DIR", help="Write a log for each scene, DIR/S.log.")
+    ] = None,
     threads: Threads = None,
 ) -> None:
-    """Solve one scene of a study, or one shard of it, into a dataset."""
+    """Solve the scenes of a study whose datasets are not up to date; with --output one scene, or one shard of it."""
     from vibropipe.jobs.sharding import check_cut
     from vibropipe.study import load_study
 
     study = load_study(file)
+    scenes = scene or list(study.scenes)
     part = None if shard is None else parse_shard(shard)
-    check_cut(study.scene(scene), part)
+    if (output is None and shard) or (output is not None and len(scenes) != 1):
+        raise typer.BadParameter("needs one scene and one --output", param_hint="--scene")
+    for name in scenes:
+        check_cut(study.scene(name), part)
 
     # slow imports come after the checks, so that a mistake is reported at once
     from vibropipe.jobs.progress import show_progress
-    from vibropipe.jobs.solving import solve_to_file
+    from vibropipe.jobs.solving import solve_stale, solve_to_file, use_threads
     from vibropipe.scenes.registry import kind_of
 
-    title = scene if shard is None else f"{scene}, shard {shard}"
-    with show_progress(title, kind_of(study.scene(scene)).unit) as progress:
-        solve_to_file(study, scene, output, part, use_threads(threads), progress)
+    if output is None:
+        folder, cores = results / study.name, threads or os.cpu_count() or 1
+        if failed := solve_stale(study, scenes, folder, logs, cores):
+            typer.echo(f"not solved: {', '.join(failed)}", err=True)
+            raise typer.Exit(1)
+        return
+    title = scenes[0] if shard is None else f"{scenes[0]}, shard {shard}"
+    with show_progress(title, kind_of(study.scene(scenes[0])).unit) as progress:
+        solve_to_file(study, scenes[0], output, part, use_threads(threads), progress)
 
 
 @app.command()
@@ -191,7 +206,7 @@ def join(
     as_cut(study.scene(scene))
 
     from vibropipe.jobs.progress import show_progress
-    from vibropipe.jobs.solving import join_to_file
+    from vibropipe.jobs.solving import join_to_file, use_threads
     from vibropipe.scenes.registry import kind_of
 
     use_threads(threads)
@@ -229,18 +244,14 @@ def report(
         bool,
         typer.Option("--partial", help="Leave out scenes that failed, with a line on each."),
     ] = False,
+    threads: Threads = None,
 ) -> None:
-    """Typeset the report of a study from its datasets and figures."""
-    from vibropipe.jobs.partial_report import build_partial_report
-    from vibropipe.jobs.reporting import build_report
+    """Draw the figures of a study that are not up to date, and typeset its report."""
+    from vibropipe.jobs.making import make_report
     from vibropipe.study import load_study
 
-    study = load_study(file)
-    if partial:
-        failed = build_partial_report(study, results, output)
-        typer.echo(f"{output}, without {', '.join(failed)}" if failed else output)
-    else:
-        typer.echo(build_report(study, results, output))
+    failed = make_report(load_study(file), results, output, partial, threads)
+    typer.echo(f"{output}, without {', '.join(failed)}" if failed else output)
 
 
 for on_results in (show, table, verify, view):

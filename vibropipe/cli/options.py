@@ -13,6 +13,10 @@ from vibropipe.words.vocabulary import quantity
 
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
+SceneNames = Annotated[
+    list[str] | None,
+    typer.Option("--scene", metavar="S", help="Name of a scene; may be repeated (default: all)."),
+]
 Threads = Annotated[
     int | None,
     typer.Option(
@@ -100,13 +104,3 @@ def parse_shard(text: str) -> tuple[int, int]:
     if match is None:
         raise typer.BadParameter(f"must be I/N, such as 3/8, got {text!r}", param_hint="--shard")
     return int(match[1]), int(match[2])
-
-
-def use_threads(threads: int | None) -> int:
-    """Set the number of threads of the kernels, at most those of this machine; return the number set."""
-    import numba
-
-    if threads is not None:
-        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
-        numba.set_num_threads(min(threads, available))
-    return int(numba.get_num_threads())

@@ -31,27 +31,14 @@ def run(
     ] = False,
 ) -> None:
     """Run studies: datasets, figures and a report each; completed files that are up to date are kept."""
-    from vibropipe.cli.workers import WORKERS, remove_socket
-
-    # first: this process and the first worker import for as long, side by side
-    if not dry_run:
-        WORKERS.start()
-
-    from vibropipe.jobs.locks import check_unlocked, drop_dead_locks
-    from vibropipe.jobs.run import check_results_name, check_working_folder
-    from vibropipe.study import config_of_files, load_study
+    from vibropipe.jobs.preparation import check_working_folder
+    from vibropipe.jobs.run import read_run
 
     check_files(files)
     # a mistake is reported at once, before the workflow is loaded
-    paths = [os.path.relpath(file) for file in files]
-    settings = config_of_files(paths, str(results))
-    check_results_name(settings.results)
-    for name in settings.studies:
-        load_study(settings.study_file(name))
+    settings = {"studies": [os.path.relpath(file) for file in files], "results": str(results)}
+    read = read_run(None, settings)
     check_working_folder()
-    if not dry_run:
-        drop_dead_locks()
-        check_unlocked(settings.results, settings.studies)
 
     folder = INSTALLED if INSTALLED.is_dir() else CLONE
     command = [
@@ -61,8 +48,7 @@ def run(
         *(["--dry-run"] if dry_run else []),
         # snakemake reads these values as YAML, which includes JSON
         "--config",
-        f"studies={json.dumps(paths)}",
-        f"results={json.dumps(settings.results)}",
+        *(f"{key}={json.dumps(value)}" for key, value in settings.items()),
     ]
     from snakemake.cli import main
 
@@ -72,11 +58,17 @@ def run(
     except SystemExit as stop:
         if stop.code == INTERRUPTED:
             # the workflow has said that it was interrupted
-            remove_socket()
             os._exit(INTERRUPTED)
         if stop.code or dry_run:
             raise
-    _print_summary(paths, settings.results)
+    from vibropipe.jobs.summary import PRINTED, summarise
+
+    if PRINTED:  # by the workflow, which calls nothing where nothing is to be done
+        return
+    summary = summarise(read)
+    typer.echo("\n".join(summary.lines), err=True)
+    if summary.missing:
+        raise typer.Exit(1)
 
 
 def check_files(files: list[Path]) -> None:
@@ -89,19 +81,6 @@ def check_files(files: list[Path]) -> None:
             raise typer.BadParameter(
                 f"must be a YAML file, got the folder {file}{there}", param_hint="FILE"
             )
-
-
-def _print_summary(files: list[str], results: str) -> None:
-    """Print the summary of a run unless the workflow did, which calls nothing where nothing is to be done."""
-    from vibropipe.jobs.run import read_run
-    from vibropipe.jobs.summary import PRINTED, summarise_all
-
-    if PRINTED:
-        return
-    summary = summarise_all(read_run(None, {"studies": files, "results": results}))
-    typer.echo("\n".join(summary.lines), err=True)
-    if summary.missing:
-        raise typer.Exit(1)
 
 
 def new(

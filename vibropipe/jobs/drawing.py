@@ -11,9 +11,10 @@ from typing import TYPE_CHECKING
 
 from vibropipe.compiler.sources import PACKAGE
 from vibropipe.figures.units import display_units
+from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.scenes.keys.base import BaseScene, drawn_by_others
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import read_scenes, seal_of
+from vibropipe.store import StoreError, fingerprint_of, read_scenes, seal_of
 from vibropipe.study import Study, canonical_text
 
 if TYPE_CHECKING:
@@ -21,7 +22,7 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
-DRAWN = ("figures", "report", "scenes", "words", "jobs/reporting.py", "jobs/partial_report.py")
+DRAWN = ("figures", "report", "scenes", "words", "jobs/reporting.py", "jobs/making.py")
 
 
 def figure_names(scene: BaseScene) -> list[str]:
@@ -120,7 +121,9 @@ def remove_unchosen(scene: BaseScene, folder: Path) -> list[Path]:
     return removed
 
 
-def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list[Path]:
+def draw_study(
+    study: Study, results: Path, names: Collection[str] = (), processes: int = 1
+) -> list[Path]:
     """Draw figures of a study from its datasets.
 
     Parameters
@@ -131,6 +134,8 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
         Folder of all results. Reads `<study>/<scene>.nc` in it and writes into `<study>/figures`.
     names : collection of str
         Names of the figures, without suffix (default: all figures of the study).
+    processes : int
+        Number of processes that share them; the others print their errors.
 
     Returns
     -------
@@ -144,19 +149,31 @@ def draw_study(study: Study, results: Path, names: Collection[str] = ()) -> list
     """
     folder = results / study.name
     figures = {n: scene for n, scene in figures_of(study).items() if not names or n in names}
-    scenes = {scene.name: scene for scene in figures.values()}.values()
-    needed = dict.fromkeys(name for scene in scenes for name in scenes_drawn(study, scene))
+    needed = dict.fromkeys(n for scene in figures.values() for n in scenes_drawn(study, scene))
     fingerprints = {
         name: figure_fingerprint(study, scene, name, folder) for name, scene in figures.items()
     }
     datasets = study.shown(read_scenes(folder, needed, study.fingerprints))
-    return [
-        path
-        for scene in scenes
-        for path in draw_scene(
-            scene, datasets[scene.name], folder / "figures", datasets, names, fingerprints
-        )
-    ]
+
+    def draw(name: str) -> list[Path]:
+        scene, data = figures[name], datasets[figures[name].name]
+        return draw_scene(scene, data, folder / "figures", datasets, (name,), fingerprints)
+
+    if min(processes, len(figures)) < 2:
+        return [path for name in figures for path in draw(name)]
+    for scene in figures.values():  # imported once for all processes
+        _ = kind_of(scene).pictures
+
+    def draw_apart(number: int) -> None:
+        with reported(None):
+            draw([*figures][number])
+
+    side_by_side(draw_apart, len(figures), processes)
+    paths = {folder / "figures" / f"{name}{s}": name for name in figures for s in SUFFIXES}
+    missing = dict.fromkeys(n for p, n in paths.items() if fingerprint_of(p) != fingerprints[n])
+    if missing:
+        raise StoreError(f"{study.name}: cannot be drawn: {', '.join(missing)}")
+    return list(paths)
 
 
 def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) -> str:

@@ -9,6 +9,7 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
+from vibropipe.jobs.drawing import figures_of
 from vibropipe.jobs.run import Run
 from vibropipe.store import StoreError, read_scenes
 from vibropipe.study import Study
@@ -23,6 +24,23 @@ INTRODUCTION = (
 def is_requested(arguments: Collection[str]) -> bool:
     """Return whether a command line of snakemake asks for a report."""
     return any(word == "--report" or word.startswith("--report=") for word in arguments)
+
+
+def figure_labels(study: Study) -> dict[str, dict[str, str]]:
+    """Return the labels of each figure of a study."""
+    labels = {}
+    for figure, scene in figures_of(study).items():
+        picture = figure.removeprefix(scene.name).removeprefix("-")
+        picture = picture or [*scene.figure.chosen(), scene.kind][0]
+        labels[figure] = {"scene": scene.name, "title": scene.title or scene.name}
+        labels[figure] |= {"picture": picture.replace("_", " ")}
+    return labels
+
+
+def caption_files(run: Run) -> dict[tuple[str, str], str]:
+    """Write the captions of all figures as reStructuredText; return their files by study and figure."""
+    texts = {(s, figure): text for s in run.studies for figure, text in captions(run, s).items()}
+    return {key: _written(f"{'-'.join(key)}.rst", text) for key, text in texts.items()}
 
 
 def captions(run: Run, name: str) -> dict[str, str]:
@@ -41,7 +59,7 @@ def captions(run: Run, name: str) -> dict[str, str]:
     study = run.studies[name]
     texts = {
         figure: scene.caption or scene.title or scene.name
-        for figure, scene in run.drawn_scenes(name).items()
+        for figure, scene in figures_of(study).items()
     }
     texts |= captions_from_data(study, Path(run.results))
     return {figure: escaped(text) for figure, text in texts.items()}
@@ -65,14 +83,18 @@ def write_opening(run: Run) -> str:
         study = run.studies[name]
         kinds = [scene.kind.replace("_", " ") for scene in study.scenes.values()]
         scenes = series(count(kinds.count(kind), f"{kind} scene") for kind in dict.fromkeys(kinds))
-        figures = count(len(run.figures(name, "svg")), "figure")
+        figures = count(len(figures_of(study)), "figure")
         first, *_ = [*paragraphs(study.description or ""), ""]
         description = f"{escaped(first)} " if first else ""
         blocks.append(f"**{escaped(study.title)}**\n    {description}{scenes}, {figures}.")
     title = "Results of vibropipe"
     text = "\n\n".join([f"{title}\n{'=' * len(title)}", INTRODUCTION, *blocks])
-    path = Path(".snakemake", "captions", "opening.rst").absolute()
-    # every job of a run reads the rules, and so comes here again
+    return _written("opening.rst", text)
+
+
+def _written(name: str, text: str) -> str:
+    """Write a text that snakemake reads, unless it is there: every job of a run reads the rules; return its file."""
+    path = Path(".snakemake", "captions", name).absolute()
     if not path.is_file() or path.read_text(encoding="utf-8") != text + "\n":
         path.parent.mkdir(parents=True, exist_ok=True)
         path.write_text(text + "\n", encoding="utf-8")

@@ -9,23 +9,22 @@ from __future__ import annotations
 
 import functools
 import math
+import os
 import re
-import tempfile
-from collections.abc import Callable, Iterable, Iterator, Mapping
+from collections.abc import Iterable, Iterator, Mapping, Sequence
 from dataclasses import dataclass
 from pathlib import Path
 from typing import Any
 
 from vibropipe.compiler.cache import has_kernels
-from vibropipe.jobs.drawing import figures_of, scenes_drawn
+from vibropipe.jobs.drawing import SUFFIXES, figures_of
 from vibropipe.jobs.plan import ScenePlan, plan_scene
+from vibropipe.jobs.sharding import SHARD_VARIABLE, shard_seconds
 from vibropipe.jobs.solving import cut_text
 from vibropipe.jobs.up_to_date import shard_file, stale_files, write_mark
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.values import NAME
-from vibropipe.store import NotWrittenError, check_intact, remove_leftovers
-from vibropipe.store.files import ENDING
 from vibropipe.study import (
     Config,
     Study,
@@ -35,8 +34,6 @@ from vibropipe.study import (
 )
 
 CONFIG = "config/config.yaml"
-# Folders in which a run writes, whatever the folder of results, if they exist.
-WORKING_FOLDERS = (".", ".snakemake", "logs")
 # Seconds of work, on one core, for each thread of a scene; and where its kernels have to be compiled first, which takes
 # one core half a minute: for less work than that, others would wait for it.
 SECONDS_PER_THREAD, SECONDS_PER_THREAD_UNCOMPILED = 4, 30
@@ -62,6 +59,8 @@ class Run:
         Plans by study and scene.
     default : tuple of str
         Studies that are made if no target is named.
+    named : tuple of str
+        Files of results that the command line names.
     """
 
     results: str
@@ -69,6 +68,7 @@ class Run:
     studies: Mapping[str, Study]
     plans: Mapping[str, Mapping[str, ScenePlan]]
     default: tuple[str, ...]
+    named: tuple[str, ...] = ()
 
     def plan(self, job: Any) -> ScenePlan:
         """Return the plan of the scene of a job."""
@@ -78,21 +78,38 @@ class Run:
         """Return the YAML file of the study of a job."""
         return str(self.files[job.study])
 
-    def threads(self, job: Any, cores: int) -> int:
-        """Return the number of threads of a scene on a machine with `cores` cores."""
-        plan = self.plan(job)
-        return cores if plan.is_timed else useful_threads(plan)
+    def batches(self) -> Iterator[tuple[str, list[str]]]:
+        """Yield each study with the scenes of each job that solves whole scenes.
 
-    def priority(self, job: Any) -> int:
-        """Return the priority of a scene; a larger one starts earlier.
-
-        Scenes that take several cores come first, since later they would wait until all other jobs are done. The
-        others are ordered by the seconds left of their study: their own work, and about a second for each figure.
+        All that are less work than a shard are one job. A longer one, and one that measures times, is a job of its own.
         """
-        plan = self.plan(job)
-        if plan.shards == 1 and (plan.is_timed or useful_threads(plan) > 1):
+        for study, plans in self.plans.items():
+            whole = [plan for plan in plans.values() if plan.shards == 1]
+            alone = [p.name for p in whole if p.is_timed or p.seconds > shard_seconds()]
+            small = [plan.name for plan in whole if plan.name not in alone]
+            yield from ((study, scenes) for scenes in (small, *([n] for n in alone)) if scenes)
+
+    def threads(self, study: str, scenes: Sequence[str], cores: int) -> int:
+        """Return the number of threads of a job that solves scenes, on a machine with `cores` cores."""
+        plans = [self.plans[study][scene] for scene in scenes]
+        if any(plan.is_timed for plan in plans):
+            return cores
+        stale = self.stale_of(study, "{}.nc", scenes)
+        whole = sum(plan.seconds for plan in plans) / seconds_per_thread()
+        side_by_side = min(len(stale), math.ceil(whole) if has_kernels(ROWS) else len(stale))
+        return max(1, min(cores, max(side_by_side, *map(useful_threads, plans))))
+
+    def priority(self, study: str, scenes: Sequence[str]) -> int:
+        """Return the priority of a job that solves scenes, shards included; a larger one starts earlier.
+
+        Jobs that take several cores come first, since later they would wait until all other jobs are done. The others
+        are ordered by the seconds left of their study: their own work, and about a second for each figure.
+        """
+        plans = [self.plans[study][scene] for scene in scenes]
+        if plans[0].shards == 1 and any(p.is_timed or useful_threads(p) > 1 for p in plans):
             return FIRST
-        return min(math.ceil(plan.seconds) + len(self.plans[job.study]), FIRST - 1)
+        seconds = sum(plan.seconds for plan in plans)
+        return min(math.ceil(seconds) + len(self.plans[study]), FIRST - 1)
 
     def shards(self, job: Any) -> list[str]:
         """Return the files of all shards of a sweep."""
@@ -116,39 +133,37 @@ class Run:
         """Return the figure files of a study with one suffix."""
         return [f"{self.results}/{name}/figures/{n}.{suffix}" for n in self.drawn_scenes(name)]
 
-    def figure_regex(self) -> str:
-        """Return a regular expression of the names of all figures, each preceded by the folder of its study."""
-        alternatives = [
-            f"(?<=/{study}/figures/)(?:{'|'.join(self.drawn_scenes(study))})"
-            for study in self.studies
-        ]
-        return "|".join(alternatives) or "(?!)"
-
     def drawn_scenes(self, name: str) -> dict[str, BaseScene]:
         """Return the scene of each figure of a study by the figure's name."""
         return figures_of(self.studies[name])
 
-    def figure_scene(self, job: Any) -> BaseScene:
-        """Return the scene of a figure's job, which has the wildcards `study` and `figure`."""
-        return self.drawn_scenes(job.study)[job.figure]
-
-    def figure_data(self, job: Any) -> list[str]:
-        """Return the datasets that a figure is drawn from."""
-        names = scenes_drawn(self.studies[job.study], self.figure_scene(job))
-        return [f"{self.results}/{job.study}/{scene}.nc" for scene in names]
-
     @functools.cached_property
     def stale(self) -> frozenset[str]:
         """Files that have to be made, as found at first use."""
-        return frozenset(
-            path
-            for name, study in self.studies.items()
-            for path in stale_files(
-                study,
-                self.results,
-                {scene: plan.shards for scene, plan in self.plans[name].items()},
-            )
-        )
+        return frozenset(self.stale_now())
+
+    def stale_now(self) -> Iterator[str]:
+        """Yield the files that have to be made, as found now."""
+        for name, study in self.studies.items():
+            shards = {scene: plan.shards for scene, plan in self.plans[name].items()}
+            yield from stale_files(study, self.results, shards)
+
+    def stale_of(self, study: str, pattern: str, names: Iterable[str]) -> list[str]:
+        """Return the names whose files, `pattern` with the name in it, have to be made in the folder of a study."""
+        folder = f"{self.results}/{study}/"
+        return [name for name in names if folder + pattern.format(name) in self.stale]
+
+    def drawing(self, study: str) -> str:
+        """Return what the last job of a study makes, as text."""
+        figures = self.figures_to_draw(study)
+        drawn = [f"drawing {', '.join(figures)}"] if figures else []
+        return " and ".join([*drawn, "typesetting the report"])
+
+    def figures_to_draw(self, study: str) -> list[str]:
+        """Return the names of the figures of a study that have to be drawn."""
+        names = self.drawn_scenes(study)
+        stale = {n for s in SUFFIXES for n in self.stale_of(study, f"figures/{{}}{s}", names)}
+        return [name for name in names if name in stale]
 
     def mark(self, *paths: str) -> list[str]:
         """Return an input that is newer than some files of results if one is stale; none if they are up to date."""
@@ -162,30 +177,46 @@ class Run:
         """Return the report of a study."""
         return f"{self.results}/{name}/report.pdf"
 
+    def drawn(self, name: str) -> list[str]:
+        """Return the figures and the report of a study."""
+        return [*self.figures(name, "svg"), *self.figures(name, "pdf"), self.report(name)]
+
     def targets(self, name: str) -> list[str]:
         """Return all files that a study results in: datasets, figures and report."""
-        figures = [*self.figures(name, "svg"), *self.figures(name, "pdf")]
-        return [*self.datasets(name), *figures, self.report(name)]
+        return [*self.datasets(name), *self.drawn(name)]
 
-    def scenes_regex(self, chosen: Callable[[ScenePlan], bool], folder: str = "") -> str:
-        """Return a regular expression of the scenes whose plan is chosen, each preceded by the folder of its study.
+    @property
+    def wanted(self) -> list[str]:
+        """Files that the run is to make: those that the command line names, else all of the default studies."""
+        return [*self.named] or [path for name in self.default for path in self.targets(name)]
 
-        It matches nothing if no plan is chosen.
+    def at_work(self) -> list[str]:
+        """Return the studies with files that are wanted and that have to be made."""
+        folders = {path.removeprefix(f"{self.results}/").split("/")[0] for path in self.wanted}
+        to_make = {path.removeprefix(f"{self.results}/").split("/")[0] for path in self.stale}
+        return [name for name in self.studies if name in folders & to_make]
+
+    def scenes_regex(self, folder: str = "") -> str:
+        """Return a regular expression of the scenes that are cut into shards, each preceded by its study's folder.
+
+        It matches nothing if there are none.
         """
         alternatives = [
             f"(?<=/{study}/{folder})(?:{'|'.join(names)})"
             for study, plans in self.plans.items()
-            if (names := [name for name, plan in plans.items() if chosen(plan)])
+            if (names := [name for name, plan in plans.items() if plan.shards > 1])
         ]
         return "|".join(alternatives) or "(?!)"
 
 
+def seconds_per_thread() -> float:
+    """Return the seconds of work that justify a further thread."""
+    return SECONDS_PER_THREAD if has_kernels(ROWS) else SECONDS_PER_THREAD_UNCOMPILED
+
+
 def useful_threads(plan: ScenePlan) -> int:
     """Return the number of threads that the work of a scene justifies."""
-    if not plan.is_parallel:
-        return 1
-    per_thread = SECONDS_PER_THREAD if has_kernels(ROWS) else SECONDS_PER_THREAD_UNCOMPILED
-    return max(1, round(plan.seconds / per_thread))
+    return max(1, round(plan.seconds / seconds_per_thread())) if plan.is_parallel else 1
 
 
 def read_run(
@@ -214,29 +245,50 @@ def read_run(
     """
     config = _config(config_file, settings)
     check_results_name(config.results)
+    named = tuple(_named_files(config, arguments))
     files = {name: config.study_file(name) for name in config.studies}
-    files |= {name: config.study_file(name) for name in _named_studies(config, arguments)}
-    studies = {name: load_study(file) for name, file in files.items()}
+    files |= {name: config.study_file(name) for name in _named_studies(config, named, arguments)}
+    places = tuple(
+        (name, str(file), file.resolve(), _time_of(file)) for name, file in files.items()
+    )
+    studies, plans = _read(places, os.environ.get(SHARD_VARIABLE))
+    return Run(config.results, files, studies, plans, tuple(config.studies), named)
+
+
+@functools.lru_cache(maxsize=1)
+def _read(
+    places: tuple[tuple[str, str, Path, int], ...], _shard_seconds: str | None
+) -> tuple[dict[str, Study], dict[str, dict[str, ScenePlan]]]:
+    """Read and plan studies, once in a process: name, file, and the place and time by which it is the same file."""
+    studies = {name: load_study(file) for name, file, *_ in places}
     plans = {
         name: {scene.name: plan_scene(scene) for scene in study.scenes.values()}
         for name, study in studies.items()
     }
-    return Run(config.results, files, studies, plans, tuple(config.studies))
+    return studies, plans
+
+
+def _time_of(file: Path) -> int:
+    return file.stat().st_mtime_ns if file.is_file() else 0
 
 
 def _config(config_file: str | None, settings: Mapping[str, Any]) -> Config:
-    """Return the list of studies: that of the command line, else that of the file."""
+    """Return the list of studies: that of the command line, else that of the file.
+
+    Settings may be those of the file and of the command line together, as snakemake has them.
+    """
+    listed = (
+        load_config(config_file or CONFIG) if config_file or "studies" not in settings else None
+    )
     unknown = sorted(set(settings) - {"studies", "results"})
     if unknown:
         raise PlanError(
             f"--config: must be studies or results, got {unknown[0]} (see also --configfile)"
         )
-    if "studies" in settings:
-        return config_of_files(settings["studies"], settings.get("results", "results"))
-    config = load_config(config_file or CONFIG)
-    if "results" in settings:
-        config = config.model_copy(update={"results": str(settings["results"])})
-    return config
+    results = settings.get("results", listed.results if listed else "results")
+    if listed is None or settings.get("studies", listed.studies) != listed.studies:
+        return config_of_files(settings["studies"], results)
+    return listed.model_copy(update={"results": str(results)})
 
 
 def check_results_name(results: str) -> None:
@@ -247,58 +299,18 @@ def check_results_name(results: str) -> None:
         raise PlanError(f"results: must be a folder, got the file {results}")
 
 
-def check_working_folder() -> None:
-    """Raise NotWrittenError unless the working folder, where snakemake keeps records and logs, can be written."""
-    for folder in filter(Path.is_dir, map(Path, WORKING_FOLDERS)):
-        try:
-            with tempfile.TemporaryFile(dir=folder):
-                pass
-        except OSError as error:
-            raise NotWrittenError(
-                f"{folder.absolute()}: cannot be written ({error.strerror}), but the records and logs of a run are kept"
-                " there: call it in another folder, or change the permissions of this one"
-            ) from None
+def _named_files(config: Config, arguments: Iterable[str]) -> Iterator[str]:
+    """Yield the files of results that a command line names."""
+    results = config.results.rstrip("/")
+    pattern = re.compile(rf"(?:\./)?{re.escape(results)}/+({NAME.pattern}/.*)")
+    yield from (f"{results}/{match[1]}" for word in arguments if (match := pattern.match(word)))
 
 
-def check_writable(results: str) -> None:
-    """Create the folder of results, and raise NotWrittenError unless files can be written there."""
-    try:
-        Path(results).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=results):
-            pass
-    except OSError as error:
-        raise NotWrittenError(
-            f"{results}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
-            f" another folder under `results` in {CONFIG}"
-        ) from None
-
-
-def check_whole(paths: Iterable[str]) -> None:
-    """Raise StoreError if a dataset is truncated. Snakemake deletes what a job makes before the job can find it out."""
-    for path in dict.fromkeys(paths):
-        if Path(path).suffix == ENDING and Path(path).is_file():
-            check_intact(path, every_byte=False)
-
-
-def clear_leftovers(paths: Iterable[str]) -> None:
-    """Remove the hidden files that killed writers of these files left; the caller holds the locks of the files."""
-    by_folder: dict[Path, set[str]] = {}
-    for path in map(Path, paths):
-        by_folder.setdefault(path.parent, set()).add(path.name)
-    for folder, names in by_folder.items():
-        # all files here belong to one sweep, which may have been cut into another number of shards
-        remove_leftovers(folder, None if folder.parent.name == "shards" else names)
-
-
-def _named_studies(config: Config, arguments: Iterable[str]) -> Iterator[str]:
+def _named_studies(config: Config, named: Iterable[str], arguments: Iterable[str]) -> Iterator[str]:
     """Yield the studies that a command line names: by a result file, or by a job in its own call of snakemake."""
-    results = re.escape(config.results.rstrip("/"))
-    by_file = re.compile(rf"(?:\./)?{results}/+({NAME.pattern})/")
-    by_job = re.compile(rf".*\bstudy=({NAME.pattern})")
+    for path in named:
+        yield path.removeprefix(config.results.rstrip("/")).split("/")[1]
     for argument in arguments:
-        if match := by_file.match(argument):
-            yield match[1]
-            continue
-        match = by_job.match(argument)
+        match = re.match(rf".*\bstudy=({NAME.pattern})", argument)
         if match and config.study_file(match[1]).is_file():
             yield match[1]

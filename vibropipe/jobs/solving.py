@@ -10,6 +10,9 @@ from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.estimates import load_estimate
+from vibropipe.jobs.plan import plan_scene
+from vibropipe.jobs.processes import reported, side_by_side
+from vibropipe.jobs.progress import show_progress
 from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import PlanError
@@ -91,6 +94,51 @@ def solve_to_file(
     entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
     entries |= expected_seconds(study, name, shard, threads)
     write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
+
+
+def solve_stale(
+    study: Study, names: Sequence[str], folder: Path, logs: Path | None, threads: int
+) -> list[str]:
+    """Solve those of some scenes whose datasets are stale, several at once, and return the scenes that failed.
+
+    Parameters
+    ----------
+    study : Study
+        The study.
+    names : sequence of str
+        The scenes.
+    folder : Path
+        Results of the study.
+    logs : Path or None
+        Folder of a log for each scene (default: this process has the messages).
+    threads : int
+        Number of threads, shared by the scenes that are solved at once.
+    """
+    stale = [n for n in names if not is_of(folder / f"{n}.nc", identity(study, study.scene(n)))]
+    stale.sort(key=lambda name: -plan_scene(study.scene(name)).seconds)
+    processes = max(min(threads, len(stale)), 1)
+
+    def solve(number: int) -> None:
+        name = stale[number]
+        with reported(logs and logs / f"{name}.log"):
+            own = use_threads(threads // processes)
+            with show_progress(name, kind_of(study.scene(name)).unit) as progress:
+                solve_to_file(study, name, folder / f"{name}.nc", None, own, progress)
+
+    for name in stale:  # imported once for all processes
+        _ = kind_of(study.scene(name)).solve
+    side_by_side(solve, len(stale), processes)
+    return [n for n in stale if not is_of(folder / f"{n}.nc", identity(study, study.scene(n)))]
+
+
+def use_threads(threads: int | None) -> int:
+    """Set the number of threads of the kernels, at most those of this machine; return the number set."""
+    import numba
+
+    if threads is not None:
+        available = int(numba.config.NUMBA_NUM_THREADS)  # type: ignore[attr-defined]
+        numba.set_num_threads(max(1, min(threads, available)))
+    return int(numba.get_num_threads())
 
 
 def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr.Dataset:

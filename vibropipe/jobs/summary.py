@@ -2,13 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Iterable
 from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
 from vibropipe.jobs.run import Run
-from vibropipe.jobs.up_to_date import stale_scenes
 from vibropipe.store import StoreError, read_sidecar, selected_attributes
 from vibropipe.words.wording import share
 
@@ -34,55 +33,33 @@ class Summary:
 PRINTED: list[Summary] = []
 
 
-def summarise_all(run: Run) -> Summary:
-    """Return the summary of a run whose studies were all up to date."""
-    return summarise(run, [path for name in run.default for path in run.targets(name)], {})
+def summarise(run: Run) -> Summary:
+    """Return the summary of a run: what was stale when it began (`Run.stale`) and is not now was made.
 
-
-def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) -> Summary:
-    """Return the summary of a finished run.
-
-    Parameters
-    ----------
-    run : Run
-        The studies.
-    requested : collection of str
-        All files that were requested, and the files that they are made of.
-    planned : mapping of str to int
-        The files that had to be made, each with its modification time (ns) before the run, 0 if it did not exist.
-
-    Returns
-    -------
-    Summary
-        A dataset that was made from another study or by other code counts as missing.
+    A dataset that was made from another study or by other code counts as missing.
     """
     lines: list[str] = []
-    missing = [path for path in sorted(requested) if not Path(path).is_file()]
-    now = file_times(planned)
-    missing += [path for path in planned if now[path] in (0, planned[path])]
-    for name, study in run.studies.items():
+    stale, wanted = set(run.stale_now()), set(run.wanted)
+    for name in run.studies:
         parts = _parts(run, name)
-        wanted = {part: files for part, paths in parts.items() if (files := paths & set(requested))}
-        if not wanted:
+        failed = [part for part, paths in parts.items() if paths & wanted & stale]
+        made = [p for p, paths in parts.items() if paths & run.stale and not paths & stale]
+        kept = [
+            part for part, paths in parts.items() if paths & wanted and part not in (*made, *failed)
+        ]
+        if not (made or failed or kept):
             continue
-        scenes = [scene for scene in study.scenes if scene in wanted]
-        unresolved, stale = [], stale_scenes(study, f"{run.results}/{name}")
-        for scene in scenes:
+        unresolved = []
+        for scene in run.studies[name].scenes:
             path = f"{run.results}/{name}/{scene}.nc"
-            if scene in stale:
-                missing.append(path)
-            if rows := int(read_sidecar(path).get("unresolved", 0)):
+            if {scene} & {*made, *kept} and (rows := _unresolved(path)):
                 part = share(rows, run.plans[name][scene].rows, "row")
                 unresolved.append(f"  {scene}: {part} unresolved; `status` gives the reason")
-        failed = [part for part, paths in wanted.items() if paths & set(missing)]
-        made = [
-            part for part, paths in wanted.items() if paths & set(planned) and part not in failed
-        ]
-        kept = [part for part in wanted if part not in (*made, *failed)]
         texts = [f"made {_listed(made)}"] if made else []
         texts += [f"not made: {_listed(failed)}"] if failed else []
         texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []
-        location = run.report(name) if "report" in wanted else f"{run.results}/{name}/"
+        has_report = "report" in (*made, *failed, *kept)
+        location = run.report(name) if has_report else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({location})")
         lines += unresolved
         if gone := scenes_left_over(run, name):
@@ -90,13 +67,17 @@ def summarise(run: Run, requested: Collection[str], planned: Mapping[str, int]) 
             lines.append(
                 f"  kept, though no longer in the study: {left}; delete them if not needed"
             )
-    missing = list(dict.fromkeys(missing))
+    missing = [path for path in run.wanted if path in stale]
     if missing:
         lines.append(
             "some requested files are missing, or were made from another study or by other code:"
         )
         lines += [*(f"  {path}" for path in missing[:MAX_LISTED]), HOW_TO_RESUME]
     return Summary(lines, missing)
+
+
+def _unresolved(path: str) -> int:
+    return int(read_sidecar(path).get("unresolved", 0))
 
 
 def scenes_left_over(run: Run, name: str) -> list[str]:
@@ -124,9 +105,9 @@ def causes(logs: Iterable[str]) -> list[str]:
     return list(found)
 
 
-def file_times(paths: Iterable[str]) -> dict[str, int]:
-    """Return the modification times (ns) of files, 0 for a file that does not exist."""
-    return {path: Path(path).stat().st_mtime_ns if Path(path).exists() else 0 for path in paths}
+def changed_since(time: float, pattern: str) -> list[str]:
+    """Return the files of a pattern that were written since a time (s)."""
+    return sorted(str(p) for p in Path().glob(pattern) if p.stat().st_mtime >= time)
 
 
 def _parts(run: Run, name: str) -> dict[str, set[str]]:

@@ -153,10 +153,11 @@ def units_in(path: str | os.PathLike[str]) -> str:
 
 
 def _comment_of(path: str | os.PathLike[str]) -> tuple[str, str]:
-    """Return fingerprint with scenes, and units, that `with_fingerprint` wrote into a file; empty without them."""
-    comment = FINGERPRINT + rb"([0-9a-f]{64}(?: [a-z]\w*)*)(?: \| ([^\n]*))?"
-    match = re.search(comment, _last_bytes(Path(path), COMMENT_BYTES))
-    return (match[1].decode(), (match[2] or b"").decode()) if match else ("", "")
+    """Return fingerprint with scenes, and units, that `with_fingerprint` wrote; empty without them or the end."""
+    end = _last_bytes(Path(path), COMMENT_BYTES)
+    match = re.search(FINGERPRINT + rb"([0-9a-f]{64}(?: [a-z]\w*)*)(?: \| ([^\n]*))?", end)
+    is_whole = end.rstrip().endswith((b"%%EOF", b"</svg>"))
+    return (match[1].decode(), (match[2] or b"").decode()) if match and is_whole else ("", "")
 
 
 def _last_bytes(path: Path, count: int) -> bytes:

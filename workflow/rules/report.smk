@@ -1,60 +1,43 @@
-# Figures, each drawn again only if its own data or options have changed, and the report.
-rule figure:
-    input:
-        data=RUN.figure_data,
-        stale=outdated(
-            f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
-            f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
-        ),
-    output:
-        svg=report(
-            f"{RESULTS}/{{study}}/figures/{{figure}}.svg",
-            caption="../report/figure.rst",
-            category=lambda wildcards: RUN.studies[wildcards.study].title,
-            labels=figure_labels,
-        ),
-        pdf=f"{RESULTS}/{{study}}/figures/{{figure}}.pdf",
-    log:
-        "logs/{study}/figures/{figure}.log",
-    wildcard_constraints:
-        figure=RUN.figure_regex(),
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=10,
-    params:
-        file=RUN.file,
-        results=lambda wildcards: RESULTS,
-    message:
-        "{wildcards.study}: drawing {wildcards.figure}"
-    shell:
-        "vibropipe figure {params.file:q} --results {params.results:q} --only {wildcards.figure}"
-        " > {log} 2>&1"
+# The figures of a study and its report. The job draws only those figures whose own data or options have changed.
+for study in RUN.studies:
 
-
-rule study_report:
-    input:
-        data=lambda wildcards: RUN.datasets(wildcards.study),
-        figures=lambda wildcards: RUN.figures(wildcards.study, "pdf"),
-        stale=outdated(f"{RESULTS}/{{study}}/report.pdf"),
-    output:
-        report(
-            f"{RESULTS}/{{study}}/report.pdf",
-            caption="../report/study.rst",
-            category=lambda wildcards: RUN.studies[wildcards.study].title,
-            labels={"scene": "all", "title": "the whole study", "picture": "PDF"},
-        ),
-    log:
-        "logs/{study}/report.log",
-    threads: 1
-    resources:
-        mem_mb=2000,
-        runtime=10,
-    params:
-        file=RUN.file,
-        results=lambda wildcards: RESULTS,
-    message:
-        "{wildcards.study}: typesetting the report"
-    shell:
-        "vibropipe report {params.file:q} --results {params.results:q} --output {output:q}"
-        " > {log} 2>&1"
+    rule:
+        name:
+            f"report.{study}"
+        input:
+            data=RUN.datasets(study),
+            stale=outdated(*RUN.drawn(study)),
+        output:
+            svg=[
+                report(
+                    kept(study, f"figures/{figure}.svg"),
+                    caption=CAPTIONS.get((study, figure)),
+                    category=RUN.studies[study].title,
+                    labels=labels,
+                )
+                for figure, labels in figure_labels(RUN.studies[study]).items()
+            ],
+            pdf=[kept(study, f"figures/{n}.pdf") for n in RUN.drawn_scenes(study)],
+            report=report(
+                kept(study, "report.pdf"),
+                caption="../report/study.rst",
+                category=RUN.studies[study].title,
+                labels={"scene": "all", "title": "the whole study", "picture": "PDF"},
+            ),
+        log:
+            "logs/{study}/report.log",
+        wildcard_constraints:
+            study=study,
+        threads: min(workflow.cores or 1, max(len(RUN.figures_to_draw(study)), 1))
+        resources:
+            mem_mb=2000,
+            runtime=10,
+        params:
+            file=RUN.file,
+            results=lambda wildcards: RESULTS,
+            makes=RUN.drawing(study),
+        message:
+            "{wildcards.study}: {params.makes}"
+        shell:
+            "vibropipe report {params.file:q} --results {params.results:q} --threads {threads}"
+            " --output {output.report:q} > {log} 2>&1"

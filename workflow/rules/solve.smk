@@ -1,49 +1,30 @@
-# A scene that one job solves. The first job that needs a kernel compiles it; others wait for it.
-rule solve:
-    input:
-        stale=outdated(f"{RESULTS}/{{study}}/{{scene}}.nc"),
-    output:
-        data=f"{RESULTS}/{{study}}/{{scene}}.nc",
-        timing=f"{RESULTS}/{{study}}/{{scene}}.json",
-    log:
-        "logs/{study}/{scene}.log",
-    wildcard_constraints:
-        scene=RUN.scenes_regex(lambda plan: plan.shards == 1),
-    priority: lambda wildcards: RUN.priority(wildcards)
-    threads: lambda wildcards: RUN.threads(wildcards, workflow.cores)
-    resources:
-        mem_mb=1000,
-        runtime=30,
-    params:
-        file=RUN.file,
-    message:
-        "{wildcards.study}: solving {wildcards.scene}"
-    shell:
-        "vibropipe solve {params.file:q} --scene {wildcards.scene} --threads {threads}"
-        " --output {output.data:q} > {log} 2>&1"
+# Scenes that are solved whole: the small ones of a study in one job, each longer one in its own. A job leaves what is up
+# to date. The first process that needs a kernel compiles it; others wait for it.
+for study, scenes in RUN.batches():
 
-
-# A shard of a scene that is too long for one job; deleted after the join.
-rule solve_shard:
-    input:
-        stale=outdated(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
-    output:
-        data=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.nc"),
-        timing=temp(f"{RESULTS}/{{study}}/shards/{{scene}}/{{shard}}.json"),
-    log:
-        "logs/{study}/{scene}/{shard}.log",
-    wildcard_constraints:
-        scene=RUN.scenes_regex(lambda plan: plan.shards > 1, folder="shards/"),
-    priority: lambda wildcards: RUN.priority(wildcards)
-    threads: 1
-    resources:
-        mem_mb=1000,
-        runtime=30,
-    params:
-        file=RUN.file,
-        cut=RUN.cut,
-    message:
-        "{wildcards.study}: solving {wildcards.scene}, shard {params.cut}"
-    shell:
-        "vibropipe solve {params.file:q} --scene {wildcards.scene} --shard {params.cut}"
-        " --threads {threads} --output {output.data:q} > {log} 2>&1"
+    rule:
+        name:
+            ".".join(["solve", study, *scenes[:1]])
+        input:
+            stale=outdated(*(f"{RESULTS}/{study}/{s}.nc" for s in scenes)),
+        output:
+            data=[kept(study, f"{s}.nc") for s in scenes],
+        log:
+            f"logs/{{study}}/solve-{scenes[0]}.log",
+        wildcard_constraints:
+            study=study,
+        priority: RUN.priority(study, scenes)
+        threads: RUN.threads(study, scenes, workflow.cores or 1)
+        resources:
+            mem_mb=1000,
+            runtime=30,
+        params:
+            file=RUN.file,
+            results=lambda wildcards: RESULTS,
+            scenes=[f"--scene={s}" for s in scenes],
+            stale=", ".join(RUN.stale_of(study, "{}.nc", scenes)),
+        message:
+            "{wildcards.study}: solving {params.stale}"
+        shell:
+            "vibropipe solve {params.file:q} --results {params.results:q} {params.scenes}"
+            " --threads {threads} --logs logs/{wildcards.study} > {log} 2>&1"

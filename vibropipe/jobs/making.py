@@ -1,11 +1,11 @@
-"""The report of a study in which scenes failed: of the others, with a line on each that is left out."""
+"""The figures and the report of a study, of all its scenes or without those that failed."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
 from pathlib import Path
 
-from vibropipe.jobs.drawing import SUFFIXES, draw_study, figure_names, figures_of
+from vibropipe.jobs.drawing import SUFFIXES, draw_study, figures_of
 from vibropipe.jobs.reporting import build_report
 from vibropipe.jobs.summary import ERROR, causes
 from vibropipe.jobs.up_to_date import stale_files, stale_scenes
@@ -13,13 +13,19 @@ from vibropipe.store import StoreError
 from vibropipe.study import Study
 
 
-def build_partial_report(study: Study, results: Path, output: Path) -> dict[str, str]:
-    """Draw and typeset what there is of a study, with a line on each scene that could not be solved or drawn.
+def make_report(
+    study: Study, results: Path, output: Path, partial: bool = False, processes: int | None = None
+) -> dict[str, str]:
+    """Draw the figures of a study that are not up to date, and typeset its report.
 
     Parameters
     ----------
     study, results, output
         As for `build_report`.
+    partial : bool
+        Whether scenes that could not be solved or drawn are left out, with a line on each.
+    processes : int, optional
+        Number of processes that draw (default: 1).
 
     Returns
     -------
@@ -29,29 +35,33 @@ def build_partial_report(study: Study, results: Path, output: Path) -> dict[str,
     Raises
     ------
     StoreError
-        If no scene is left.
+        If a dataset is missing, damaged or of another study; of a partial report, if no scene is left.
     """
-    failed = {
-        name: cause_of(study.name, name) for name in stale_scenes(study, f"{results}/{study.name}")
-    }
+    folder, failed = results / study.name, {}
+    if partial:
+        failed = {name: cause_of(study.name, name) for name in stale_scenes(study, str(folder))}
     rest = without(study, failed)
     stale = set(stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1)))
-    for name, scene in {scene.name: scene for scene in figures_of(rest).values()}.items():
-        names = figure_names(scene)
-        files = (
-            f"{results}/{study.name}/figures/{figure}{s}" for figure in names for s in SUFFIXES
-        )
+    figures = {
+        name: scene.name
+        for name, scene in figures_of(rest).items()
+        if not stale.isdisjoint(f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES)
+    }
+    if not partial and figures:
+        draw_study(rest, results, figures, processes or 1)
+    for scene in dict.fromkeys(figures.values()) if partial else ():
         try:
-            if not stale.isdisjoint(files):
-                draw_study(rest, results, names)
+            draw_study(rest, results, [name for name in figures if figures[name] == scene])
         except Exception as error:  # whatever it is, the others have their report
-            failed[name] = f"cannot be drawn ({error})"
+            failed[scene] = f"cannot be drawn ({error})"
     build_report(without(study, failed), results, output, failed)
     return failed
 
 
 def without(study: Study, failed: Mapping[str, str]) -> Study:
     """Return a study without some scenes, and without those whose figures show them."""
+    if not failed:
+        return study
     scenes = {
         name: scene
         for name, scene in study.scenes.items()

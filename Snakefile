@@ -1,1 +1,0 @@
-workflow.include("workflow/Snakefile", overwrite_default_target=True)

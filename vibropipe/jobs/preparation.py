@@ -1,0 +1,108 @@
+"""What is done before the jobs of a run: results are locked, folders and datasets checked, leftovers removed."""
+
+from __future__ import annotations
+
+import atexit
+import os
+import tempfile
+from collections.abc import Iterable
+from pathlib import Path
+
+from vibropipe.scenes.costs import PlanError
+from vibropipe.store import NotWrittenError, check_intact, remove_leftovers
+from vibropipe.store.atomic import host_name
+from vibropipe.store.files import ENDING
+
+# Folders in which a run writes, whatever the folder of results, if they exist.
+WORKING_FOLDERS = (".", ".snakemake", "logs")
+# Names host and process of the run that makes results, beside them; that process holds a lock on it, which the system
+# frees however the process ends.
+LOCK = ".run"
+
+
+def lock_results(results: str, studies: Iterable[str]) -> None:
+    """Lock the results of studies until this process ends; raise PlanError if another run makes them.
+
+    The lock of a process of this host that has ended counts no more.
+    """
+    for path in (Path(results, study, LOCK) for study in studies):
+        path.parent.mkdir(parents=True, exist_ok=True)
+        descriptor = _locked(path)
+        atexit.register(path.unlink, missing_ok=True)
+        os.ftruncate(descriptor, 0)
+        os.pwrite(descriptor, f"{host_name()} {os.getpid()}".encode(), 0)
+
+
+def _locked(path: Path) -> int:
+    """Return the descriptor of a lock that this process holds now."""
+    while True:
+        descriptor = os.open(path, os.O_RDWR | os.O_CREAT)
+        is_free = _lock(descriptor)
+        host, _, process = os.read(descriptor, 1000).decode().partition(" ")
+        if not is_free or host not in ("", host_name()):
+            os.close(descriptor)
+            remedy = f"if it was killed there, delete {path} and give the same command again"
+            raise PlanError(
+                f"{path.parent}: another run makes it (process {process or 'unknown'} on {host or 'this host'}): wait"
+                f" until it has ended{'' if host in ('', host_name()) else f'; {remedy}'}"
+            )
+        # a run that ends removes its lock
+        if path.exists() and os.path.samestat(os.fstat(descriptor), path.stat()):
+            return descriptor
+        os.close(descriptor)
+
+
+def _lock(descriptor: int) -> bool:
+    """Lock an open file; return whether no other process has locked it, also where nothing can be locked."""
+    try:
+        import fcntl
+
+        fcntl.flock(descriptor, fcntl.LOCK_EX | fcntl.LOCK_NB)
+    except BlockingIOError:
+        return False
+    except (ImportError, OSError):
+        return True
+    return True
+
+
+def check_working_folder() -> None:
+    """Raise NotWrittenError unless the working folder, where snakemake keeps records and logs, can be written."""
+    for folder in filter(Path.is_dir, map(Path, WORKING_FOLDERS)):
+        try:
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            raise NotWrittenError(
+                f"{folder.absolute()}: cannot be written ({error.strerror}), but the records and logs of a run are kept"
+                " there: call it in another folder, or change the permissions of this one"
+            ) from None
+
+
+def check_writable(results: str) -> None:
+    """Create the folder of results, and raise NotWrittenError unless files can be written there."""
+    try:
+        Path(results).mkdir(parents=True, exist_ok=True)
+        with tempfile.TemporaryFile(dir=results):
+            pass
+    except OSError as error:
+        raise NotWrittenError(
+            f"{results}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
+            f" another folder under `results` in config/config.yaml"
+        ) from None
+
+
+def check_whole(paths: Iterable[str]) -> None:
+    """Raise StoreError if a dataset is truncated. Snakemake deletes what a job makes before the job can find it out."""
+    for path in dict.fromkeys(paths):
+        if Path(path).suffix == ENDING and Path(path).is_file():
+            check_intact(path, every_byte=False)
+
+
+def clear_leftovers(paths: Iterable[str]) -> None:
+    """Remove the hidden files that killed writers of these files left; the caller holds the locks of the files."""
+    by_folder: dict[Path, set[str]] = {}
+    for path in map(Path, paths):
+        by_folder.setdefault(path.parent, set()).add(path.name)
+    for folder, names in by_folder.items():
+        # all files here belong to one sweep, which may have been cut into another number of shards
+        remove_leftovers(folder, None if folder.parent.name == "shards" else names)

@@ -67,7 +67,7 @@ def verify(
         int | None, typer.Option(min=0, metavar="S", help="Seed of the sample (default: random).")
     ] = None,
 ) -> None:
-    """Recompute a random sample of each dataset and compare it bit for bit."""
+    """Recompute each dataset, of sweeps a random sample of rows, and compare it bit for bit."""
     from vibropipe.jobs.verify import new_seed, verify
 
     sample_seed = new_seed() if seed is None else seed

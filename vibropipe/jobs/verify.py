@@ -1,4 +1,4 @@
-"""Verification of datasets: a random sample of their rows is recomputed and compared bit for bit.
+"""Verification of datasets: whole scenes, or sampled rows of sweeps, are recomputed and compared bit for bit.
 
 A dataset holds the text of its study, so neither the file of the study nor its folder is needed.
 """
@@ -101,8 +101,8 @@ def verify(
     results : path
         The folder of a study, or one dataset in it.
     rows : int
-        Least number of rows of a sweep (whole chains if a parameter is followed), of amplitudes, of hard cases or of
-        runs in a sample. A motion and the curves of eq. (10) are recomputed completely.
+        Least number of rows of a sweep in a sample, whole chains if a parameter is followed. Scenes of other kinds are
+        recomputed completely.
     seed : int, optional
         Seed of the sample (default: a random one).
 

@@ -8,7 +8,7 @@ only reads studies loads neither kernels nor matplotlib.
 `solve`     `solve(scene, progress) -> Dataset`: its solution in memory
 `pictures`  `PICTURES`: its pictures; by default the first that fits the data is drawn
 `report`    `REPORT`: its part of the report
-`verify`    only for a kind of which a sample can be recomputed: `recompute(path, scene, rows, generator) -> Recomputed`
+`verify`    only where blocks of rows can be recomputed: `recompute(path, scene, rows, generator) -> Recomputed`
 `cut`       only for a kind that can be cut into shards: `store`, `join` and `row_range`
 """
 
@@ -196,12 +196,11 @@ class Kind:
         return dataset
 
     def recompute(self, path: Path, scene: Any, rows: int, generator: Any) -> Recomputed:
-        """Recompute at least `rows` rows of a dataset and compare them; all of it by a kind without `verify`."""
+        """Recompute a dataset and compare it; only a sample of at least `rows` rows by a kind with `verify`."""
         if find_spec(f"{self.package}.verify") is None:
-            from vibropipe.scenes.recompute import Recomputed
-            from vibropipe.store import compare
+            from vibropipe.scenes.recompute import whole_scene
 
-            return Recomputed("all of it", compare(path, self.solve(scene)))
+            return whole_scene(path, self, scene)
         recomputed: Recomputed = self._module("verify").recompute(path, scene, rows, generator)
         return recomputed
 

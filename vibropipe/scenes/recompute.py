@@ -1,12 +1,14 @@
-"""Result of recomputing a sample of a dataset."""
+"""A dataset recomputed, as a whole or in blocks of rows."""
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from pathlib import Path
+from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.store import Difference
+from vibropipe.scenes.kind import Kind
+from vibropipe.store import Difference, compare
 
 
 class Recomputed(NamedTuple):
@@ -21,9 +23,13 @@ TIMES = ("time", "asked_time", "plain_time")
 TIMES_NOT_COMPARED = "times, which differ from run to run"
 
 
-def is_timing(name: str) -> bool:
-    """Return whether a quantity is a time or follows from times."""
-    return name.startswith(TIMES)
+def whole_scene(path: Path, kind: Kind, scene: Any) -> Recomputed:
+    """Solve a scene again and compare all but times, which are measured once."""
+    if not kind.is_timed:
+        return Recomputed("all of it", compare(path, kind.solve(scene)))
+    again = kind.solve(scene.model_copy(update={"repeats": 1}))
+    differences = compare(path, again, lambda name: name.startswith(TIMES))
+    return Recomputed("all of it", differences, TIMES_NOT_COMPARED)
 
 
 def sample_indices(count: int, n_samples: int, generator: np.random.Generator) -> list[int]:

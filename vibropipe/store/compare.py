@@ -6,7 +6,7 @@ equal.
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from itertools import product
 from os import PathLike
@@ -43,7 +43,6 @@ class Difference:
 def compare(
     path: str | PathLike[str],
     again: xr.Dataset,
-    part: tuple[str, Sequence[int]] | None = None,
     skip: Callable[[str], bool] = lambda _: False,
 ) -> list[Difference]:
     """Compare a file with a recomputed dataset.
@@ -53,9 +52,7 @@ def compare(
     path : path-like
         Stored file.
     again : xarray.Dataset
-        Recomputed dataset, of the whole file or of `part`.
-    part : tuple of str and sequence of int, optional
-        Dimension and indices along it that were recomputed.
+        Recomputed dataset.
     skip : callable, optional
         Returns True for the name of a variable that is not compared.
 
@@ -69,7 +66,6 @@ def compare(
     StoreError
         If the file cannot be read.
     """
-    dim, indices = part if part is not None else ("", ())
     differences, items = [], encode(again)[0]
     with open_raw(Path(path)) as file:
         for item in items:
@@ -79,11 +75,7 @@ def compare(
                 differences.append(Difference(item.name, "", "nothing", "a quantity"))
                 continue
             variable = file.variables[item.name]
-            values = np.asarray(variable[...])
-            for axis, variable_dim in enumerate(variable.dimensions):
-                if variable_dim == dim and max(indices) < values.shape[axis]:
-                    values = values.take(indices, axis)
-            differences += _differences(item.name, values, _values(item))
+            differences += _differences(item.name, np.asarray(variable[...]), _values(item))
         names = {item.name for item in items}
         differences += [
             Difference(name, "", "a quantity", "nothing")

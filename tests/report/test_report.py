@@ -15,8 +15,7 @@ from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
 from vibropipe.report.methods import method_words, solved_line
-from vibropipe.report.parts import Answer, own_answers
-from vibropipe.report.table import MAX_ROWS, Table, symbol
+from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
 from vibropipe.store import StoreError, write
 from vibropipe.words.wording import paragraphs
 

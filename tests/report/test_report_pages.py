@@ -14,7 +14,7 @@ from vibropipe.figures.canvas import MIN_TYPE, axes, new_canvas
 from vibropipe.figures.style import house_style, save
 from vibropipe.jobs.reporting import hero_of, report_data
 from vibropipe.report import typeset
-from vibropipe.report.table import Table
+from vibropipe.report.parts import Table
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 

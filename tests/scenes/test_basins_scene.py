@@ -14,13 +14,21 @@ from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.basins.attractors import distinct_colours, letters_of
+from vibropipe.scenes.basins.attractors import (
+    at_rest,
+    beside,
+    distinct_colours,
+    knocks_of,
+    letters_of,
+    reach,
+    states_of,
+    step_of,
+)
 from vibropipe.scenes.basins.basin_map import draw_basins, spot_beside_mark
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.plan import plan
 from vibropipe.scenes.basins.report import answers, tables
-from vibropipe.scenes.basins.safety import at_rest, beside, knocks_of, reach, states_of, step_of
 from vibropipe.scenes.basins.text import (
     basin_answers,
     describe_basins,

@@ -7,9 +7,15 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.motion_words import has_orbit, is_unstable, stability_text
-from vibropipe.figures.text import format_number, orbit_texts, window_text
-from vibropipe.report.table import DASH
+from vibropipe.figures.motion_words import (
+    has_orbit,
+    is_unstable,
+    orbit_texts,
+    stability_text,
+    window_text,
+)
+from vibropipe.figures.text import format_number
+from vibropipe.report.parts import DASH
 from vibropipe.scenes.motion.findings import multiplier_text, orbit_text, struck_text
 from vibropipe.scenes.motion.report import steady_columns
 from vibropipe.scenes.sweep.captions import aperiodic_text

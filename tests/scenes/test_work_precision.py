@@ -11,7 +11,7 @@ from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
-from vibropipe.report.table import DASH
+from vibropipe.report.parts import DASH
 from vibropipe.scenes.accuracy.asked import asked_answer
 from vibropipe.scenes.accuracy.report import answers_of_scenes, side, tables
 from vibropipe.scenes.accuracy.text import answers, title_of

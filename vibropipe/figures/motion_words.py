@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.text import rests_of
+from vibropipe.figures.text import REST
 from vibropipe.store.stability import is_neutral
 from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import count
 
 
 def is_unstable(dataset: xr.Dataset) -> NDArray[np.bool_]:
@@ -124,3 +125,32 @@ def words_of(row: xr.Dataset) -> str:
     rests = rests_of(row, impacts)
     counts = (np.nan_to_num(array.values).tolist() for array in (impacts, rests))
     return motion_words(int(row["regime"]), int(row["period_multiple"]), *counts)
+
+
+def orbit_text(m: int, p1: float | str, p2: float | str) -> str:
+    """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods, or `rest`."""
+    counts = (p if isinstance(p, str) else f"{p:g}" for p in (p1, p2))
+    return f"({m}; {', '.join(counts)})"
+
+
+def rests_of(dataset: xr.Dataset, impacts: xr.DataArray) -> xr.DataArray:
+    """Return the rests on each support in the shape of `impacts`; where they are not stored none."""
+    return dataset["rests_per_orbit"] if "rests_per_orbit" in dataset else xr.zeros_like(impacts)
+
+
+def orbit_texts(dataset: xr.Dataset, dim: str) -> list[str]:
+    """Return the orbit (m; p1, p2) at each point or of each design of a dataset."""
+    impacts = dataset["impacts_per_orbit"].transpose(dim, "support")
+    rests = rests_of(dataset, impacts).transpose(dim, "support").values
+    multiples = dataset["period_multiple"].values
+    # Impacts of orbits are whole numbers, which are written in full.
+    return [
+        orbit_text(int(m), *(REST if rest > 0 else float(p) for p, rest in zip(*each, strict=True)))
+        for m, *each in zip(multiples, impacts.values, rests, strict=True)
+    ]
+
+
+def window_text(row: xr.Dataset) -> str:
+    """Write over how long a motion without an orbit is known; whether it is a transient is not."""
+    periods = int(row["window_periods"]) if "window_periods" in row else 0
+    return f"in a window of {count(periods, 'forcing period')}" if periods else ""

@@ -13,7 +13,6 @@ from collections.abc import Iterable
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.line_breaks import in_lines
 from vibropipe.figures.units import RAISED, unit_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import PARAMETERS
@@ -26,7 +25,35 @@ from vibropipe.words.vocabulary import (
     VOCABULARY,
     quantity,
 )
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import series
+
+LINE_DIGITS = (
+    95  # width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm
+)
+
+
+def in_lines(parts: list[str]) -> str:
+    """Join texts by commas, in as few lines of at most LINE_DIGITS as they need, all about as long."""
+    ends = np.cumsum([width_in_digits(f"{part},  ") for part in parts])
+    for amount in range(1, len(parts) + 1):
+        middles = ends - np.diff(ends, prepend=0) / 2
+        line_of = (amount * middles / ends[-1]).astype(int)
+        lines = [
+            ",  ".join(part for part, n in zip(parts, line_of, strict=True) if n == line)
+            for line in dict.fromkeys(line_of.tolist())
+        ]
+        if max(map(width_in_digits, lines)) <= LINE_DIGITS:
+            break
+    return ",\n".join(lines) if parts else ""
+
+
+def width_in_digits(text: str) -> float:
+    """Return about how wide a mathtext is, in digits: spaces and points are narrow, capitals and signs are wide."""
+    shown = re.sub(r"[${}^_]", "", re.sub(r"\\[A-Za-z]+ ?", "x", text))
+    narrow = sum(letter in " ,.·/" for letter in shown)
+    wide = sum(letter.isupper() or letter in "=−" for letter in shown)
+    return len(shown) - 0.5 * narrow + 0.4 * wide
+
 
 REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
     "one_sided_1": "one-sided, support 1",
@@ -157,35 +184,6 @@ def in_brackets(text: str, array: xr.DataArray) -> str:
     """Write a text with the units of an array in brackets, if it has any."""
     units = with_units(array, "")
     return f"{text} ({units})" if units else text
-
-
-def orbit_text(m: int, p1: float | str, p2: float | str) -> str:
-    """Write an orbit as (m; p1, p2): impacts on each support in m forcing periods, or `rest`."""
-    counts = (p if isinstance(p, str) else f"{p:g}" for p in (p1, p2))
-    return f"({m}; {', '.join(counts)})"
-
-
-def rests_of(dataset: xr.Dataset, impacts: xr.DataArray) -> xr.DataArray:
-    """Return the rests on each support in the shape of `impacts`; where they are not stored none."""
-    return dataset["rests_per_orbit"] if "rests_per_orbit" in dataset else xr.zeros_like(impacts)
-
-
-def orbit_texts(dataset: xr.Dataset, dim: str) -> list[str]:
-    """Return the orbit (m; p1, p2) at each point or of each design of a dataset."""
-    impacts = dataset["impacts_per_orbit"].transpose(dim, "support")
-    rests = rests_of(dataset, impacts).transpose(dim, "support").values
-    multiples = dataset["period_multiple"].values
-    # Impacts of orbits are whole numbers, which are written in full.
-    return [
-        orbit_text(int(m), *(REST if rest > 0 else float(p) for p, rest in zip(*each, strict=True)))
-        for m, *each in zip(multiples, impacts.values, rests, strict=True)
-    ]
-
-
-def window_text(row: xr.Dataset) -> str:
-    """Write over how long a motion without an orbit is known; whether it is a transient is not."""
-    periods = int(row["window_periods"]) if "window_periods" in row else 0
-    return f"in a window of {count(periods, 'forcing period')}" if periods else ""
 
 
 def flag_texts(flags: str) -> dict[int, str]:

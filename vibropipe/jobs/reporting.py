@@ -20,8 +20,7 @@ from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
-from vibropipe.report.parts import MAX_LINES, Answer, Line, own_answers, own_table
-from vibropipe.report.table import Datasets, Table
+from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of

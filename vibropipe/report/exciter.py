@@ -7,8 +7,7 @@ from typing import Any
 import numpy as np
 
 from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
-from vibropipe.report.parts import Row, Side
-from vibropipe.report.table import SYMBOLS, Datasets
+from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import FURTHER
 from vibropipe.words.vocabulary import physical_name

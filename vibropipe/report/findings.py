@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, plain_symbol_of, with_units
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import VOCABULARY

@@ -13,8 +13,7 @@ import xarray as xr
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import drawing_of
-from vibropipe.report.parts import Line
-from vibropipe.report.table import Datasets
+from vibropipe.report.parts import Datasets, Line
 from vibropipe.words.wording import count, series
 
 Sidecars = Mapping[str, Mapping[str, Any]]

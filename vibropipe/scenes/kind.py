@@ -34,8 +34,7 @@ if TYPE_CHECKING:
     import xarray as xr
     from matplotlib.figure import Figure
 
-    from vibropipe.report.parts import Answers, Line, Side
-    from vibropipe.report.table import Table
+    from vibropipe.report.parts import Answers, Line, Side, Table
     from vibropipe.scenes.costs import Estimate, Sampler, Work
     from vibropipe.scenes.recompute import Recomputed
 

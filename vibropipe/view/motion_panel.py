@@ -7,9 +7,8 @@ from bokeh.models import BoxAnnotation, ColumnDataSource, Range1d, Toggle
 from bokeh.plotting import figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.jumps import with_breaks
 from vibropipe.figures.palette import SUPPORT_COLOURS
-from vibropipe.figures.phase_plane import FAR_SUPPORT
+from vibropipe.figures.phase_plane import FAR_SUPPORT, with_breaks
 from vibropipe.figures.text import clock, times_of
 from vibropipe.solve.rebuild import Motion
 from vibropipe.view.scripts import script, short_ticks

@@ -10,17 +10,15 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.motion_words import stability_text
+from vibropipe.figures.motion_words import rests_of, stability_text, window_text
 from vibropipe.figures.text import (
     REGIME_TEXT,
     REST,
     UNRESOLVED_TEXT,
     parameter_names,
     regime_name,
-    rests_of,
     sentences,
     times,
-    window_text,
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force

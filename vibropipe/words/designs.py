@@ -3,57 +3,42 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import Self
 
 # Limits (least, largest) of the samples of a round, and of the designs of a search.
 DESIGN_SAMPLES, DESIGNS = (8, 10**6), (1, 100)
 
 
-class DesignResult(IntEnum):
-    """Whether all that is wanted of a design holds, or what keeps it from holding; `reason` says it in words."""
+class _Result(IntEnum):
+    """A result; `reason` says it in words, as a clause."""
 
-    MET = 0
-    AT_RANGE = 1
-    LAW_CHANGES = 2
-    CONFLICTING = 3
-    NOT_REACHED = 4
+    reason: str
 
-    @property
-    def reason(self) -> str:
-        """The reason as a clause."""
-        return _REASONS[self]
+    def __new__(cls, code: int, reason: str = "") -> Self:
+        member = int.__new__(cls, code)
+        member._value_ = code
+        member.reason = reason
+        return member
 
 
-_REASONS = {
-    DesignResult.MET: "all that is wanted holds",
-    DesignResult.AT_RANGE: "it lies at an end of a range of vary: widen the range",
-    DesignResult.LAW_CHANGES: "the law of motion changes there",
-    DesignResult.CONFLICTING: "what is wanted conflicts: no small change brings all of it nearer",
-    DesignResult.NOT_REACHED: "the motion from the start settles elsewhere: give another start",
-}
+class DesignResult(_Result):
+    """Whether all that is wanted of a design holds, or what keeps it from holding."""
+
+    MET = 0, "all that is wanted holds"
+    AT_RANGE = 1, "it lies at an end of a range of vary: widen the range"
+    LAW_CHANGES = 2, "the law of motion changes there"
+    CONFLICTING = 3, "what is wanted conflicts: no small change brings all of it nearer"
+    NOT_REACHED = 4, "the motion from the start settles elsewhere: give another start"
 
 
-class ToleranceResult(IntEnum):
-    """Whether the parameters of a design have tolerances, or why they have none; `reason` says it in words."""
+class ToleranceResult(_Result):
+    """Whether the parameters of a design have tolerances, or why they have none."""
 
     FOUND = 0
-    ON_BOUND = 1
-    LAW_CHANGES = 2
-    NOT_MET = 3
-    GOAL_MISSED = 4
-
-    @property
-    def reason(self) -> str:
-        """Why there is no tolerance, as a clause."""
-        return _NO_TOLERANCE[self]
-
-
-_NO_TOLERANCE = {
-    ToleranceResult.FOUND: "",
-    ToleranceResult.ON_BOUND: "on the bound",
-    ToleranceResult.LAW_CHANGES: "at a change of law",
-    ToleranceResult.NOT_MET: "not all that is wanted holds",
-    ToleranceResult.GOAL_MISSED: "a tenth of the deviations misses a goal",
-}
+    ON_BOUND = 1, "on the bound"
+    LAW_CHANGES = 2, "at a change of law"
+    NOT_MET = 3, "not all that is wanted holds"
+    GOAL_MISSED = 4, "a tenth of the deviations misses a goal"
 
 
 class FitResult(IntEnum):

@@ -1,7 +1,6 @@
 """What a report says of a pendulum."""
 
-from vibropipe.report.parts import Answer
-from vibropipe.report.table import Table
+from vibropipe.report.parts import Answer, Table
 from vibropipe.scenes.kind import ReportPart
 
 

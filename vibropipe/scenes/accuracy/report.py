@@ -5,8 +5,7 @@ from __future__ import annotations
 from dataclasses import replace
 
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answers, Line, Side
-from vibropipe.report.table import Datasets, Table
+from vibropipe.report.parts import Answers, Datasets, Line, Side, Table
 from vibropipe.scenes.accuracy.asked import asked_answer, has_asked
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
 from vibropipe.scenes.kind import ReportPart

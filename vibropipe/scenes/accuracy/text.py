@@ -9,8 +9,7 @@ import xarray as xr
 
 from vibropipe.figures.canvas import power
 from vibropipe.figures.text import sentences
-from vibropipe.report.parts import Answer
-from vibropipe.report.table import DASH, Table
+from vibropipe.report.parts import DASH, Answer, Table
 from vibropipe.scenes.accuracy.marks import (
     NAMES,
     capital,

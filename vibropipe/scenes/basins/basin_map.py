@@ -35,9 +35,9 @@ from vibropipe.scenes.basins.attractors import (
     letters_of,
     marker_of,
     ordered,
+    states_of,
     swept_name,
 )
-from vibropipe.scenes.basins.safety import states_of
 from vibropipe.scenes.basins.text import MAX_BORDER, percent
 from vibropipe.solve.rebuild import Motion, motion_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL

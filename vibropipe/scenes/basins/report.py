@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from vibropipe.report.exciter import side_of_first
-from vibropipe.report.parts import Answers
-from vibropipe.report.table import Datasets, Table
+from vibropipe.report.parts import Answers, Datasets, Table
 from vibropipe.scenes.basins.attractors import swept_name
 from vibropipe.scenes.basins.shares_text import family_table, share_answers
 from vibropipe.scenes.basins.text import basin_answers, safety_table

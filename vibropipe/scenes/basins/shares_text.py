@@ -11,8 +11,7 @@ from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.findings import symbol_text, value_text
-from vibropipe.report.parts import Answer
-from vibropipe.report.table import DASH, Table
+from vibropipe.report.parts import DASH, Answer, Table
 from vibropipe.scenes.basins.attractors import (
     Change,
     attractor_words,

@@ -18,10 +18,16 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.report.parts import Answer
-from vibropipe.report.table import DASH, Table
-from vibropipe.scenes.basins.attractors import attractor_words, letters_of, named, ordered
-from vibropipe.scenes.basins.safety import at_rest, knocks_of, step_of
+from vibropipe.report.parts import DASH, Answer, Table
+from vibropipe.scenes.basins.attractors import (
+    at_rest,
+    attractor_words,
+    knocks_of,
+    letters_of,
+    named,
+    ordered,
+    step_of,
+)
 from vibropipe.words.wording import count, series
 
 # Share of border starts above which lines between the basins would cover them, and above which they are many.

@@ -5,11 +5,10 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text, motion_words
-from vibropipe.figures.text import flag_texts, format_number, in_brackets, rests_of
+from vibropipe.figures.motion_words import amount_text, motion_words, rests_of
+from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import Answers
-from vibropipe.report.table import Datasets, Table
+from vibropipe.report.parts import Answers, Datasets, Table
 from vibropipe.scenes.boundary.curves import plane
 from vibropipe.scenes.boundary.pictures import boundary_answers, meeting_name
 from vibropipe.scenes.kind import ReportPart

@@ -9,14 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import (
-    ORDINALS,
-    flag_texts,
-    in_brackets,
-    orbit_texts,
-    parameter_names,
-    symbol_of,
-)
+from vibropipe.figures.motion_words import orbit_texts
+from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
 from vibropipe.words.vocabulary import quantity
 
 SHORT_TEXT = {

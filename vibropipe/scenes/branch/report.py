@@ -14,8 +14,7 @@ from vibropipe.figures.motion_words import amount_text, number_word
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import Answers
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Answers, Datasets, Table
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
 from vibropipe.scenes.branch.coexistence import Stretch, cascade_of, stretches_of
 from vibropipe.scenes.branch.curves import coexistence

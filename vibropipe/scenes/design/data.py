@@ -9,14 +9,8 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import (
-    REST,
-    format_number,
-    in_brackets,
-    rests_of,
-    symbol_of,
-    with_units,
-)
+from vibropipe.figures.motion_words import rests_of
+from vibropipe.figures.text import REST, format_number, in_brackets, symbol_of, with_units
 from vibropipe.figures.units import unit_text
 from vibropipe.solve.shown_units import shown_unit
 from vibropipe.words.designs import DesignResult

@@ -14,8 +14,7 @@ from vibropipe.figures.text import (
     plain_symbol_of,
     with_units,
 )
-from vibropipe.report.parts import Answer, Answers, Row, Side
-from vibropipe.report.table import DASH, MAX_ROWS, Datasets, Table
+from vibropipe.report.parts import DASH, MAX_ROWS, Answer, Answers, Datasets, Row, Side, Table
 from vibropipe.scenes.design.data import (
     goals,
     has_spread,

@@ -11,16 +11,16 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Rectangle
 
 from vibropipe.figures.canvas import SMALL, WIDE, arrow, axes, new_canvas
-from vibropipe.figures.line_breaks import in_lines
 from vibropipe.figures.palette import BAND, FAILED, GREY, INK, SUPPORT_TEXT
 from vibropipe.figures.text import (
     format_number,
+    in_lines,
     parameter_names,
     sentences,
     symbol_of,
     with_units,
 )
-from vibropipe.report.table import DASH
+from vibropipe.report.parts import DASH
 from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
 from vibropipe.scenes.design.workshop import (
     held_too_wide,

@@ -9,8 +9,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
-from vibropipe.report.parts import Answer
-from vibropipe.report.table import DASH, Table
+from vibropipe.report.parts import DASH, Answer, Table
 from vibropipe.scenes.design.data import (
     has_tolerances,
     has_yield,

@@ -3,8 +3,7 @@
 from __future__ import annotations
 
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answers, Line, Side
-from vibropipe.report.table import Datasets
+from vibropipe.report.parts import Answers, Datasets, Line, Side
 from vibropipe.scenes.effects.text import answers
 from vibropipe.scenes.kind import ReportPart
 

@@ -7,8 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.parts import Answer, Answers, Line, Row, Side
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Answer, Answers, Datasets, Line, Row, Side, Table
 from vibropipe.scenes.hard_cases.failures import errors_of, has_failures, questions_in
 from vibropipe.scenes.hard_cases.pictures import shares
 from vibropipe.scenes.kind import ReportPart

@@ -7,8 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number, parameter_names, plain_symbol_of, with_units
-from vibropipe.report.parts import Answer, Answers, Row, Side
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Answer, Answers, Datasets, Row, Side, Table
 from vibropipe.scenes.identify.pictures import Column, columns, digits_for, noise_text, results
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult

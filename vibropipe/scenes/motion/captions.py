@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.motion_words import stability_text
+from vibropipe.figures.motion_words import stability_text, window_text
 from vibropipe.figures.text import (
     NO_IMPACTS,
     NO_SAMPLES,
@@ -28,7 +28,6 @@ from vibropipe.figures.text import (
     sentences,
     times,
     times_of,
-    window_text,
     with_units,
 )
 from vibropipe.scenes.motion.impacts import has_events, is_sampled

@@ -8,8 +8,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.jumps import certain_jumps, with_breaks
-from vibropipe.figures.phase_plane import walls_of
+from vibropipe.figures.phase_plane import certain_jumps, walls_of, with_breaks
 from vibropipe.figures.text import clock, frequency, times_of
 from vibropipe.solve.shown_units import in_si, shown_unit
 

@@ -12,8 +12,7 @@ from vibropipe.figures.motion_words import stability_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
 from vibropipe.report.findings import value_text
-from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers
-from vibropipe.report.table import DASH, Datasets
+from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.motion.captions import seen_text
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series

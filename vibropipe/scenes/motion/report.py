@@ -20,8 +20,7 @@ from vibropipe.figures.text import (
     scalar_parameters,
     with_units,
 )
-from vibropipe.report.parts import Line
-from vibropipe.report.table import DASH, Datasets, Table, symbol
+from vibropipe.report.parts import DASH, Datasets, Line, Table, symbol
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.motion.findings import (
     DIGITS,

@@ -15,8 +15,7 @@ import xarray as xr
 from vibropipe.figures.claims import between_text, only_between_text, rising_text
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
-from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers
-from vibropipe.report.table import Datasets
+from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.sweep.first_touch import first_touch
 from vibropipe.scenes.sweep.followed import is_followed, together_answer
 from vibropipe.scenes.sweep.jumps import NO_ORBIT, jumps_of

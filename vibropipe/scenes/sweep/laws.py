@@ -13,8 +13,9 @@ import xarray as xr
 from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
+from vibropipe.figures.motion_words import orbit_text
 from vibropipe.figures.palette import REGIME_STYLES
-from vibropipe.figures.text import REGIME_TEXT, orbit_text, regime_name, times
+from vibropipe.figures.text import REGIME_TEXT, regime_name, times
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
 

@@ -12,7 +12,7 @@ import xarray as xr
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.table import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
 from vibropipe.scenes.sweep.followed import differing_rows

@@ -12,11 +12,14 @@ from sampling import sampled
 
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.style import house_style
+from vibropipe.figures.text import plain_value
 from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.curves import parts
 from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.motion.keys import MotionFigure
+from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.keys import SweepFigure
+from vibropipe.scenes.sweep.map_captions import describe_map
 from vibropipe.scenes.sweep.pictures import PICTURES
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import label, quantity
@@ -100,6 +103,14 @@ def test_symbols_of_chosen_quantities_and_of_maps_of_quantities_are_on_the_pictu
         quantities = words(of_map.draw(made["map"][1], SweepFigure(), {}))
     assert mean in quantities
     assert "largest velocity before impact, either support" in quantities
+
+
+@pytest.mark.parametrize("name", ["lines", "map"])
+def test_captions_of_sweeps_have_the_parameters_of_all_rows(made, name):
+    dataset = made[name][1]
+    describe = describe_map if name == "map" else describe_sweep
+    for parameter in ("h", "l", "R1"):
+        assert plain_value(dataset[parameter]) in describe(dataset)
 
 
 def test_parts_of_a_curve_join(made):

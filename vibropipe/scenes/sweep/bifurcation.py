@@ -18,7 +18,7 @@ from vibropipe.figures.canvas import LEGEND_LINE, legend_below, panel, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
-from vibropipe.figures.text import plain_symbol_of, sentences
+from vibropipe.figures.text import parameters_text, plain_symbol_of, sentences
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
     follow_text,
@@ -215,4 +215,5 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
         left_out_text(dataset, dims, wanted),
         follow_text(dataset),
         unresolved_text(dataset),
+        parameters_text(dataset),
     )

@@ -10,6 +10,7 @@ import xarray as xr
 from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
+    parameters_text,
     plain_symbol,
     plain_symbol_of,
     reasons_text,
@@ -66,6 +67,7 @@ def describe_sweep(
         aperiodic_text(dataset),
         unresolved_text(dataset),
         "Wide grey line: free motion without losses" if backbone is not None else "",
+        parameters_text(dataset),
     )
 
 

@@ -7,7 +7,7 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import plain_symbol_of, sentences
+from vibropipe.figures.text import parameters_text, plain_symbol_of, sentences
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.findings import largest, value_text
 from vibropipe.scenes.sweep.captions import (
@@ -65,6 +65,7 @@ def describe_map(dataset: xr.Dataset) -> str:
         combinations_text(dataset, further, MAX_MAPS),
         aperiodic_text(dataset),
         unresolved_text(dataset),
+        parameters_text(dataset),
     )
 
 

@@ -4,6 +4,7 @@ import os
 import shutil
 import subprocess
 import sys
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -11,6 +12,7 @@ import pytest
 from vibropipe.compiler import sources
 from vibropipe.compiler.sources import PACKAGE, SOLVERS, WORDS, closure, file_hash, source_hash
 from vibropipe.scenes.registry import kinds
+from vibropipe.words.exciter import EFFECTS, PARAMETERS, Range
 
 SOLVING = """
 import sys
@@ -48,6 +50,7 @@ MEASUREMENTS = {
     "lab/effect_bytes.py": {"effects"},
 }
 NEITHER = (
+    "words/exciter.py",
     "words/vocabulary.py",
     "words/quantities.toml",
     "figures/style.py",
@@ -123,14 +126,29 @@ def test_a_changed_regime_code_changes_the_hash(package):
 
 
 @pytest.mark.parametrize(
-    ("old", "new"), [("POSITIVE, 1.0", "POSITIVE, 2.0"), ("Range(0, 1)", "Range(0)")]
+    "change",
+    [
+        {"default": 2.0},
+        {"range": Range(0)},
+        {"effect": "rest"},
+        {"sign": -1},
+        {"dimension": "rate"},
+    ],
 )
-def test_a_changed_default_or_range_changes_the_hash(package, old, new):
-    file = package / "words/parameters.py"
-    text, before = file.read_text(), hashes(package)["numbers"]
-    assert old in text
-    file.write_text(text.replace(old, new))
-    assert hashes(package)["numbers"] != before
+def test_a_changed_fact_of_a_parameter_changes_the_hash(monkeypatch, change):
+    before = source_hash(SOLVERS)
+    changed = [replace(PARAMETERS[0], **change), *PARAMETERS[1:]]
+    monkeypatch.setattr("vibropipe.words.exciter.PARAMETERS", changed)
+    assert source_hash(SOLVERS) != before
+
+
+def test_a_changed_text_of_a_parameter_changes_no_hash(monkeypatch):
+    before = source_hash(SOLVERS)
+    parameters = [replace(PARAMETERS[0], long_name="rate", words="r", key="R"), *PARAMETERS[1:]]
+    effects = [replace(EFFECTS[0], sentence="it is slow", unless="h is 0"), *EFFECTS[1:]]
+    monkeypatch.setattr("vibropipe.words.exciter.PARAMETERS", parameters)
+    monkeypatch.setattr("vibropipe.words.exciter.EFFECTS", effects)
+    assert source_hash(SOLVERS) == before
 
 
 def test_every_kernel_is_hashed_or_belongs_to_a_measurement():

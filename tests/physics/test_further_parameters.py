@@ -10,7 +10,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.orbits.row import row_parameters
-from vibropipe.physics.effects import NOT_COMPUTED, PIECES
+from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 
@@ -164,11 +164,7 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
 
 @pytest.mark.parametrize("name", NOT_COMPUTED)
 def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> None:
-    computed = (
-        ("simulate", "newmark", "steady_state", "sweep", "boundary", "basins")
-        if name in PIECES
-        else ()
-    )
+    computed = ("simulate", "newmark", "steady_state", "sweep", "boundary", "basins")
     for face, call in _faces(name, 0.5).items():
         if face in computed:
             continue

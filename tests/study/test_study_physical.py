@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from dataclasses import replace
 from pathlib import Path
 
 import pytest
@@ -78,7 +79,8 @@ def test_mass_and_dimensions_are_part_of_the_fingerprint(monkeypatch) -> None:
     assert heavier.scenes["sweep"].resolved_exciter() == study.scenes["sweep"].resolved_exciter()
     assert fingerprint(heavier, "sweep") != fingerprint(study, "sweep")
     before = fingerprint(study, "sweep")
-    monkeypatch.setitem(vocabulary._DIMENSIONS, "residual", "length")
+    changed = replace(vocabulary.quantity("residual"), dimension="length")
+    monkeypatch.setitem(vocabulary._TABLE, "residual", changed)
     assert fingerprint(study, "sweep") != before
 
 
@@ -120,11 +122,11 @@ SWEPT = "scenes.sweep.over.omega"
         ("{start: 20 rad/s, stop: 200 rad/s, points: 9}", "20 rad/s",
          f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
         ("over: {omega", "over: {nu",
-         "scenes.sweep.over.nu: is an unknown key; must be one of H, F, omega, l, delta, C1, C2, H1, H2, load, "
+         "scenes.sweep.over.nu: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
          "friction, F2, phi2, R1, R2 (with its unit, nu is "
          "omega)"),
         ("delta: [0, 1 mm]", "m: [1 kg]",
-         "scenes.sweep.over.m: is an unknown key; must be one of H, F, omega, l, delta, C1, C2, H1, H2, load, "
+         "scenes.sweep.over.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
          "friction, F2, phi2, R1, R2"),
         ("[0, 1 mm]", "[1 mm, 0]",
          "scenes.sweep.over.delta: must be increasing numbers, each once, got 0 after 1 mm"),
@@ -148,13 +150,13 @@ SWEPT = "scenes.sweep.over.omega"
          "no unit of time)"),
         ("physical: {omega: 9 Hz}", "physical: {m: 2 kg}",
          "scenes.motion.physical.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, "
-         "load, slope, gravity, friction, F2, phi2"),
+         "load, friction, F2, phi2, slope, gravity"),
         ("omega: 55 rad/s}", "omega: 55 rad/s, R1: 1}",
-         "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, slope, gravity, "
-         "friction, F2, phi2, m, C (R1 has no units: it stands under exciter)"),
+         "physical.R1: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, friction, "
+         "F2, phi2, slope, gravity, m, C (R1 has no units: it stands under exciter)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60 rpm, R2: 1}}",
          "scenes.races.motions.one.physical.R2: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, "
-         "H2, load, slope, gravity, friction, F2, phi2 (R2 has no units: it stands under exciter)"),
+         "H2, load, friction, F2, phi2, slope, gravity (R2 has no units: it stands under exciter)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
     ],

@@ -60,14 +60,13 @@ def test_entries_are_well_formed(name):
     assert entry.symbol.count("$") in (0, 2)
 
 
-def test_dimensions_are_those_of_quantities():
+def test_each_quantity_stands_once_with_a_known_dimension():
     table = tomllib.loads(QUANTITIES.read_text(encoding="utf-8"))
-    assert {*table["dimensions"]} <= {*DIMENSIONS}
-    names = [name for listed in table["dimensions"].values() for name in listed.split()]
-    assert len({*names}) == len(names)
-    assert {*names} | {*PHYSICAL_NAMES} <= {*VOCABULARY}
-    of_subjects = [name for key in {*table} - {"dimensions"} for name in table[key]]
+    of_subjects = [name for entries in table.values() for name in entries]
     assert len({*of_subjects}) == len(of_subjects)
+    entries = [entry for subject in table.values() for entry in subject.values()]
+    assert {entry["dimension"] for entry in entries if "dimension" in entry} <= {*DIMENSIONS}
+    assert {*PHYSICAL_NAMES} <= {*VOCABULARY}
 
 
 def test_every_symbol_is_mathtext():

@@ -5,7 +5,7 @@ from __future__ import annotations
 import os
 import time
 from pathlib import Path
-from typing import Annotated
+from typing import Annotated, Any
 
 import typer
 
@@ -23,13 +23,12 @@ from vibropipe.cli.options import (
     StepsPerPeriod,
     StudyFile,
     Threads,
-    parameter_option,
     parse_shard,
+    takes_parameters,
 )
 from vibropipe.cli.results import show, table, verify, view
 from vibropipe.cli.run import new, run
 from vibropipe.words.methods import METHODS
-from vibropipe.words.parameters import DEFAULTS
 
 app = typer.Typer(
     help="Simulate vibro-impact exciters and map their steady states over parameter ranges.",
@@ -87,22 +86,8 @@ def plan(
 
 
 @app.command()
+@takes_parameters
 def simulate(
-    l: Annotated[float, parameter_option("l")],  # noqa: E741
-    nu: Annotated[float | None, parameter_option("nu")] = None,
-    f: Annotated[float, parameter_option("f")] = DEFAULTS["f"],
-    h: Annotated[float, parameter_option("h")] = DEFAULTS["h"],
-    delta: Annotated[float, parameter_option("delta")] = DEFAULTS["delta"],
-    R1: Annotated[float, parameter_option("R1")] = DEFAULTS["R1"],
-    R2: Annotated[float, parameter_option("R2")] = DEFAULTS["R2"],
-    k1: Annotated[float, parameter_option("k1")] = DEFAULTS["k1"],
-    k2: Annotated[float, parameter_option("k2")] = DEFAULTS["k2"],
-    h1: Annotated[float | None, parameter_option("h1")] = None,
-    h2: Annotated[float | None, parameter_option("h2")] = None,
-    load: Annotated[float, parameter_option("load")] = DEFAULTS["load"],
-    friction: Annotated[float, parameter_option("friction")] = DEFAULTS["friction"],
-    f2: Annotated[float, parameter_option("f2")] = DEFAULTS["f2"],
-    phi2: Annotated[float, parameter_option("phi2")] = DEFAULTS["phi2"],
     x0: StartDisplacement = None,
     v0: Annotated[float, typer.Option("--v0", help="Velocity at tau = 0.", **NUMBER)] = 0.0,
     tau_end: Annotated[
@@ -113,17 +98,15 @@ def simulate(
     accuracy: Accuracy = None,
     plot: PlotFile = None,
     output: DatasetFile = None,
+    **parameters: Any,
 ) -> None:
     """Simulate one motion and print its impacts, rests and end state as a table."""
     from vibropipe.jobs.terminal_tables import motion_text
     from vibropipe.physics.exciter import Exciter
     from vibropipe.solve.motion.simulate import simulate as solve_motion
 
-    given = {"nu": nu, "h1": h1, "h2": h2}
-    exciter = Exciter(
-        l=l, f=f, h=h, delta=delta, R1=R1, R2=R2, k1=k1, k2=k2, load=load, friction=friction, f2=f2,
-        phi2=phi2, **{name: value for name, value in given.items() if value is not None},
-    )  # fmt: skip
+    given = {name: value for name, value in parameters.items() if value is not None}
+    exciter = Exciter(**given)
     motion = solve_motion(
         exciter,
         tau_end=tau_end,

@@ -2,14 +2,16 @@
 
 from __future__ import annotations
 
+import functools
+import inspect
 import re
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from pathlib import Path
 from typing import Annotated, Any
 
 import typer
 
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.parameters import DEFAULTS, FOLLOWING, PARAMETERS
 
 StudyFile = Annotated[Path, typer.Argument(metavar="FILE", help="The study, a YAML file.")]
 SceneName = Annotated[str, typer.Option("--scene", metavar="S", help="Name of the scene.")]
@@ -93,9 +95,36 @@ PageFile = Annotated[
 ]
 
 
-def parameter_option(name: str) -> Any:
-    """Return the option of a parameter; its help text is the long name in datasets."""
-    return typer.Option(f"--{name}", help=f"{quantity(name).long_name.capitalize()}.", **NUMBER)
+def takes_parameters(command: Callable[..., None]) -> Callable[..., None]:
+    """Return a command with an option for each parameter of the exciter, before its others, in place of `**`."""
+    defaults = {**DEFAULTS, **dict.fromkeys(FOLLOWING)}
+    others = [
+        each
+        for each in inspect.signature(command, eval_str=True).parameters.values()
+        if each.kind is not each.VAR_KEYWORD
+    ]
+    options = [
+        inspect.Parameter(
+            name,
+            inspect.Parameter.KEYWORD_ONLY,
+            default=defaults.get(name, inspect.Parameter.empty),
+            annotation=Annotated[
+                float if name in PARAMETERS.keys() - FOLLOWING else float | None,
+                typer.Option(f"--{name}", help=f"{entry.long_name.capitalize()}.", **NUMBER),
+            ],
+        )
+        for name, entry in PARAMETERS.items()
+    ]
+    options.sort(key=lambda option: option.default is not option.empty)  # the required one first
+    keys = [*options, *(each.replace(kind=each.KEYWORD_ONLY) for each in others)]
+
+    @functools.wraps(command)
+    def taking(**values: Any) -> None:
+        command(**values)
+
+    taking.__signature__ = inspect.Signature(keys)  # type: ignore[attr-defined]
+    taking.__annotations__ = {each.name: each.annotation for each in keys}
+    return taking
 
 
 def parse_shard(text: str) -> tuple[int, int]:

@@ -13,6 +13,8 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
+from vibropipe.words.exciter import facts
+
 PACKAGE = Path(__file__).parents[1]
 # Compiles kernels, in a process of its own; no module imports it.
 COMPILER = "vibropipe.compiler.server"
@@ -24,8 +26,13 @@ SOLVERS = (
     "vibropipe.solve.sweep.sweep",
     COMPILER,
 )
-# Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them.
-WORDS = ("vibropipe.words.vocabulary", "vibropipe.words.units")
+# Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them. Of the
+# records of parameters and effects numbers depend on `facts`, not on the texts.
+WORDS = (
+    "vibropipe.words.vocabulary",
+    "vibropipe.words.units",
+    "vibropipe.words.exciter",
+)
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
     r"|import[ \t]+(?P<plain>vibropipe[\w.]*))",
@@ -60,7 +67,7 @@ def file_hash(path: Path, package: Path = PACKAGE) -> str:
 
 
 def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Path = PACKAGE) -> str:
-    """Return the hash (16 hex digits) of the import closure of modules.
+    """Return the hash (16 hex digits) of the import closure of modules, and of the facts of the exciter's records.
 
     Parameters
     ----------
@@ -69,7 +76,7 @@ def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Pat
     package : Path
         Folder of the package whose sources are read.
     """
-    digest = hashlib.sha256()
+    digest = hashlib.sha256(facts().encode())
     for name, source in sorted(closure(roots, left_out, package).items()):
         digest.update(name.encode() + b"\0" + source.digest + b"\0")
     return digest.hexdigest()[:16]

@@ -15,7 +15,7 @@ import xarray as xr
 
 from vibropipe.figures.units import RAISED, unit_text
 from vibropipe.solve.shown_units import shows_cycles
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (
     ERROR_SUFFIX,
@@ -23,6 +23,7 @@ from vibropipe.words.vocabulary import (
     PLAIN_SYMBOLS,
     REGIMES,
     VOCABULARY,
+    physical_name,
     quantity,
 )
 from vibropipe.words.wording import series
@@ -70,6 +71,8 @@ UNRESOLVED_TEXT = {
     Status.SUPPORT_REACHED: "a support left out of the effects is reached",
     Status.MAX_STEPS: "too many steps",
 }
+# Amplitudes of the force, with and without units.
+OF_FORCE = (*FORCES, *map(physical_name, FORCES))
 # Text in place of a number of impacts where the mass comes to rest.
 REST = "rest"
 # Text in place of a missing curve.
@@ -78,8 +81,6 @@ NO_IMPACTS = "Impacts are not stored: add impacts to outputs"
 NO_CURVES = "Regimes only, since outputs include neither harmonics nor impacts"
 NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
-# Plain symbols of quantities of a physical dataset that have another name than without units.
-PHYSICAL_SYMBOLS = {"m": "m", "C": "C", "H": "H", "F": "F", "omega": "ω", "time": "t"}
 CYCLES = "/2π"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
@@ -193,7 +194,7 @@ def flag_texts(flags: str) -> dict[int, str]:
 
 def plain_symbol(name: str) -> str:
     """Return the symbol of a parameter or coordinate as plain text."""
-    return PLAIN_SYMBOLS.get(name, PHYSICAL_SYMBOLS.get(name, name))
+    return PLAIN_SYMBOLS.get(name, name)
 
 
 def plain_symbol_of(array: xr.DataArray) -> str:
@@ -244,13 +245,14 @@ def force_amplitude(dataset: xr.Dataset) -> str:
 
 def parameter_names(dataset: xr.Dataset) -> list[str]:
     """Return the names of the parameters in a dataset, swept or not, with those in physical units first."""
-    names = ("m", "C", "H", "F", "omega", *PARAMETERS, "C1", "C2", "H1", "H2", "F2")
+    common = [name for name in PHYSICAL if PHYSICAL[name].non_dimensional not in FURTHER]
+    names = dict.fromkeys((*common, *PARAMETERS, *PHYSICAL))
     return [name for name in names if name in dataset.variables]
 
 
 def is_forced(dataset: xr.Dataset) -> bool:
     """Return whether a force acts anywhere in a dataset; without one no period of it is a period of the motion."""
-    forces = [dataset[name] for name in ("f", "F", "f2", "F2") if name in dataset.variables]
+    forces = [dataset[name] for name in OF_FORCE if name in dataset.variables]
     return any(bool((force != 0.0).any()) for force in forces)
 
 

@@ -5,6 +5,8 @@ from __future__ import annotations
 import math
 
 import numpy as np
+from numba.extending import overload
+from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
@@ -42,7 +44,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
-LOAD = Parameters._fields.index("load")
+LOAD, N_COLUMNS = Parameters._fields.index("load"), len(Parameters._fields)
 # Index of the first row and of its first impact: a numpy integer, because numba compiles another copy of the closed
 # forms for a literal constant.
 FIRST = np.int64(0)
@@ -144,26 +146,20 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     return x, v
 
 
+def _columns(values):
+    """Return the parameters of a row as a tuple."""
+    return tuple(values)
+
+
+@overload(_columns)
+def _compiled_columns(values):
+    return lambda values: to_fixed_tuple(values, N_COLUMNS)  # type: ignore[call-arg]
+
+
 @jit
 def row_parameters(parameters, row):
     """Return row `row` of an array (rows, parameters) as `Parameters`."""
-    return Parameters(
-        parameters[row, 0],
-        parameters[row, 1],
-        parameters[row, 2],
-        parameters[row, 3],
-        parameters[row, 4],
-        parameters[row, 5],
-        parameters[row, 6],
-        parameters[row, 7],
-        parameters[row, 8],
-        parameters[row, 9],
-        parameters[row, 10],
-        parameters[row, 11],
-        parameters[row, 12],
-        parameters[row, 13],
-        parameters[row, 14],
-    )
+    return Parameters(*_columns(parameters[row]))
 
 
 @jit_inline

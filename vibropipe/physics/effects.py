@@ -7,40 +7,50 @@ so an absent branch is not in the machine code. Each set of effects is cached on
 from __future__ import annotations
 
 import math
+from collections import namedtuple
 from collections.abc import Iterable, Mapping, Sequence
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.exciter import EFFECTS, Effect
+from vibropipe.words.parameters import of_effect
 
-# Effects without machine code of their own, and their parameters: a load is an offset of the supports.
-BY_PARAMETER = {"load": "load"}
+if TYPE_CHECKING:
+    from vibropipe.physics.exciter import NamedFields
+
+# Effects without machine code of their own.
+BY_PARAMETER = {each.name: each for each in EFFECTS if not each.is_marched}
 # The bit of each support in `Effects.watched`.
 WATCHED = {"support_1": 1, "support_2": 2}
 # The stiffness of each support, 0 where it is rigid.
 STIFFNESS = {"support_1": "k1", "support_2": "k2"}
 
 
-class Effects(NamedTuple):
-    """Presence of each physical effect: 1 or None.
+_MARCHED = [each for each in EFFECTS if each.is_marched]
+if TYPE_CHECKING:
+
+    class _Presence(NamedFields[int | None]): ...
+
+else:
+    _Presence = namedtuple(
+        "Effects",
+        [*(each.name for each in _MARCHED), "watched"],
+        defaults=[*(1 if each.is_common else None for each in _MARCHED), None],
+    )
+
+
+class Effects(_Presence):
+    """Presence of each physical effect that is marched: 1 or None.
 
     watched : supports that are left out although no bound keeps the motion from them: 1, 2 or 3 for both, None for
     none. They are marched as present, and the march stops where it meets one.
     """
 
-    damping: int | None = 1
-    forcing: int | None = 1
-    support_1: int | None = 1
-    support_2: int | None = 1
-    restitution: int | None = 1
-    rest: int | None = 1
-    soft: int | None = None
-    friction: int | None = None
-    second_harmonic: int | None = None
-    watched: int | None = None
+    __slots__ = ()
 
     @property
     def has_pieces(self) -> bool:
@@ -51,20 +61,23 @@ class Effects(NamedTuple):
 # The effects of eqs. (5), (6).
 ALL_EFFECTS = Effects()
 
-# Parameters of soft supports and friction, whose motions are marched by pieces.
-PIECES = ("k1", "k2", "h1", "h2", "friction")
+_BY_PIECES = [each for each in EFFECTS if each.refusal]
+# Parameters of soft supports and friction, which are marched by pieces, and what calls without them say of each.
+NOT_COMPUTED = {name: each.refusal for each in _BY_PIECES for name in of_effect(each.name)}
 # Those of them that call for pieces by themselves.
-CALL_FOR_PIECES = ("k1", "k2", "friction")
-# Parameters whose effect is not computed, by any call or by all but a few, and what it is.
-NOT_COMPUTED = {
-    **dict.fromkeys(("k1", "k2", "h1", "h2"), "soft supports are"),
-    "friction": "dry friction is",
-}
+CALL_FOR_PIECES = tuple(name for each in _BY_PIECES for name in each.calls)
+# Further effects that all calls compute where parameters have them.
+ALWAYS_COMPUTED = [each for each in _MARCHED if not (each.is_common or each.refusal)]
 
 
 def occurs(value: Any) -> bool:
     """Return whether a parameter, a number or an array, is other than 0 anywhere; one motion has numbers."""
     return value != 0.0 if isinstance(value, float) else bool(np.any(value))
+
+
+def has_effect(effect: Effect, values: Mapping[str, Any]) -> bool:
+    """Return whether parameters call for a further effect anywhere."""
+    return any(occurs(values.get(name, 0.0)) for name in effect.calls)
 
 
 def has_soft_support(values: Mapping[str, Any]) -> bool:
@@ -84,11 +97,13 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
         If the parameters have an effect that is not computed.
     """
     for name, effect in NOT_COMPUTED.items():
-        if not (pieces and name in PIECES) and occurs(values.get(name, 0.0)):
+        if not pieces and occurs(values.get(name, 0.0)):
             largest = float(np.abs(values[name]).max())
-            must = f"must be 0: {effect} not computed {'by this version' if pieces else 'here'}"
+            must = f"must be 0: {effect} not computed here"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
-    further = ALL_EFFECTS._replace(second_harmonic=1 if occurs(values.get("f2", 0.0)) else None)
+    further = ALL_EFFECTS._replace(
+        **{each.name: 1 if has_effect(each, values) else None for each in ALWAYS_COMPUTED}
+    )
     if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES):
         return further._replace(soft=1, friction=1)
     return further
@@ -107,9 +122,7 @@ def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> t
     Effects without machine code of their own (`BY_PARAMETER`) are present where the parameters `values` have them.
     """
     watched = effects.watched or 0
-    of_parameters = {
-        name for name, key in BY_PARAMETER.items() if occurs((values or {}).get(key, 0.0))
-    }
+    of_parameters = {name for name, each in BY_PARAMETER.items() if has_effect(each, values or {})}
     return tuple(
         name
         for name in EFFECT_NAMES
@@ -130,8 +143,7 @@ def effects_from_names(names: Iterable[str]) -> Effects:
         raise ParameterError(
             "effects", names, must=f"must be among {', '.join(EFFECT_NAMES)}", got=repr(name)
         )
-    marched = [name for name in EFFECT_NAMES if name not in BY_PARAMETER]
-    return Effects(**{name: 1 if name in chosen else None for name in marched})
+    return Effects(**{each.name: 1 if each.name in chosen else None for each in _MARCHED})
 
 
 def effects_of(
@@ -201,11 +213,17 @@ def effects_of(
         if not force + friction < distance * (1 - ROUNDING)
     }
     soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
-    present = ((p["h"] > 0).any(), force > 0, *(name in reached for name in distances))
+    called_for = {
+        "damping": (p["h"] > 0).any(),
+        "forcing": force > 0,
+        **{name: name in reached for name in distances},
+        "restitution": included & lossy,
+        "rest": included & pressed,
+        "soft": included & soft,
+        "friction": friction > 0.0,
+    }
+    effects = further._replace(**{name: 1 if is_so else None for name, is_so in called_for.items()})
     watched = sum(WATCHED[name] for name in reached - included)
-    of_supports = included & lossy, included & pressed, included & soft
-    called_for = (*present, *of_supports, friction > 0.0, further.second_harmonic)
-    effects = Effects(*(1 if is_so else None for is_so in called_for))
     return effects._replace(watched=watched or None)
 
 
@@ -259,19 +277,11 @@ def missing_effect(
 
     effect = missing[0]
     pull = "l - |delta - load|" if np.any(values.get("load", 0.0)) else "l - |delta|"
-    parameters, otherwise = {
-        "damping": (["h"], "h = 0"),
-        "forcing": (["f"], "f = 0"),
-        "restitution": (["R1", "R2"], "R = 1 on the supports included"),
-        "rest": (["f"], f"|f| < {pull}"),
-        "load": (["load"], "load = 0"),
-        "soft": (["k1", "k2"], "k = 0 on the supports included"),
-        "friction": (["friction"], "friction = 0"),
-        "second_harmonic": (["f2"], "f2 = 0"),
-    }[effect]
+    record = next(each for each in EFFECTS if each.name == effect)
+    otherwise = record.unless.format(pull=pull)
     # what is farthest from an absent effect
     farthest = np.min if effect == "restitution" else np.max
-    values_text = ", ".join(f"{q} = {float(farthest(np.abs(values[q])))!r}" for q in parameters)
+    values_text = ", ".join(f"{q} = {float(farthest(np.abs(values[q])))!r}" for q in record.shown)
     if effect == "rest":
         values_text = f"a force of {values_text} that can press the mass on a support"
     stated = ", ".join(names) or "no effects"

@@ -5,9 +5,10 @@ from __future__ import annotations
 import functools
 import math
 import warnings
+from collections import namedtuple
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, replace
-from typing import Any, NamedTuple
+from dataclasses import dataclass, field, make_dataclass, replace
+from typing import TYPE_CHECKING, Any, TypeVar
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
 from vibropipe.physics.parameter_error import as_float, check_keywords, number_within, si_value
@@ -15,14 +16,20 @@ from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
 from vibropipe.physics.si import non_dimensional
 from vibropipe.physics.start import start_at, start_room, support_positions
+from vibropipe.words.exciter import FINITE, FRACTION
 from vibropipe.words.parameters import (
     DEFAULTS,
-    FINITE,
-    FRACTION,
+    FOLLOWING,
+    FURTHER,
+    MIRRORED,
     PARAMETERS,
     PHYSICAL,
+    WITHOUT_UNITS,
     without_absent,
 )
+
+if TYPE_CHECKING:
+    from typing import Self
 
 NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
 # A restitution of 1 states nothing: it is the value of a support without one.
@@ -31,24 +38,31 @@ BESIDE_SLOPE = "must be left out unless slope stands beside it"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
 
 
-class Parameters(NamedTuple):
+T = TypeVar("T")
+
+# Classes are made from the records; a type checker, which does not see their fields, gets their type.
+if TYPE_CHECKING:
+
+    class NamedFields(tuple[T, ...]):
+        """A named tuple whose fields are made from records, all of one type."""
+
+        _fields: tuple[str, ...]
+
+        def __new__(cls, *values: T, **named: T) -> Self: ...  # noqa: D102
+        def __getattr__(self, name: str) -> T: ...
+        def _asdict(self) -> dict[str, T]: ...
+        def _replace(self, **named: T) -> Self: ...
+
+    class _Row(NamedFields[float]): ...
+
+else:
+    _Row = namedtuple("Parameters", PARAMETERS, defaults=list(DEFAULTS.values())[-len(FURTHER) :])
+
+
+class Parameters(_Row):
     """Parameters of one row as kernels read them, in the order of `PARAMETERS`; one compiled kernel serves all rows."""
 
-    nu: float
-    f: float
-    h: float
-    l: float  # noqa: E741 - the paper's symbol
-    delta: float
-    R1: float
-    R2: float
-    k1: float = DEFAULTS["k1"]
-    k2: float = DEFAULTS["k2"]
-    h1: float = DEFAULTS["h1"]
-    h2: float = DEFAULTS["h2"]
-    load: float = DEFAULTS["load"]
-    friction: float = DEFAULTS["friction"]
-    f2: float = DEFAULTS["f2"]
-    phi2: float = DEFAULTS["phi2"]
+    __slots__ = ()
 
 
 class _Unstated(float):
@@ -110,9 +124,23 @@ def _telling_unknown_keywords(cls: type[Exciter]) -> type[Exciter]:
     return cls
 
 
+def _fields() -> list[Any]:
+    """Return the fields of an exciter: the required parameter first; those left out are numbers once it is made."""
+    defaults = {**DEFAULTS, **dict.fromkeys(FOLLOWING)}
+    required = [(name, float) for name in PARAMETERS if name not in DEFAULTS]
+    others = [
+        (name, float, field(default=defaults[name])) for name in PARAMETERS if name in DEFAULTS
+    ]
+    return [*required, *others]
+
+
+_OfRecords: Any = make_dataclass("_OfRecords", _fields(), frozen=True)
+_frozen: Any = dataclass(frozen=True)
+
+
 @_telling_unknown_keywords
-@dataclass(frozen=True)
-class Exciter(_Written):
+@_frozen
+class Exciter(_OfRecords, _Written):  # type: ignore[misc]
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
 
     Parameters
@@ -149,24 +177,15 @@ class Exciter(_Written):
         gives.
     """
 
-    l: float  # noqa: E741 - the paper's symbol
-    nu: float = None  # type: ignore[assignment] # left out; a number from `__post_init__` on
-    f: float = DEFAULTS["f"]
-    h: float = DEFAULTS["h"]
-    delta: float = DEFAULTS["delta"]
-    R1: float = DEFAULTS["R1"]
-    R2: float = DEFAULTS["R2"]
-    k1: float = DEFAULTS["k1"]
-    k2: float = DEFAULTS["k2"]
-    h1: float = None  # type: ignore[assignment] # as nu
-    h2: float = None  # type: ignore[assignment] # as nu
-    load: float = DEFAULTS["load"]
-    friction: float = DEFAULTS["friction"]
-    f2: float = DEFAULTS["f2"]
-    phi2: float = DEFAULTS["phi2"]
+    if TYPE_CHECKING:
+
+        def __init__(self, l: float, nu: float | None = None, **others: float | None) -> None:  # noqa: E741
+            ...
+
+        def __getattr__(self, name: str) -> float: ...
 
     def __post_init__(self) -> None:
-        given = {name: getattr(self, name) for name in ("nu", "h1", "h2")}
+        given = {name: getattr(self, name) for name in FOLLOWING}
         left_out = [name for name, value in given.items() if value is None or _is_unstated(value)]
         for name in left_out:
             object.__setattr__(self, name, DEFAULTS[name])
@@ -244,12 +263,14 @@ class Exciter(_Written):
             If the nearer support is more than 100 times as far away as the mass swings without supports, as with l=8
             for 8 mm, or the force holds the spring more than 100 l from its equilibrium (`physics.plausible`).
         """
-        check_keywords(further, (*PHYSICAL, "R1", "R2"))
+        check_keywords(further, (*PHYSICAL, *WITHOUT_UNITS))
+        numbers = {name: value for name, value in further.items() if name in WITHOUT_UNITS}
+        further = {name: value for name, value in further.items() if name not in numbers}
         given = {"m": m, "C": C, "l": l, "H": H, "F": F, "omega": omega, "delta": delta, **further}
         given = {name: value for name, value in given.items() if value is not None}
         si = {name: si_value(name, value) for name, value in given.items()}
         check_together(given, si, {"R1": R1, "R2": R2})
-        exciter = cls(R1=R1, R2=R2, **non_dimensional(si))
+        exciter = cls(R1=R1, R2=R2, **numbers, **non_dimensional(si))
         object.__setattr__(exciter, "_written", given)
         odd = unit_warning(exciter._numbers()._asdict())
         if odd:
@@ -288,10 +309,9 @@ class Exciter(_Written):
 
     def mirrored(self) -> Exciter:
         """Return the mirrored exciter, x -> -x: forces and delta change sign, the supports are exchanged."""
-        negated = {name: -getattr(self, name) for name in ("f", "delta", "load", "f2")}
-        pairs = (("R1", "R2"), ("k1", "k2"), ("h1", "h2"))
-        exchanged = {a: getattr(self, b) for one, two in pairs for a, b in ((one, two), (two, one))}
-        return replace(self, **negated, **exchanged)
+        values = {name: getattr(self, of) for name, (of, _sign) in MIRRORED.items()}
+        negated = {name: -values[name] for name, (_of, sign) in MIRRORED.items() if sign < 0}
+        return replace(self, **{**values, **negated})
 
     def parameters(self) -> Parameters:
         """Return the parameters as kernels read them; ParameterError for a force without a frequency."""

@@ -9,27 +9,17 @@ import numpy as np
 from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
 from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.shown_units import shows_cycles
-from vibropipe.words.parameters import FURTHER
+from vibropipe.words.exciter import EFFECTS, PARAMETERS
+from vibropipe.words.parameters import FURTHER, of_effect
 from vibropipe.words.vocabulary import physical_name
 
 FEW = 3  # values that are listed
 # Words of each parameter, with and without units, in the order of the rows.
-WORDS = {
-    "m": "mass", "C": "stiffness", "H": "damping",
-    "nu": "frequency of the force", "omega": "frequency of the force",
-    "f": "amplitude of the force", "F": "amplitude of the force",
-    "h": "damping", "l": "half distance", "delta": "offset",
-    "R1": "restitution of support 1", "R2": "restitution of support 2",
-    "k1": "stiffness of support 1", "k2": "stiffness of support 2",
-    "C1": "stiffness of support 1", "C2": "stiffness of support 2",
-    "h1": "damping of support 1", "h2": "damping of support 2",
-    "H1": "damping of support 1", "H2": "damping of support 2",
-    "load": "constant force", "friction": "dry friction",
-    "f2": "second harmonic", "F2": "second harmonic", "phi2": "its phase",
-}  # fmt: skip
-OF_FORCE = ("nu", "omega", "f", "F")
-LETTERS = SYMBOLS | {"load": "q", "friction": "d"}
-SOFT = (("k1", "C1"), ("k2", "C2"))
+WORDS = {"m": "mass", "C": "stiffness"} | {
+    name: each.words for each in PARAMETERS for name in (each.name, physical_name(each.name))
+}
+OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
+LETTERS = SYMBOLS | {each.name: each.letter for each in PARAMETERS}
 
 
 def side_of(datasets: Datasets) -> Side:
@@ -76,11 +66,30 @@ def values_text(name: str, datasets: Datasets) -> str:
     return with_units(arrays[0], text)
 
 
+def has_value(name: str, datasets: Datasets) -> bool:
+    """Return whether a parameter, under its name with units or without, has a value other than its absence."""
+    return any(values_text(each, datasets) for each in (name, physical_name(name)))
+
+
+def of_calls(effect: str) -> tuple[str, ...]:
+    """Return the parameters that call for a further effect."""
+    return next(each.calls for each in EFFECTS if each.name == effect)
+
+
+def sentences_of(datasets: Datasets) -> list[str]:
+    """Return what a report says of each further effect that occurs in some datasets."""
+    return [
+        each.sentence
+        for each in EFFECTS
+        if each.sentence and any(has_value(name, datasets) for name in each.calls)
+    ]
+
+
 def force_text(datasets: Datasets, has_units: bool) -> str:
     """Write the force of the drawing: its formula unless it has a second harmonic; empty without a force."""
     if not any(is_forced(data) for data in datasets.values()):
         return ""
-    if any(values_text(name, datasets) for name in ("f2", "F2")):
+    if any(has_value(name, datasets) for name in of_calls("second_harmonic")):
         return "F(t)" if has_units else "f(τ)"
     return "F sin ωt" if has_units else "f sin ντ"
 
@@ -88,12 +97,12 @@ def force_text(datasets: Datasets, has_units: bool) -> str:
 def drawing_of(datasets: Datasets) -> dict[str, Any]:
     """Return what the drawing shows: soft supports, friction, a load, and the symbols of spring, damper and force."""
     has_units = any("C" in data.variables for data in datasets.values())
-    soft = [any(values_text(name, datasets) for name in names) for names in SOFT]
+    soft = [has_value(name, datasets) for name in of_calls("soft")]
     stiffness = ("C₁", "C₂") if has_units else ("k₁", "k₂")
     return {
         "soft": soft,
-        "friction": bool(values_text("friction", datasets)),
-        "load": bool(values_text("load", datasets)),
+        "friction": has_value("friction", datasets),
+        "load": has_value("load", datasets),
         "symbols": {
             "stiffness": "C" if has_units else "1",
             "damping": "H" if has_units else "h",

@@ -12,7 +12,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.exciter import drawing_of
+from vibropipe.report.exciter import drawing_of, sentences_of
 from vibropipe.report.parts import Datasets, Line
 from vibropipe.words.wording import count, series
 
@@ -80,9 +80,7 @@ def model_line(datasets: Datasets) -> Line:
     if has["symbols"]["stiffness"] == "C":
         text = "mẍ + Hẋ + Cx = F sin ωt between the supports"
     ends = ["an impact turns the velocity and multiplies it by R"] if not all(has["soft"]) else []
-    ends += ["soft supports push with a spring and a damper"] if any(has["soft"]) else []
-    ends += ["dry friction acts against the velocity"] if has["friction"] else []
-    ends += ["a constant load acts"] if has["load"] else []
+    ends += sentences_of(datasets)
     return Line("Model", f"{text}; {series(ends)}; `docs/theory.md`")
 
 

@@ -13,6 +13,7 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.figures.units import LOWERED
+from vibropipe.words.exciter import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
 DASH = "–"
@@ -24,9 +25,9 @@ Datasets = Mapping[str, xr.Dataset]
 # Heads and first cells that are names of quantities -> what is written.
 SYMBOLS = {
     **PLAIN_SYMBOLS,
-    "k1": "k₁", "k2": "k₂", "load": "load q", "friction": "friction d",
+    **{each.name: f"{each.plain} {each.letter}" for each in PARAMETERS if each.letter != each.plain},
     "multiple": "m", "impacts_1": "struck, support 1", "impacts_2": "struck, support 2",
-    "omega": "ω", "C1": "C₁", "C2": "C₂", "H1": "H₁", "H2": "H₂", "F2": "F₂", "mean": "mean",
+    "mean": "mean",
     "multipliers": "multipliers",
 }  # fmt: skip
 

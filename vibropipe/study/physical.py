@@ -22,7 +22,8 @@ from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.study.pydantic_errors import plain_path, quoted
 from vibropipe.study.tables import PHASE
-from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, POSITIVE, STARTS, Range
+from vibropipe.words.exciter import FINITE, POSITIVE, Range
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import MINUS, UnitError, to_si
 from vibropipe.words.vocabulary import quantity
 

@@ -1,21 +1,16 @@
-"""Names of the physical effects that an exciter can have or lack."""
+"""Names of the physical effects that an exciter can have or lack, made from their records (`words.exciter`)."""
 
 from __future__ import annotations
 
-from typing import Literal, get_args
+from typing import TYPE_CHECKING, Literal
 
-Effect = Literal[
-    "damping",
-    "forcing",
-    "support_1",
-    "support_2",
-    "restitution",
-    "rest",
-    "load",
-    "soft",
-    "friction",
-    "second_harmonic",
-]
-EFFECT_NAMES: tuple[Effect, ...] = get_args(Effect)
-COMMON_EFFECTS: tuple[Effect, ...] = EFFECT_NAMES[:6]
+from vibropipe.words.exciter import EFFECTS
+
+EFFECT_NAMES = tuple(each.name for each in EFFECTS)
+if TYPE_CHECKING:
+    Effect = str
+else:
+    Effect = Literal[EFFECT_NAMES]
+
+COMMON_EFFECTS = tuple(each.name for each in EFFECTS if each.is_common)
 """Effects of eqs. (5), (6), which kernels have unless effects are stated; further ones only where they are present."""

@@ -1,102 +1,62 @@
-"""The parameters of the exciter, eqs. (1)-(6): names, ranges, and defaults, which mean "effect absent".
-
-Stored numbers depend on this module; symbols and long names are in `quantities.toml`.
-"""
+"""Names of the parameters of the exciter, with and without units, made from their records (`words.exciter`)."""
 
 from __future__ import annotations
 
-import math
 from collections.abc import Mapping
-from dataclasses import dataclass
-from typing import Literal, NamedTuple
+from typing import TYPE_CHECKING, Literal, NamedTuple
 
-
-@dataclass(frozen=True)
-class Range:
-    """Finite numbers from `low` to `high`: without `low` itself if `above`, without fractions if `whole`."""
-
-    low: float = -math.inf
-    high: float = math.inf
-    above: bool = False
-    whole: bool = False
-
-    def contains(self, value: float) -> bool:
-        """Return whether a number lies in the range; nan and infinities lie in none."""
-        reaches = value > self.low if self.above else value >= self.low
-        fits = math.isfinite(value) and reaches and value <= self.high
-        return fits and not (self.whole and value != math.floor(value))
-
-    @property
-    def text(self) -> str:
-        """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8"."""
-        low, high = (
-            f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
-        )
-        if math.isfinite(self.high):
-            kind = "a whole number" if self.whole else "a number"
-            return (
-                f"{kind} above {low} up to {high}" if self.above else f"{kind} from {low} to {high}"
-            )
-        kind = "a whole number" if self.whole else "a finite number"
-        return f"{kind} {'>' if self.above else '>='} {low}" if math.isfinite(self.low) else kind
-
-
-class Parameter(NamedTuple):
-    """Range of a parameter and its default (None: the parameter is required)."""
-
-    range: Range
-    default: float | None
-
-
-FINITE, NOT_NEGATIVE, POSITIVE = Range(), Range(0), Range(0, above=True)
-FRACTION = Range(0, 1)
+from vibropipe.words.exciter import (
+    EFFECTS,
+    FINITE,
+    NOT_NEGATIVE,
+    POSITIVE,
+    Parameter,
+    Range,
+    described,
+)
+from vibropipe.words.exciter import PARAMETERS as RECORDS
 
 STARTS = ("x0", "v0")
 """Parts of a start, which a sweep takes like parameters."""
 
-ParameterName = Literal[
-    "nu",
-    "f",
-    "h",
-    "l",
-    "delta",
-    "R1",
-    "R2",
-    "k1",
-    "k2",
-    "h1",
-    "h2",
-    "load",
-    "friction",
-    "f2",
-    "phi2",
-]
-PARAMETERS: Mapping[str, Parameter] = {
-    "nu": Parameter(POSITIVE, 1.0),
-    "f": Parameter(FINITE, 0.0),
-    "h": Parameter(NOT_NEGATIVE, 0.0),
-    "l": Parameter(POSITIVE, None),
-    "delta": Parameter(FINITE, 0.0),
-    "R1": Parameter(FRACTION, 1.0),
-    "R2": Parameter(FRACTION, 1.0),
-    "k1": Parameter(NOT_NEGATIVE, 0.0),
-    "k2": Parameter(NOT_NEGATIVE, 0.0),
-    "h1": Parameter(NOT_NEGATIVE, 0.0),
-    "h2": Parameter(NOT_NEGATIVE, 0.0),
-    "load": Parameter(FINITE, 0.0),
-    "friction": Parameter(NOT_NEGATIVE, 0.0),
-    "f2": Parameter(FINITE, 0.0),
-    "phi2": Parameter(FINITE, 0.0),
-}
+PARAMETERS: Mapping[str, Parameter] = {each.name: each for each in RECORDS}
 """The order of parameters in rows of numbers, tables and files."""
+
+if TYPE_CHECKING:
+    ParameterName = str
+else:
+    ParameterName = Literal[tuple(PARAMETERS)]
 
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }
-
-
-FURTHER = ("k1", "k2", "h1", "h2", "load", "friction", "f2", "phi2")
+_FURTHER_EFFECTS = {each.name for each in EFFECTS if not each.is_common}
+FURTHER = tuple(name for name, entry in PARAMETERS.items() if entry.effect in _FURTHER_EFFECTS)
 """Parameters of effects beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from 0."""
+
+FOLLOWING = tuple(name for name, entry in PARAMETERS.items() if entry.follows)
+"""Parameters that an exciter knows to be left out."""
+
+MIRRORED = {name: (entry.twin or name, entry.sign) for name, entry in PARAMETERS.items()}
+"""Whose value, with which sign, each parameter takes under mirroring."""
+
+TWINS = tuple((name, entry.twin) for name, entry in PARAMETERS.items() if name < entry.twin)
+"""Parameters of support 1 and their counterparts of support 2."""
+
+
+WITHOUT_UNITS = tuple(name for name, entry in PARAMETERS.items() if entry.physical is None)
+"""Parameters that are pure numbers in a study with units, too."""
+
+
+def of_effect(*effects: str) -> tuple[str, ...]:
+    """Return the parameters of some effects."""
+    return tuple(name for name, entry in PARAMETERS.items() if entry.effect in effects)
+
+
+FORCES = tuple(
+    n for n in of_effect("forcing", "second_harmonic") if PARAMETERS[n].dimension == "force"
+)
+"""Amplitudes of the harmonics of the force."""
 
 
 def without_absent(values: Mapping[str, float]) -> dict[str, float]:
@@ -105,31 +65,36 @@ def without_absent(values: Mapping[str, float]) -> dict[str, float]:
 
 
 class PhysicalParameter(NamedTuple):
-    """A parameter with units: its dimension (`words.units`), its range in SI, and its name by eqs. (2)-(4), if any."""
+    """A parameter with units: dimension (`words.units`), range in SI, name by eqs. (2)-(4), if any, text of its key."""
 
     dimension: str
     range: Range
-    non_dimensional: str = ""
+    non_dimensional: str
+    key: str
+
+
+def _with_units(entry: Parameter) -> dict[str, PhysicalParameter]:
+    """Return the counterpart of a parameter, by its name; empty without one."""
+    if entry.physical is None:
+        return {}
+    key = described(entry.physical.key or entry.key, entry.default)
+    if entry.default:  # it belongs to the number without units
+        key = f"{entry.physical.key}."
+    return {entry.physical.name: PhysicalParameter(entry.dimension, entry.range, entry.name, key)}
 
 
 PHYSICAL: Mapping[str, PhysicalParameter] = {
-    "m": PhysicalParameter("mass", POSITIVE),
-    "C": PhysicalParameter("stiffness", POSITIVE),
-    "H": PhysicalParameter("damping", NOT_NEGATIVE, "h"),
-    "F": PhysicalParameter("force", FINITE, "f"),
-    "omega": PhysicalParameter("frequency", POSITIVE, "nu"),
-    "l": PhysicalParameter("length", POSITIVE, "l"),
-    "delta": PhysicalParameter("length", FINITE, "delta"),
-    "C1": PhysicalParameter("stiffness", NOT_NEGATIVE, "k1"),
-    "C2": PhysicalParameter("stiffness", NOT_NEGATIVE, "k2"),
-    "H1": PhysicalParameter("damping", NOT_NEGATIVE, "h1"),
-    "H2": PhysicalParameter("damping", NOT_NEGATIVE, "h2"),
-    "load": PhysicalParameter("force", FINITE, "load"),
-    "friction": PhysicalParameter("force", NOT_NEGATIVE, "friction"),
-    "F2": PhysicalParameter("force", FINITE, "f2"),
-    "phi2": PhysicalParameter("angle", FINITE, "phi2"),
-    "slope": PhysicalParameter("angle", FINITE),
-    "gravity": PhysicalParameter("acceleration", NOT_NEGATIVE),
+    "m": PhysicalParameter("mass", POSITIVE, "", "Mass."),
+    "C": PhysicalParameter("stiffness", POSITIVE, "", "Stiffness of the spring."),
+    **{name: physical for each in RECORDS for name, physical in _with_units(each).items()},
+    "slope": PhysicalParameter(
+        *("angle", FINITE, ""),
+        "Angle at which x rises: gravity adds -m gravity sin(slope) to the load (0).",
+    ),
+    "gravity": PhysicalParameter(
+        *("acceleration", NOT_NEGATIVE, ""),
+        "Acceleration of gravity, beside slope (9.80665 m/s^2).",
+    ),
 }
 """Parameters of the exciter with units, from which eqs. (2)-(4) make the others.
 

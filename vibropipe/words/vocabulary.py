@@ -9,7 +9,7 @@ from __future__ import annotations
 import hashlib
 import tomllib
 from collections.abc import Container, Mapping
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from enum import IntEnum
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -17,6 +17,7 @@ from typing import TYPE_CHECKING, Any, TypeVar
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.boundaries import Meeting
 from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
+from vibropipe.words.exciter import PARAMETERS
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
@@ -101,49 +102,71 @@ class Quantity:
     flags: Mapping[str, int] | None = None
     sample_dimension: str | None = None
     dimension: str = ""
+    si: Mapping[str, str] = field(default_factory=dict)
     comment: str = ""
 
+    def in_si(self) -> Quantity:
+        """Return the entry in a dataset in SI."""
+        symbol = self.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
+        dims = tuple(PHYSICAL_NAMES.get(dim, dim) for dim in self.dims)
+        units = DIMENSIONS[self.dimension].units if self.dimension else self.units
+        words: dict[str, Any] = {key: text for key, text in self.si.items() if key != "name"}
+        return replace(self, **{"symbol": symbol, "dims": dims, "units": units, **words})
 
-_TABLE = tomllib.loads(Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8"))
-_PHYSICAL: dict[str, dict[str, str]] = _TABLE.pop("physical")
-_DIMENSIONS = {
-    name: dimension
-    for dimension, names in _TABLE.pop("dimensions").items()
-    for name in names.split()
-}
+
+def _of_each_parameter(name: str, words: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the entries of the table for one whose name stands for a quantity of each parameter."""
+    if "{}" not in name:
+        return {name: words}
+    entries = {}
+    for each in PARAMETERS:
+        # beside another noun the name of a parameter has no remark, "0 if rigid"
+        noun = each.long_name if name == "{}" else each.long_name.partition(",")[0]
+        entry = {
+            **words,
+            **{"symbol": each.symbol, "plain": each.plain, "units": each.units},
+            "long_name": words["long_name"].format(noun),
+            "dimension": each.dimension if each.units == "1" else "",
+        }
+        if each.physical is not None and each.physical.name != each.name:
+            si = {key: getattr(each.physical, key) for key in ("symbol", "plain", "long_name")}
+            si = {key: text for key, text in si.items() if text}
+            if "long_name" in si:
+                si["long_name"] = words["long_name"].format(si["long_name"])
+            entry["si"] = {"name": name.format(each.physical.name), **si}
+        entries[name.format(each.name)] = entry
+    return entries
+
+
+def _table() -> dict[str, Quantity]:
+    """Return the quantities of `quantities.toml`."""
+    text = Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8")
+    return {
+        each: Quantity(
+            dims=tuple(entry.pop("dims", "").split()),
+            flags=FLAGS.get(entry.pop("flags", "")),
+            **entry,
+        )
+        for subject in tomllib.loads(text).values()
+        for name, words in subject.items()
+        for each, entry in _of_each_parameter(name, dict(words)).items()
+    }
+
+
+_TABLE = _table()
 PHYSICAL_NAMES: Mapping[str, str] = {
-    words["of"]: name for name, words in _PHYSICAL.items() if "of" in words
+    name: entry.si["name"] for name, entry in _TABLE.items() if "name" in entry.si
 }
 """Names in a dataset in SI, of the quantities that have another one there."""
-
-
-def _quantity(name: str, dims: str = "", flags: str = "", **words: str) -> Quantity:
-    flag_names, dimension = FLAGS.get(flags), _DIMENSIONS.get(name, "")
-    return Quantity(dims=tuple(dims.split()), flags=flag_names, dimension=dimension, **words)
-
-
-def _in_si(name: str, entry: Quantity) -> Quantity:
-    """Return the entry of a quantity in a dataset in SI."""
-    words: dict[str, Any] = {k: text for k, text in _PHYSICAL.get(name, {}).items() if k != "of"}
-    symbol = entry.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
-    dims = tuple(PHYSICAL_NAMES.get(dim, dim) for dim in entry.dims)
-    units = DIMENSIONS[entry.dimension].units if entry.dimension else entry.units
-    if name.endswith(SENSITIVITY_SUFFIX):
-        units += "/(unit of parameter)"  # they differ along the dimension `parameter`
-    return replace(entry, **{"symbol": symbol, "dims": dims, "units": units, **words})
 
 
 def _vocabulary() -> dict[str, Quantity]:
     """Return the table, each quantity with its own name in SI right after it."""
     entries: dict[str, Quantity] = {}
-    for subject in _TABLE.values():
-        for name, words in subject.items():
-            entries[name] = _quantity(name, **words)
-            if name in PHYSICAL_NAMES:
-                entries[PHYSICAL_NAMES[name]] = _in_si(PHYSICAL_NAMES[name], entries[name])
-    for name, words in _PHYSICAL.items():
-        if "of" not in words:
-            entries[name] = _in_si(name, _quantity(name, **words))
+    for name, entry in _TABLE.items():
+        entries[name] = entry
+        if name in PHYSICAL_NAMES:
+            entries[PHYSICAL_NAMES[name]] = entry.in_si()
     return entries
 
 
@@ -178,7 +201,12 @@ def quantity(name: str) -> Quantity:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
     text, has_units = SUFFIXES[suffix]
     entry = replace(
-        base, long_name=text.format(base.long_name), plain="", flags=None, sample_dimension=None
+        base,
+        long_name=text.format(base.long_name),
+        plain="",
+        flags=None,
+        sample_dimension=None,
+        si={},
     )
     return entry if has_units else replace(entry, units="1", dimension="")
 
@@ -203,12 +231,14 @@ def _sensitivity(base: Quantity) -> Quantity:
         dims=(*base.dims, PARAMETER),
         flags=None,
         sample_dimension=None,
+        si={},
     )
 
 
 def dimensions_hash() -> str:
     """Return a hash (16 hex digits) of what datasets in SI depend on in the table: dimensions and names."""
-    text = repr((sorted(_DIMENSIONS.items()), sorted(PHYSICAL_NAMES.items())))
+    dimensions = {name: entry.dimension for name, entry in _TABLE.items() if entry.dimension}
+    text = repr((sorted(dimensions.items()), sorted(PHYSICAL_NAMES.items())))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 
 
@@ -220,7 +250,10 @@ def physical_name(name: str) -> str:
 
 def physical_quantity(name: str) -> Quantity:
     """Return the entry, in SI, of a quantity under its name in non-dimensional datasets."""
-    return _in_si(physical_name(name), quantity(name))
+    entry = quantity(name).in_si()
+    # the units of a derivative differ along the dimension `parameter`
+    is_derivative = name.endswith(SENSITIVITY_SUFFIX)
+    return replace(entry, units=f"{entry.units}/(unit of parameter)") if is_derivative else entry
 
 
 def label(name: str) -> str:

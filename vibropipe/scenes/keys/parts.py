@@ -5,9 +5,10 @@ The JSON schema and the table of keys are generated from these classes and their
 
 from __future__ import annotations
 
-from typing import Annotated, Any, Literal
+from collections.abc import Callable, Iterable
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field
+from pydantic import BeforeValidator, Field, create_model
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
@@ -23,63 +24,56 @@ from vibropipe.scenes.keys.values import (
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
 from vibropipe.words.spelling import latin
+from vibropipe.words.units import DIMENSIONS as UNITS
 
 # Lines of a panel: as many as there are styles of lines.
 MAX_LINES = 7
+# Dimensions of the units that a study may choose, and their nouns where these are not those of `words.units`.
+DISPLAYED = {
+    "frequency": "frequencies; Hz and rpm count cycles", "length": "", "time": "",
+    "velocity": "velocities", "force": "", "energy": "energies", "mass": "the mass",
+    "stiffness": "stiffnesses", "damping": "", "angle": "angles and phases",
+}  # fmt: skip
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
-SweptName = Annotated[Literal[words.ParameterName, "x0", "v0"], BeforeValidator(latin)]
+if TYPE_CHECKING:
+    SweptName = str
+else:
+    SweptName = Annotated[Literal[(*words.PARAMETERS, *words.STARTS)], BeforeValidator(latin)]
 
 
-class ExciterKeys(StudyModel):
+def _parameter_key(name: str) -> Any:
+    """Return the key of a parameter and its annotation."""
+    key = Field(default=None, description=words.PARAMETERS[name].description)
+    return Annotated[float | None, parameter_range(name)], key
+
+
+def _physical_key(name: str) -> Any:
+    """Return the key of a parameter with units and its annotation."""
+    key = Field(default=None, description=words.PHYSICAL[name].key)
+    return Annotated[float | None, UnitRule(name)], key
+
+
+def _unit_key(dimension: str) -> Any:
+    """Return the key of a unit of a dimension and its annotation."""
+    noun = UNITS[dimension].noun.split(" ", 1)[1]
+    text = f"Unit of {DISPLAYED[dimension] or noun + 's'}."
+    return Annotated[str | None, DisplayUnitRule(dimension)], Field(default=None, description=text)
+
+
+def _keys(model: str, of: Callable[[str], Any], names: Iterable[str]) -> Any:
+    """Return a model whose keys are made from records."""
+    return create_model(model, __base__=StudyModel, **{name: of(name) for name in names})
+
+
+_ParameterKeys: Any = _keys("_ParameterKeys", _parameter_key, words.PARAMETERS)
+_WithUnits: Any = _keys(
+    "_WithUnits", _physical_key, [n for n in words.PHYSICAL if n not in ("m", "C")]
+)
+_Units: Any = _keys("_Units", _unit_key, DISPLAYED)
+
+
+class ExciterKeys(_ParameterKeys):  # type: ignore[misc]
     """Parameters of the exciter; default: the study's value, else the effect is absent."""
-
-    nu: Annotated[float | None, parameter_range("nu")] = Field(
-        default=None, description="Excitation frequency divided by the eigenfrequency (1)."
-    )
-    f: Annotated[float | None, parameter_range("f")] = Field(
-        default=None, description="Amplitude of the excitation (0)."
-    )
-    h: Annotated[float | None, parameter_range("h")] = Field(
-        default=None, description="Viscous damping (0)."
-    )
-    l: Annotated[float | None, parameter_range("l")] = Field(  # noqa: E741 - the paper's symbol
-        default=None, description="Half the distance between the supports; required."
-    )
-    delta: Annotated[float | None, parameter_range("delta")] = Field(
-        default=None,
-        description="Offset of the equilibrium: support 1 at l + delta, support 2 at -(l - delta) (0).",
-    )
-    R1: Annotated[float | None, parameter_range("R1")] = Field(
-        default=None, description="Coefficient of restitution of support 1 (1)."
-    )
-    R2: Annotated[float | None, parameter_range("R2")] = Field(
-        default=None, description="Coefficient of restitution of support 2 (1)."
-    )
-    k1: Annotated[float | None, parameter_range("k1")] = Field(
-        default=None, description="Stiffness of support 1; a support without it is rigid (0)."
-    )
-    k2: Annotated[float | None, parameter_range("k2")] = Field(
-        default=None, description="Stiffness of support 2 (0)."
-    )
-    h1: Annotated[float | None, parameter_range("h1")] = Field(
-        default=None, description="Damping of support 1, for k1 > 0 (0)."
-    )
-    h2: Annotated[float | None, parameter_range("h2")] = Field(
-        default=None, description="Damping of support 2, for k2 > 0 (0)."
-    )
-    load: Annotated[float | None, parameter_range("load")] = Field(
-        default=None, description="Constant force (0)."
-    )
-    friction: Annotated[float | None, parameter_range("friction")] = Field(
-        default=None, description="Dry friction (0)."
-    )
-    f2: Annotated[float | None, parameter_range("f2")] = Field(
-        default=None, description="Amplitude of the second harmonic of the excitation (0)."
-    )
-    phi2: Annotated[float | None, parameter_range("phi2")] = Field(
-        default=None,
-        description="Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians (0).",
-    )
 
     def explicit(self) -> dict[str, float]:
         """Return the parameters that the study states here."""
@@ -88,98 +82,19 @@ class ExciterKeys(StudyModel):
         }
 
 
-class PhysicalKeys(StudyModel):
+class PhysicalKeys(_WithUnits):  # type: ignore[misc]
     """Parameters of the exciter with units, in place of those without; held in SI."""
-
-    omega: Annotated[float | None, UnitRule("omega")] = Field(
-        default=None,
-        description="Angular frequency of the excitation; in Hz it counts cycles: 9 Hz is 2 pi 9 rad/s.",
-    )
-    F: Annotated[float | None, UnitRule("F")] = Field(
-        default=None, description="Amplitude of the excitation (0)."
-    )
-    H: Annotated[float | None, UnitRule("H")] = Field(
-        default=None, description="Viscous damping (0)."
-    )
-    l: Annotated[float | None, UnitRule("l")] = Field(  # noqa: E741 - the paper's symbol
-        default=None, description="Half the distance between the supports; required."
-    )
-    delta: Annotated[float | None, UnitRule("delta")] = Field(
-        default=None, description="Offset of the equilibrium (0)."
-    )
-    C1: Annotated[float | None, UnitRule("C1")] = Field(
-        default=None, description="Stiffness of support 1; a support without it is rigid (0)."
-    )
-    C2: Annotated[float | None, UnitRule("C2")] = Field(
-        default=None, description="Stiffness of support 2 (0)."
-    )
-    H1: Annotated[float | None, UnitRule("H1")] = Field(
-        default=None, description="Damping of support 1, for C1 > 0 (0)."
-    )
-    H2: Annotated[float | None, UnitRule("H2")] = Field(
-        default=None, description="Damping of support 2, for C2 > 0 (0)."
-    )
-    load: Annotated[float | None, UnitRule("load")] = Field(
-        default=None, description="Constant force (0)."
-    )
-    slope: Annotated[float | None, UnitRule("slope")] = Field(
-        default=None,
-        description="Angle at which x rises: gravity adds -m gravity sin(slope) to the load (0).",
-    )
-    gravity: Annotated[float | None, UnitRule("gravity")] = Field(
-        default=None, description="Acceleration of gravity, beside slope (9.80665 m/s^2)."
-    )
-    friction: Annotated[float | None, UnitRule("friction")] = Field(
-        default=None, description="Dry friction (0)."
-    )
-    F2: Annotated[float | None, UnitRule("F2")] = Field(
-        default=None, description="Amplitude of the second harmonic of the excitation (0)."
-    )
-    phi2: Annotated[float | None, UnitRule("phi2")] = Field(
-        default=None, description="Phase of the second harmonic, F2 sin(2 omega t + phi2) (0)."
-    )
 
 
 class StudyPhysical(PhysicalKeys):
     """Parameters with units, shared by all scenes; the mass and the stiffness are those of the whole study."""
 
-    m: Annotated[float, UnitRule("m")] = Field(description="Mass.")
-    C: Annotated[float, UnitRule("C")] = Field(description="Stiffness of the spring.")
+    m: Annotated[float, UnitRule("m")] = Field(description=words.PHYSICAL["m"].key)
+    C: Annotated[float, UnitRule("C")] = Field(description=words.PHYSICAL["C"].key)
 
 
-class DisplayUnits(StudyModel):
+class DisplayUnits(_Units):  # type: ignore[misc]
     """Units in which a study with `physical` shows what it finds; datasets stay in SI."""
-
-    frequency: Annotated[str | None, DisplayUnitRule("frequency")] = Field(
-        default=None, description="Unit of frequencies; Hz and rpm count cycles."
-    )
-    length: Annotated[str | None, DisplayUnitRule("length")] = Field(
-        default=None, description="Unit of lengths."
-    )
-    time: Annotated[str | None, DisplayUnitRule("time")] = Field(
-        default=None, description="Unit of times."
-    )
-    velocity: Annotated[str | None, DisplayUnitRule("velocity")] = Field(
-        default=None, description="Unit of velocities."
-    )
-    force: Annotated[str | None, DisplayUnitRule("force")] = Field(
-        default=None, description="Unit of forces."
-    )
-    energy: Annotated[str | None, DisplayUnitRule("energy")] = Field(
-        default=None, description="Unit of energies."
-    )
-    mass: Annotated[str | None, DisplayUnitRule("mass")] = Field(
-        default=None, description="Unit of the mass."
-    )
-    stiffness: Annotated[str | None, DisplayUnitRule("stiffness")] = Field(
-        default=None, description="Unit of stiffnesses."
-    )
-    damping: Annotated[str | None, DisplayUnitRule("damping")] = Field(
-        default=None, description="Unit of dampings."
-    )
-    angle: Annotated[str | None, DisplayUnitRule("angle")] = Field(
-        default=None, description="Unit of angles and phases."
-    )
 
 
 class Start(StudyModel):

@@ -17,7 +17,8 @@ from typing import Annotated, Any, NoReturn
 from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.words.parameters import FINITE, PARAMETERS, PHYSICAL, Range
+from vibropipe.words.exciter import FINITE, Range
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.units import (
     DIMENSIONS,
     MINUS,
@@ -164,7 +165,7 @@ class UnitRule(Rule):
 
     def __post_init__(self) -> None:
         if not self.dimension:
-            dimension, within, _ = PHYSICAL[self.name]
+            dimension, within = PHYSICAL[self.name][:2]
             object.__setattr__(self, "dimension", dimension)
             object.__setattr__(self, "within", within)
 

@@ -28,16 +28,12 @@ from vibropipe.solve.motion.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion.motion_dataset import to_variables
 from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver, run_motion
 from vibropipe.words.contacts import OF_CONTACT
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, of_effect
 
 COPIES = 3
 SAFETY = 2.0
-# Signs of the perturbations of the parameters, those beyond eqs. (5), (6) apart, and of x0, v0 in each copy.
-SIGNS = (
-    (1, -1, 1, 1, 1, -1, -1, *(1, -1, -1, 1, -1, 1, 1, -1), 1, 1),
-    (-1, -1, -1, -1, 1, -1, 1, *(1, 1, 1, -1, -1, -1, 1, 1), 1, -1),
-    (1, 1, -1, 1, -1, 1, -1, *(-1, 1, -1, -1, 1, 1, -1, 1), -1, -1),
-)
+# Numbers of a motion that each copy perturbs.
+PERTURBED = (*PARAMETERS, "x", "v")
 
 Variables = dict[str, Any]
 Errors = dict[str, np.ndarray]
@@ -118,7 +114,8 @@ def perturbed(
 
     Absent effects (0) and restitution 1 are kept. A start on a support stays on it, and so does an equilibrium.
     """
-    signs = dict(zip((*PARAMETERS, "x", "v"), SIGNS[copy], strict=True))
+    # bits of 0, 3, 6, ...: neighbours, such as l and delta, differ in some copies and agree in others
+    signs = {name: 1 - 2 * (3 * n >> copy & 1) for n, name in enumerate(PERTURBED)}
     values = {name: getattr(exciter, name) * (1 + ULP * signs[name]) for name in PARAMETERS}
     if touches:
         # The tolerance of the search for contacts scales with the lengths that occur in a step.
@@ -129,7 +126,7 @@ def perturbed(
     offset = exciter.delta - exciter.load
     if abs(offset) == exciter.l:
         values["delta"] = values["load"] + math.copysign(values["l"], offset)
-    for name in ("R1", "R2"):
+    for name in of_effect("restitution"):
         values[name] = 1.0 if getattr(exciter, name) == 1.0 else min(values[name], 1.0)
     other = Exciter(**values)
     x = request.x + signs["x"] * max(ULP * abs(request.x), request.x_uncertainty)

@@ -13,7 +13,7 @@ from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.effects import NOT_COMPUTED, all_effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
 from vibropipe.solve.branch.branch_dataset import solve_points
@@ -33,7 +33,7 @@ KEPT = (
 )  # fmt: skip
 
 # Parameters that a motion without contacts and without friction does not know.
-NOT_LINEAR = [Parameters._fields.index(name) for name in ("k1", "k2", "h1", "h2", "friction")]
+NOT_LINEAR = [Parameters._fields.index(name) for name in NOT_COMPUTED]
 
 
 def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:

@@ -23,7 +23,7 @@ from vibropipe.solve.checks import check_outputs, check_soft, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG, TWINS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -182,8 +182,7 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
 
 def is_symmetric(exciter: Exciter) -> bool:
     """Return whether the exciter is its own mirror image half a forcing period later."""
-    pairs = (("R1", "R2"), ("k1", "k2"), ("h1", "h2"))
-    is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in pairs)
+    is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in TWINS)
     return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even
 
 

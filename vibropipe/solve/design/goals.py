@@ -14,7 +14,7 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.solve.rows.named import NOT_NEGATIVE, STD, Named, named
 from vibropipe.words.contacts import OF_SOFT
-from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.exciter import POSITIVE
 from vibropipe.words.units import MINUS
 
 # A target is met, and a bound is kept, within this share of its scale.

@@ -20,7 +20,7 @@ from vibropipe.solve.rows.label import Variables
 from vibropipe.solve.rows.named import Named, labels, named
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
 from vibropipe.words.contacts import OF_SOFT
-from vibropipe.words.parameters import POSITIVE
+from vibropipe.words.exciter import POSITIVE
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe, quantity
 

@@ -1,0 +1,270 @@
+"""The exciter, eqs. (1)-(6): each parameter and each effect once, as a record that all other modules read.
+
+Stored numbers depend on `facts` of these records alone; their texts may change without a new result.
+"""
+
+from __future__ import annotations
+
+import math
+from dataclasses import dataclass
+
+
+@dataclass(frozen=True)
+class Range:
+    """Finite numbers from `low` to `high`: without `low` itself if `above`, without fractions if `whole`."""
+
+    low: float = -math.inf
+    high: float = math.inf
+    above: bool = False
+    whole: bool = False
+
+    def contains(self, value: float) -> bool:
+        """Return whether a number lies in the range; nan and infinities lie in none."""
+        reaches = value > self.low if self.above else value >= self.low
+        fits = math.isfinite(value) and reaches and value <= self.high
+        return fits and not (self.whole and value != math.floor(value))
+
+    @property
+    def text(self) -> str:
+        """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8"."""
+        low, high = (
+            f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
+        )
+        if math.isfinite(self.high):
+            kind = "a whole number" if self.whole else "a number"
+            return (
+                f"{kind} above {low} up to {high}" if self.above else f"{kind} from {low} to {high}"
+            )
+        kind = "a whole number" if self.whole else "a finite number"
+        return f"{kind} {'>' if self.above else '>='} {low}" if math.isfinite(self.low) else kind
+
+
+FINITE, NOT_NEGATIVE, POSITIVE = Range(), Range(0), Range(0, above=True)
+FRACTION = Range(0, 1)
+
+
+@dataclass(frozen=True)
+class Effect:
+    """A physical effect that an exciter can have or lack.
+
+    Attributes
+    ----------
+    name : str
+        As in studies and files.
+    unless : str
+        Where it is absent: "h = 0".
+    shown : tuple of str
+        The parameters whose values a message shows beside `unless`.
+    is_common : bool
+        Whether kernels have it unless effects are stated, as all of eqs. (5), (6); others only if parameters call for
+        it.
+    calls : tuple of str
+        For an effect that is not common, the parameters that call for it by being other than 0.
+    is_marched : bool
+        Whether kernels have code for it; a load is an offset of the supports, and has none.
+    refusal : str
+        Why calls that do not compute it refuse its parameters: "dry friction is"; "" where all compute it.
+    sentence : str
+        What a report says of it in the line on the model; "" if the equation says it.
+    """
+
+    name: str
+    unless: str = ""
+    shown: tuple[str, ...] = ()
+    is_common: bool = False
+    calls: tuple[str, ...] = ()
+    is_marched: bool = True
+    refusal: str = ""
+    sentence: str = ""
+
+
+@dataclass(frozen=True)
+class Physical:
+    """The counterpart of a parameter with units; what is left out is as of the parameter."""
+
+    name: str
+    symbol: str = ""
+    plain: str = ""
+    long_name: str = ""
+    key: str = ""
+
+
+@dataclass(frozen=True)
+class Parameter:
+    """A parameter of the exciter.
+
+    Attributes
+    ----------
+    name : str
+        As in Python, studies and files.
+    range, default : Range, float or None
+        Its values; the default means "effect absent". None: it is required.
+    symbol, plain : str
+        As matplotlib mathtext and as plain text.
+    long_name : str
+        As in datasets, on axes, and in the help of commands.
+    words : str
+        As beside the drawing of the exciter: two or three words.
+    key : str
+        What a study's key of this name means, a sentence without its full stop.
+    dimension : str
+        One of `words.units.DIMENSIONS`; "" for a pure number.
+    physical : Physical, optional
+        Its counterpart with units, by eqs. (2)-(4).
+    effect : str
+        The effect that it belongs to; "" for the place of the supports, which are always there.
+    sign, twin : int, str
+        Mirroring x -> -x multiplies it by the sign and exchanges it with the twin, one of the other support.
+    follows : bool
+        Whether an exciter knows that it was left out: it then only counts periods, or follows from others.
+    units : str
+        Of its values without units of length: "rad" of an angle.
+    """
+
+    name: str
+    range: Range
+    default: float | None
+    symbol: str
+    plain: str
+    long_name: str
+    words: str
+    key: str
+    dimension: str = ""
+    physical: Physical | None = None
+    effect: str = ""
+    sign: int = 1
+    twin: str = ""
+    follows: bool = False
+    units: str = "1"
+
+    @property
+    def letter(self) -> str:
+        """The symbol as plain text where `plain` is a word: q of the load."""
+        return self.plain if self.plain != self.name else self.symbol.strip("$")
+
+    @property
+    def description(self) -> str:
+        """What the key means, with the default, as a sentence."""
+        return described(self.key, self.default)
+
+
+def described(key: str, default: float | None) -> str:
+    """Return what a key means with its default as a sentence."""
+    return f"{key}; required." if default is None else f"{key} ({default:g})."
+
+
+EFFECTS: list[Effect] = [
+    Effect("damping", "h = 0", ("h",), is_common=True),
+    Effect("forcing", "f = 0", ("f",), is_common=True),
+    Effect("support_1", is_common=True),
+    Effect("support_2", is_common=True),
+    Effect("restitution", "R = 1 on the supports included", ("R1", "R2"), is_common=True),
+    Effect("rest", "|f| < {pull}", ("f",), is_common=True),
+    Effect(
+        "load", "load = 0", ("load",), calls=("load",), is_marched=False,
+        sentence="a constant load acts",
+    ),
+    Effect(
+        "soft", "k = 0 on the supports included", ("k1", "k2"), calls=("k1", "k2"),
+        refusal="soft supports are", sentence="soft supports push with a spring and a damper",
+    ),
+    Effect(
+        "friction", "friction = 0", ("friction",), calls=("friction",),
+        refusal="dry friction is", sentence="dry friction acts against the velocity",
+    ),
+    Effect("second_harmonic", "f2 = 0", ("f2",), calls=("f2",)),
+]  # fmt: skip
+"""The order of effects in kernels, studies and files."""
+
+PARAMETERS: list[Parameter] = [
+    Parameter(
+        "nu", POSITIVE, 1.0, r"$\nu$", "ν", "frequency of excitation", "frequency of the force",
+        "Excitation frequency divided by the eigenfrequency", "frequency",
+        Physical(
+            "omega", r"$\omega$", "ω", "angular frequency of excitation",
+            "Angular frequency of the excitation; in Hz it counts cycles: 9 Hz is 2 pi 9 rad/s",
+        ),
+        effect="forcing", follows=True,
+    ),
+    Parameter(
+        "f", FINITE, 0.0, "$f$", "f", "amplitude of excitation", "amplitude of the force",
+        "Amplitude of the excitation", "force", Physical("F", "$F$", "F"),
+        effect="forcing", sign=-1,
+    ),
+    Parameter(
+        "h", NOT_NEGATIVE, 0.0, "$h$", "h", "damping", "damping",
+        "Viscous damping", "damping", Physical("H", "$H$", "H"), effect="damping",
+    ),
+    Parameter(
+        "l", POSITIVE, None, "$l$", "l", "half distance between the supports", "half distance",
+        "Half the distance between the supports", "length", Physical("l"),
+    ),
+    Parameter(
+        "delta", FINITE, 0.0, r"$\delta$", "δ", "offset of the equilibrium", "offset",
+        "Offset of the equilibrium: support 1 at l + delta, support 2 at -(l - delta)", "length",
+        Physical("delta", key="Offset of the equilibrium"), sign=-1,
+    ),
+    Parameter(
+        "R1", FRACTION, 1.0, "$R_1$", "R₁", "restitution of support 1", "restitution of support 1",
+        "Coefficient of restitution of support 1", effect="restitution", twin="R2",
+    ),
+    Parameter(
+        "R2", FRACTION, 1.0, "$R_2$", "R₂", "restitution of support 2", "restitution of support 2",
+        "Coefficient of restitution of support 2", effect="restitution", twin="R1",
+    ),
+    Parameter(
+        "k1", NOT_NEGATIVE, 0.0, "$k_1$", "k₁", "stiffness of support 1, 0 if rigid",
+        "stiffness of support 1", "Stiffness of support 1; a support without it is rigid",
+        "stiffness", Physical("C1", "$C_1$", "C₁"), effect="soft", twin="k2",
+    ),
+    Parameter(
+        "k2", NOT_NEGATIVE, 0.0, "$k_2$", "k₂", "stiffness of support 2, 0 if rigid",
+        "stiffness of support 2", "Stiffness of support 2",
+        "stiffness", Physical("C2", "$C_2$", "C₂"), effect="soft", twin="k1",
+    ),
+    Parameter(
+        "h1", NOT_NEGATIVE, 0.0, "$h_1$", "h₁", "damping of support 1", "damping of support 1",
+        "Damping of support 1, for k1 > 0", "damping",
+        Physical("H1", "$H_1$", "H₁", key="Damping of support 1, for C1 > 0"),
+        effect="soft", twin="h2", follows=True,
+    ),
+    Parameter(
+        "h2", NOT_NEGATIVE, 0.0, "$h_2$", "h₂", "damping of support 2", "damping of support 2",
+        "Damping of support 2, for k2 > 0", "damping",
+        Physical("H2", "$H_2$", "H₂", key="Damping of support 2, for C2 > 0"),
+        effect="soft", twin="h1", follows=True,
+    ),
+    Parameter(
+        "load", FINITE, 0.0, "$q$", "load", "constant force", "constant force",
+        "Constant force", "force", Physical("load"), effect="load", sign=-1,
+    ),
+    Parameter(
+        "friction", NOT_NEGATIVE, 0.0, "$d$", "friction", "dry friction", "dry friction",
+        "Dry friction", "force", Physical("friction"), effect="friction",
+    ),
+    Parameter(
+        "f2", FINITE, 0.0, "$f_2$", "f₂", "amplitude of the second harmonic of excitation",
+        "second harmonic", "Amplitude of the second harmonic of the excitation", "force",
+        Physical("F2", "$F_2$", "F₂"), effect="second_harmonic", sign=-1,
+    ),
+    Parameter(
+        "phi2", FINITE, 0.0, r"$\varphi_2$", "φ₂", "phase of the second harmonic of excitation",
+        "its phase", "Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians", "angle",
+        Physical("phi2", key="Phase of the second harmonic, F2 sin(2 omega t + phi2)"),
+        effect="second_harmonic", units="rad",
+    ),
+]  # fmt: skip
+"""The order of parameters in rows of numbers, tables and files."""
+
+
+def facts() -> str:
+    """Return what stored numbers depend on in the records: all but texts."""
+    effects = [(each.name, each.is_common, each.calls, each.is_marched) for each in EFFECTS]
+    parameters = [
+        (
+            *(each.name, each.range, each.default, each.effect, each.sign, each.twin, each.follows),
+            *(each.physical and each.physical.name, each.dimension),
+        )
+        for each in PARAMETERS
+    ]
+    return repr((effects, parameters))

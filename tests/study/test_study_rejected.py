@@ -299,7 +299,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, figure: {backbone: s}}",
-            "s.figure.backbone: is an unknown key; must be one of pictures, together, show, periods",
+            "s.figure.backbone: is an unknown key; must be one of pictures, together, heads, show, periods",
         ),
         (
             "{kind: backbone}",

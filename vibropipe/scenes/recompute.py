@@ -3,12 +3,14 @@
 from __future__ import annotations
 
 from pathlib import Path
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.scenes.kind import Kind
 from vibropipe.store import Difference, compare
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.kind import Kind
 
 
 class Recomputed(NamedTuple):

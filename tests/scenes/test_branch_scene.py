@@ -277,7 +277,7 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
          "got 70 (it has no unit)"),
         ("50 rad/s,", "5 mm,", "along.omega.to[0]: must be a frequency > 0 with its unit"),
         ("50 rad/s,", "80 rad/s,", "along.omega.to: must have `from` between its two values"),
-        ("along: {omega", "along: {nu", "along.nu: is an unknown key; must be one of H, F, omega"),
+        ("along: {omega", "along: {nu", "along.nu: is an unknown key; must be one of omega, F, H"),
         ("from: 70 rad/s, ", "", "along.omega.from: is required"),
         ("at: [80 rad/s", "at: [80", "at[0]: must be a frequency > 0 with its unit"),
         ("at: [80 rad/s", "at: [20 rad/s", "at: must have values between the ends of `along`"),

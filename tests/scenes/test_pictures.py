@@ -17,9 +17,8 @@ from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.curves import parts
 from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.motion.keys import MotionFigure
-from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
 from vibropipe.scenes.sweep.keys import SweepFigure
-from vibropipe.scenes.sweep.map_captions import describe_map
 from vibropipe.scenes.sweep.pictures import PICTURES
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import label, quantity

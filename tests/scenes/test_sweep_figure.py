@@ -15,10 +15,10 @@ from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
+from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.lines import isolated
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps, value_norm
-from vibropipe.scenes.sweep.regions import regions_of
 from vibropipe.words.regimes import Regime
 
 

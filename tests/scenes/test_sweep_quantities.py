@@ -17,23 +17,21 @@ from sampling import sampled
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
 from vibropipe.figures.style import house_style
-from vibropipe.scenes.sweep.captions import describe_sweep
-from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.figure_keys import SweepFigure
-from vibropipe.scenes.sweep.jumps import jump_steps
-from vibropipe.scenes.sweep.laws import OTHER, chosen_rows, laws_of
-from vibropipe.scenes.sweep.map_captions import (
+from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
+    describe_sweep,
     map_title,
     quantities_title,
 )
+from vibropipe.scenes.sweep.curves import draw_sweep
+from vibropipe.scenes.sweep.figure_keys import SweepFigure
+from vibropipe.scenes.sweep.jumps import jump_steps
+from vibropipe.scenes.sweep.laws import MORE, OTHER, chosen_rows, laws_of, regions_of, share_text
+from vibropipe.scenes.sweep.lines import BAR_NAME
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
-from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps
-from vibropipe.scenes.sweep.regime_map import draw_regime_map
-from vibropipe.scenes.sweep.regions import MORE, regions_of, share_text
 from vibropipe.scenes.sweep.report import tables
-from vibropipe.scenes.sweep.strips import BAR_NAME
 from vibropipe.words.regimes import Regime
 
 PAGE_CM = 21.5  # height of a figure with its caption below on A4

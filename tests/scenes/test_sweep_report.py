@@ -12,7 +12,7 @@ from figures.sample_datasets import sweep
 from vibropipe.scenes.sweep.answers import answers, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.captions import follow_text
 from vibropipe.scenes.sweep.jumps import jumps_of
-from vibropipe.scenes.sweep.regions import regions_of, share_text
+from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe

@@ -11,8 +11,7 @@ import yaml
 import vibropipe as vp
 from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.scenes.sweep.answers import sweep_answers
-from vibropipe.scenes.sweep.captions import describe_sweep
-from vibropipe.scenes.sweep.map_captions import describe_map
+from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
 from vibropipe.study import load_study
 
 STUDY = """

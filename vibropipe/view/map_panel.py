@@ -20,8 +20,8 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.map_shapes import borders, cell_edges, scale_of, widest_spot
 from vibropipe.figures.style import GREEN, PURPLE, SKY, VERMILLION, YELLOW
+from vibropipe.scenes.sweep.maps import HIGHEST_SHARE
 from vibropipe.scenes.sweep.quantities import SIGNED, Series
-from vibropipe.scenes.sweep.quantity_maps import HIGHEST_SHARE
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol
 

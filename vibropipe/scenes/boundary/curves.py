@@ -20,7 +20,7 @@ from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import axis_label, parameter_line
-from vibropipe.scenes.sweep.regions import regions_of
+from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.vocabulary import FLAGS
 

@@ -7,6 +7,7 @@ were followed in both directions are drawn in one panel.
 from __future__ import annotations
 
 from collections.abc import Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -44,7 +45,7 @@ from vibropipe.scenes.sweep.layout import (
     lay_out,
     spot_axes,
 )
-from vibropipe.scenes.sweep.lines import draw_line, lines_of
+from vibropipe.scenes.sweep.lines import draw_line, draw_strips, lines_of
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
     SIGNED,
@@ -56,7 +57,6 @@ from vibropipe.scenes.sweep.quantities import (
     panels_of,
     with_impacts_per_period,
 )
-from vibropipe.scenes.sweep.strips import Strip, draw_strips
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.contacts import OF_SOFT
 
@@ -122,10 +122,10 @@ def draw_bars(layout: Layout, dataset: xr.Dataset, along: str, lines_dim: str | 
     """Draw the bars of regimes below each column, with the label of the abscissa."""
     found = []
     for bars in layout.bars:
-        strips = [Strip(line.text, line.row) for line in lines_of(bars.part, lines_dim)]
+        strips = list(lines_of(bars.part, lines_dim))
         if lines_dim is not None and len(strips[0].text) <= SHORT_TEXT:
             named = f"{symbol_of(dataset[lines_dim])} = {strips[0].text}"
-            strips[0] = Strip(named, strips[0].row)
+            strips[0] = replace(strips[0], text=named)
         height = BAR_CM * len(strips)
         ax = axes(layout.figure, bars.left, bars.bottom - height, bars.width, height)
         ax.set_xscale(scale_of(bars.part[along].values))

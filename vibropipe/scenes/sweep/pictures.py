@@ -12,15 +12,17 @@ from vibropipe.scenes.sweep.bifurcation import (
     draw_bifurcation,
     fits_bifurcation,
 )
-from vibropipe.scenes.sweep.captions import describe_sweep, sweep_title
-from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
-from vibropipe.scenes.sweep.map_captions import (
+from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
+    describe_sweep,
     map_title,
     quantities_title,
+    sweep_title,
 )
+from vibropipe.scenes.sweep.curves import draw_sweep
+from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.orbit_pictures import (
     chosen_visits,
     describe_rows,
@@ -32,8 +34,6 @@ from vibropipe.scenes.sweep.orbit_pictures import (
     spectrum_rows,
 )
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, swept
-from vibropipe.scenes.sweep.quantity_maps import draw_quantity_maps
-from vibropipe.scenes.sweep.regime_map import draw_regime_map
 
 PORTRAIT_TEXT = (
     "Velocity against displacement over the orbit of one row of each law of motion; grey: beyond the supports; "

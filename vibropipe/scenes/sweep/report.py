@@ -16,9 +16,8 @@ from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
 from vibropipe.scenes.sweep.followed import differing_rows
-from vibropipe.scenes.sweep.laws import orbit_numbers
+from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
 from vibropipe.scenes.sweep.quantities import is_map, is_shown
-from vibropipe.scenes.sweep.regions import regions_of, share_text
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series
 

@@ -18,6 +18,23 @@ ROOT = Path(__file__).parents[1]
 BUILD = "import sys; from hatchling.build import build_wheel; print(build_wheel(sys.argv[1]))"
 
 
+LAYOUT = (
+    "Snakefile",
+    "pyproject.toml",
+    "config",
+    "workflow",
+    "vibropipe",
+    "results",
+    "tests",
+    "README.md",
+)
+
+
+@pytest.mark.parametrize("name", LAYOUT)
+def test_the_root_has_the_files_and_folders_that_users_know(name):
+    assert (ROOT / name).exists()
+
+
 @pytest.fixture(scope="module")
 def wheel_files(tmp_path_factory):
     """The files of a wheel built from a copy of this tree, which git's ignored files may litter."""

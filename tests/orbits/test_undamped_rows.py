@@ -109,6 +109,20 @@ def test_impacts_that_cease_leave_an_undamped_motion(nu: float, m: int) -> None:
     assert row.sizes["impact"] == 0
 
 
+@pytest.mark.parametrize("start", [(0.0, 1.0), (0.0, 0.7), (-0.19847, -0.2753)])
+def test_impacts_that_fade_are_no_orbit(start: tuple[float, float]) -> None:
+    """The impact velocity falls like 1/tau, for ever: at 4.5e-5 the motion had the label of a stable orbit."""
+    exciter = vp.Exciter(l=0.5, h=0.0, nu=1 / 8, f=0.1, R1=0.7, k1=100.0)
+    row = vp.steady_state(exciter, *start, outputs=("stability", "impacts"))
+    if int(row.regime) == Regime.NO_IMPACT:
+        assert_repeats(row, 1)
+        return
+    assert int(row.regime) == Regime.UNRESOLVED
+    assert int(row.period_multiple) == 0
+    assert row.chaos.attrs["flag_meanings"].split()[int(row.chaos)] == "none"
+    assert np.all(np.diff(np.abs(row.impact_velocity.values)) < 0.0)
+
+
 @pytest.mark.parametrize("nu", [0.7, math.sqrt(3.0)])
 def test_a_free_vibration_is_an_orbit_of_its_own_period(nu: float) -> None:
     """Where impacts had ceased it had the label aperiodic, or a multiple of the forcing period without a force."""

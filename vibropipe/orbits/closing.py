@@ -5,10 +5,13 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit
+from vibropipe.march.log import IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
 from vibropipe.orbits.recurrence import nearly_repeats
-from vibropipe.orbits.return_map import floquet_multipliers
+from vibropipe.orbits.return_map import floquet_multipliers, gap_difference
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.load import force_times
 
 # Largest residual, relative to the norm of the motion, with which an orbit of multiple m repeats after a divisor of m.
 DIVISOR_TOLERANCE = 1e-9
@@ -20,6 +23,48 @@ NEWTON_REACH = 20.0
 MAX_TRIAL_MULTIPLIER = 2.0
 # Distance of the modulus of a multiplier from 1 that is its rounding: nothing settles on an orbit that is neutral.
 NEUTRAL = 2.0**-40
+# Newton's correction of a closed orbit that is more than rounding, relative to the norm of the motion, and its largest
+# size, in units of the overshoot of the slowest impact: one as large as this takes the impact away.
+ROUNDED_CORRECTION, MAX_CORRECTION = 1e-12, 0.1
+
+
+@jit
+def least_overshoot(e, p, log):
+    """Return the least v^2/2|a| of the logged impacts: how far the mass would go on, were there no support.
+
+    v and a are velocity and acceleration before the impact. Impacts before a rest are slow by nature: inf with rests,
+    and without impacts.
+    """
+    least = math.inf
+    if log.counts[RESTS] + log.counts[TAILS] == 0:
+        for i in range(min(log.counts[IMPACTS], log.position.size)):
+            v = log.velocity[i]
+            a = -support_position(p, log.support[i]) - p.h * v
+            if e.forcing is not None:
+                a += force_times(p, 1.0, log.position[i], e.second_harmonic)
+            least = min(least, 0.5 * v * v / abs(a) if a != 0.0 else math.inf)
+    return least
+
+
+@jit
+def is_located(e, p, orbit, log) -> bool:
+    """Return whether a closed orbit, whose contacts the log holds, is known well enough for its impacts to be shown.
+
+    An undamped motion may lose less and less in ever slower impacts, and never settle: it repeats the better the slower
+    it is, and Newton's method finds nothing but the motion that touches no more. What tells it is the next correction
+    |(I - J)^-1 r|, which would take the slowest impact away.
+    """
+    j11, j12, j21, j22 = orbit.derivative
+    dy, dw = gap_difference(e, p, orbit.end, orbit.state)
+    a11, a22 = 1.0 - j11, 1.0 - j22
+    determinant = a11 * a22 - j12 * j21
+    if determinant == 0.0:
+        return True
+    correction = abs(a22 * dy + j12 * dw) + abs(j21 * dy + a11 * dw)
+    correction /= abs(determinant)
+    if correction <= ROUNDED_CORRECTION * orbit.norm:
+        return True
+    return correction <= MAX_CORRECTION * least_overshoot(e, p, log)
 
 
 @jit
@@ -76,7 +121,7 @@ def reach_orbit(e, p, grid, state, m, within, closed, log, c):
         The orbit, closed or not.
     """
     orbit = shoot(e, p, grid, state, m, Shooting(within, MAX_TRIAL_MULTIPLIER, closed), log, c)
-    return settles_on(orbit), orbit
+    return settles_on(orbit) and is_located(e, p, orbit, log), orbit
 
 
 @jit

@@ -57,12 +57,14 @@ from vibropipe.orbits.shooting import (
 from vibropipe.orbits.undamped import goes_on_untouched
 from vibropipe.orbits.verdict import (
     APERIODIC,
+    DRIFTING,
     LONG_ORBIT_PATIENCE,
     PERIODIC,
     UNDAMPED,
     classify_aperiodic,
     long_multiple,
     next_limit,
+    still_settles,
 )
 from vibropipe.orbits.window import WINDOW, record_period, write_sections
 from vibropipe.orbits.window_means import close_window
@@ -88,7 +90,7 @@ class SteadyState(NamedTuple):
     ----------
     kind : int
         PERIODIC, UNDAMPED (an orbit in closed form, of `closed_form.solve_undamped` or a free vibration), APERIODIC,
-        UNBOUNDED or DRIFTING (bounded, but still growing at the period limit).
+        UNBOUNDED or DRIFTING (bounded, but still changing at the period limit).
     status : int
         `Status` of the march; LOG_FULL if the orbit has more contacts than the log holds.
     m : int
@@ -285,6 +287,10 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     if window is not None:
         close_window(log.pieces, e, p, window, state, sums)
         write_sections(window, xs, vs, k)
+    # Without damping, the derivatives at ever slower impacts grow where the motion does not.
+    may_settle = kind == APERIODIC and (p.h == 0.0 or not is_seen_chaotic)
+    if may_settle and still_settles(p, xs, vs, k, norm):
+        kind, is_seen_chaotic = DRIFTING, False
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS
     return SteadyState(

@@ -12,7 +12,13 @@ import math
 
 from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS
-from vibropipe.orbits.recurrence import HISTORY_OFFSET, MAX_LONG_MULTIPLE, MAX_MULTIPLE
+from vibropipe.orbits.recurrence import (
+    HISTORY_OFFSET,
+    MAX_LONG_MULTIPLE,
+    MAX_MULTIPLE,
+    RETURN_TOLERANCE,
+    lies_on_orbit,
+)
 from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.linear import (
     FREQUENCY_ROUNDING,
@@ -131,6 +137,21 @@ def classify_aperiodic(p, log, xs, vs, k):
         if late - middle > GROWTH_PERSISTENCE * (middle - early):
             return UNBOUNDED if grows_without_bound(p, log) else DRIFTING
     return APERIODIC
+
+
+@jit
+def still_settles(p, xs, vs, k, norm) -> bool:
+    """Return whether a motion that loses energy nearly repeats, but has not settled: it may on what is not like it.
+
+    p, xs, vs, k : as for `classify_aperiodic`; norm : norm of the motion.
+    """
+    last = HISTORY_OFFSET + k
+    if p.h == 0.0 and p.friction == 0.0:
+        if stays_off_supports(p, xs[last], vs[last], 0.0):
+            return False
+        if p.R1 == 1.0 and p.R2 == 1.0 and p.h1 == 0.0 and p.h2 == 0.0:
+            return False
+    return lies_on_orbit(xs, vs, k, norm, RETURN_TOLERANCE)
 
 
 @jit

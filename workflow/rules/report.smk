@@ -28,7 +28,7 @@ for study in RUN.studies:
             "logs/{study}/report.log",
         wildcard_constraints:
             study=study,
-        threads: min(workflow.cores or 1, max(len(RUN.figures_to_draw(study)), 1))
+        threads: max(len(RUN.figures_to_draw(study)), 1)
         resources:
             mem_mb=2000,
             runtime=10,

@@ -103,7 +103,7 @@ def design(
         With `tolerance` or `allow` they are ranked by `yield`, then by `reliability_index`; with a quantity to be
         least, or a curve, by that among yields of the same whole per cent. Designs are then moved inside their bounds
         by four standard deviations of the quantity, or by two or one if there is no more room; one that stays within a
-        tenth of one is left out if there are others.
+        tenth of one is left out if there are others. A front is sought among points that keep as many deviations.
 
         <parameter>
             Varied parameters; the others are scalars.
@@ -177,10 +177,10 @@ def design(
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
-    candidates, sampled = find_candidates(problem, samples, steps)
+    candidates = find_candidates(problem, samples, steps)
     swept = None
     if is_front:
-        candidates, swept = front(problem, sampled, candidates, steps)
+        candidates, swept = front(problem, candidates, steps)
     candidates = [moved_inside(problem, candidate) for candidate in candidates]
     is_front &= candidates[0].is_met
     if is_front:

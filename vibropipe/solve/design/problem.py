@@ -2,9 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -97,13 +98,15 @@ class Problem:
         """Return points (n, k) in shares of the ranges from their parameters (n, p)."""
         return (parameters[:, self.columns] - self.low) / self.width
 
-    def from_start(self, parameters: np.ndarray) -> Points:
-        """Return the motions that settle from the start at parameters (n, p)."""
-        return solve_points(parameters, (self.x0, self.v0), self.outputs, harmonics_of(self.names))
+    def from_start(self, parameters: np.ndarray, sensitivity: bool = False) -> Points:
+        """Return the motions that settle from the start at parameters (n, p), with sensitivities if asked for."""
+        return self._solved(parameters, (self.x0, self.v0), sensitivity)
 
     def near(self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
-        """Return the motions that settle from states (n, 2), with their sensitivities if they are asked for."""
-        start = states[:, 0], states[:, 1]
+        """Return the motions that settle from states (n, 2), with sensitivities if asked for."""
+        return self._solved(parameters, (states[:, 0], states[:, 1]), sensitivity)
+
+    def _solved(self, parameters: np.ndarray, start: tuple[Any, Any], sensitivity: bool) -> Points:
         outputs = (*self.outputs, OUTPUT) if sensitivity else self.outputs
         return solve_points(
             parameters, start, tuple(dict.fromkeys(outputs)), harmonics_of(self.names)
@@ -149,9 +152,25 @@ class Problem:
         """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does."""
         from scipy.special import log_ndtr
 
+        least = np.full(len(points.parameters), LEAST_LOG_LOSS)
+        losses = [log_ndtr(-distance) for distance in self._distances(points)]
+        total: np.ndarray = np.logaddexp.reduce([least, *losses])
+        return total
+
+    def reliability(self, points: Points) -> np.ndarray:
+        """Return the least distance (n,) to a limit of a goal in the standard deviations of its quantity.
+
+        Goals are left out whose quantity has no derivative. The points have sensitivities.
+        """
+        endless = np.full(len(points.parameters), np.inf)
+        distances = [np.nan_to_num(each, nan=np.inf) for each in self._distances(points)]
+        least: np.ndarray = np.min([endless, *distances], axis=0)
+        return least
+
+    def _distances(self, points: Points) -> Iterator[np.ndarray]:
+        """Yield the distances (n,) from each limit of each goal, in the standard deviations of its quantity."""
         columns = [Parameters._fields.index(name) for name in self.scatter]
         sigma = np.array(list(self.scatter.values()))
-        losses = [np.full(len(points.parameters), LEAST_LOG_LOSS)]
         for bound in (self.goals.bounds[n] for n in self.smooth):
             name, room = bound.quantity, self.room(bound)
             if name.derived or np.isinf(room):
@@ -159,9 +178,7 @@ class Problem:
             std = np.linalg.norm(exact_slopes(points, [name], columns)[:, 0] * sigma, axis=1)
             values = name.values(points.variables, points.parameters)
             for left in (name.difference(bound.high, values), name.difference(values, bound.low)):
-                losses.append(log_ndtr(-(left + room) / np.maximum(std, 1e-300)))
-        total: np.ndarray = np.logaddexp.reduce(losses)
-        return total
+                yield (left + room) / np.maximum(std, 1e-300)
 
     def room(self, bound: Bound) -> float:
         """Return how far a part may be beyond a goal: what is allowed of a target, without end if nothing is said."""

@@ -111,8 +111,10 @@ class Search:
             return misses if trial.valid else np.full_like(misses, REFUSED)
 
         def slopes(share: np.ndarray) -> np.ndarray:
-            trial = self.at(share)
-            return self._slopes(trial)
+            slopes = self._slopes(self.at(share))
+            if not np.isfinite(slopes).all():  # moved off an end of a range, to another law
+                raise _EndedError
+            return slopes
 
         begin, refused = self.last, self.refused
         self._tried = {begin.share.tobytes(): begin}

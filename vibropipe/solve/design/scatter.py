@@ -138,27 +138,33 @@ def distances_to_limits(problem: Problem, candidate: Candidate) -> np.ndarray:
         return np.where(std > 0, rooms / std, np.inf)
 
 
-def moved_inside(problem: Problem, candidate: Candidate) -> Candidate:
-    """Return a design moved off its bounds, by as many of INSIDE standard deviations as can be had.
+def is_inside(problem: Problem, candidate: Candidate, reach: float) -> bool:
+    """Return whether a design keeps so many standard deviations off each bound."""
+    is_bound = np.array([not bound.is_target for bound in problem.goals.bounds], bool)
+    return bool((distances_to_limits(problem, candidate)[is_bound] >= reach).all())
+
+
+def moved_inside(
+    problem: Problem, candidate: Candidate, reaches: Sequence[float] = INSIDE
+) -> Candidate:
+    """Return a design moved off its bounds, by as many of `reaches` standard deviations as can be had.
 
     A bound that is met exactly is broken by half of the parts. The law, the targets and other limits are kept.
     """
     if not problem.scatter or not candidate.is_met or problem.goals.of_yield:
         return candidate
-    is_bound = np.array([not bound.is_target for bound in problem.goals.bounds], bool)
     limits = {}
     if len(problem.goals.objectives) == 2:
         limits = {1: float(problem.costs(candidate.values)[1])}
-    for reach in INSIDE:
+    for reach in reaches:
         found: Candidate | None = candidate
         for _ in range(MAX_MOVES):
             assert found is not None
-            needed = reach * np.where(is_bound, deviations(problem, found), 0.0)
-            left = [problem.distance(bound, found.values) for bound in problem.goals.bounds]
-            if ((left >= needed) | (needed == 0)).all():
+            if is_inside(problem, found, reach):
                 return found
             # A little more, so that a deviation that grows on the way does not undo the move.
-            found = _led_to(replace(problem, margins=1.01 * needed), found, limits)
+            needed = 1.01 * reach * deviations(problem, found)
+            found = _led_to(replace(problem, margins=needed), found, limits)
             if found is None:
                 break
     return candidate

@@ -42,12 +42,13 @@ class Candidate:
 
 @dataclass
 class Samples:
-    """Stable motions among sampled points."""
+    """Stable motions among sampled points; `reliability` as of `Problem`, if it was asked for, else without end."""
 
     share: np.ndarray
     values: np.ndarray
     state: np.ndarray
     law: np.ndarray
+    reliability: np.ndarray
 
     def joined(self, other: Samples) -> Samples:
         """Return both sets, one after the other."""
@@ -59,10 +60,8 @@ class Samples:
         )
 
 
-def find_candidates(
-    problem: Problem, n_samples: int, steps: WorkCount
-) -> tuple[list[Candidate], Samples]:
-    """Return the designs found, not yet ranked, and all stable samples.
+def find_candidates(problem: Problem, n_samples: int, steps: WorkCount) -> list[Candidate]:
+    """Return the designs found, not yet ranked.
 
     Raises
     ------
@@ -90,10 +89,10 @@ def find_candidates(
         raise ParameterError("vary", dict(problem.vary), must=must, got="")
     if not candidates:
         candidates = [unreached(problem, samples, index) for index in seeds(problem, samples, 1)]
-    return candidates, samples
+    return candidates
 
 
-def sample(problem: Problem, n: int, turn: int) -> Samples:
+def sample(problem: Problem, n: int, turn: int, among_parts: bool = False) -> Samples:
     """Return the stable motions at the n points of a turn of Sobol's sequence."""
     from scipy.stats import qmc
 
@@ -101,16 +100,23 @@ def sample(problem: Problem, n: int, turn: int) -> Samples:
     sequence = qmc.Sobol(k, scramble=False)
     # The first point of the sequence is a corner.
     sequence.fast_forward(1 + turn * n)
-    return solved(problem, sequence.random(n))
+    return solved(problem, sequence.random(n), among_parts)
 
 
-def solved(problem: Problem, share: np.ndarray) -> Samples:
-    """Return the stable motions that have all quantities at points (n, k) in shares of the ranges."""
+def solved(problem: Problem, share: np.ndarray, among_parts: bool = False) -> Samples:
+    """Return the stable motions that have all quantities at points (n, k) in shares of the ranges.
+
+    With `among_parts` they have their reliability, if parts scatter.
+    """
+    among_parts &= bool(problem.scatter)
     share = share[within_ranges(problem.parameters(share))]
-    points = problem.from_start(problem.parameters(share))
+    points = problem.from_start(problem.parameters(share), sensitivity=among_parts)
     values = problem.read(points)
     valid = problem.is_valid(points, values)
-    return Samples(share[valid], values[valid], points.states[valid], points.laws[valid])
+    reliability = problem.reliability(points) if among_parts else np.full(len(share), np.inf)
+    return Samples(
+        share[valid], values[valid], points.states[valid], points.laws[valid], reliability[valid]
+    )
 
 
 def seeds(problem: Problem, samples: Samples, most: int) -> list[int]:

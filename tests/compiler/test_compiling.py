@@ -1,20 +1,17 @@
-"""Every process runs the kernels that the cache holds, also the process that first needs them."""
+"""Functions called from Python and from compiled code, their cache, and equal bits in every process."""
 
 import os
-import pickle
-import signal
 import subprocess
 import sys
 
-import numba
 import pytest
 
-from vibropipe.compiler import client
+from vibropipe.compiler import jit
 
 PRINTS_NAMES = """
 import sys
-from vibropipe.compiler import client
-client.on_compiling.append(lambda name: print("compiling", name, file=sys.stderr))
+from vibropipe.compiler.cache import on_compiling
+on_compiling.append(lambda name: print("compiling", name, file=sys.stderr))
 """
 FIRST_CALL = """
 from vibropipe.physics.load import force_at
@@ -23,32 +20,32 @@ assert force_at(Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0), 1.0, 0.25)[0] == 
 print(sum(force_at.stats.cache_hits.values()), sum(force_at.stats.cache_misses.values()))
 """
 SIDE_BY_SIDE = """
-from vibropipe.compiler import client
-from vibropipe.physics.load import force_at
+from vibropipe.lab.timing import compile_side_by_side
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import free_flow
-events, compile_once = [], client._compile_once
-
-def recorded(dispatcher, signature):
-    events.append("begin")
-    completed = compile_once(dispatcher, signature)
-    events.append("end")
-    return completed
-
-client._compile_once = recorded
+from vibropipe.physics.load import force_at
 p = Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0)
-client.compile_side_by_side([lambda: force_at(p, 1.0, 0.25), lambda: free_flow(0.2, 1.0)], 2)
-print(*events, len(client._idle))
+calls = [lambda: force_at(p, 1.0, 0.25), lambda: free_flow(0.2, 1.0), lambda: 1 / 0]
+compile_side_by_side(calls, 2)
+calls[0](), calls[1]()
+print(*(sum(each.stats.cache_hits.values()) for each in (force_at, free_flow)))
 """
-CHAOTIC = """
+# a sweep with chaotic rows, a chaotic motion, and a branch
+NUMBERS = """
 import hashlib
+from dataclasses import replace
 import numpy as np
 import vibropipe as vp
 from vibropipe.words.regimes import Regime
-rows = vp.sweep(
-    vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7), {"f": [0.2], "nu": np.linspace(0.4, 1.4, 100)}
-)
-print((rows.regime == Regime.APERIODIC).sum().item(), hashlib.sha256(rows.displacement_strobe.values).hexdigest())
+exciter = vp.Exciter(l=0.5, nu=1.0, f=0.2, h=0.2, R1=0.7, R2=0.7)
+rows = vp.sweep(exciter, {"nu": np.linspace(0.4, 1.4, 100)})
+is_chaotic = rows.regime == Regime.APERIODIC
+chaotic = replace(exciter, nu=rows.nu[is_chaotic].values[0])
+motion = vp.simulate(chaotic, 3000.0, samples_per_period=0)
+branch = vp.branch(replace(exciter, f=1.0), "nu", (0.8, 1.2))
+print(is_chaotic.sum().item())
+for values in (rows.displacement_strobe, motion.impact_velocity, branch.displacement_strobe):
+    print(hashlib.sha256(np.ascontiguousarray(values)).hexdigest())
 """
 
 
@@ -62,18 +59,70 @@ def run(script, cache, **more):
     return completed.stdout.split()
 
 
-def test_a_missing_kernel_is_compiled_in_another_process_and_loaded(tmp_path):
-    assert run(FIRST_CALL, tmp_path) == ["1", "0"]
-    # Functions that a kernel calls are cached as pieces, without machine code.
+@jit
+def halved(x):
+    return 0.5 * x
+
+
+@jit
+def quarter(x):
+    return halved(halved(x))
+
+
+@jit
+def checked(x):
+    if x < 0.0:
+        raise ValueError("x must not be negative")
+    return quarter(x)
+
+
+@jit
+def eighth(x):
+    return checked(0.5 * x)
+
+
+def test_a_function_may_be_called_from_compiled_code_first_and_from_python_later():
+    assert eighth(8.0) == 1.0
+    assert quarter(8.0) == 2.0
+    assert halved(8.0) == 4.0
+    assert eighth(8) == 1.0  # another type
+
+
+def test_a_function_may_be_called_from_python_first_and_from_compiled_code_later():
+    assert halved(8.0 + 0.0j) == 4.0
+    assert quarter(8.0 + 0.0j) == 2.0
+
+
+def test_a_compiled_callee_raises_its_error():
+    with pytest.raises(ValueError, match="x must not be negative"):
+        eighth(-1.0)
+    with pytest.raises(ValueError, match="x must not be negative"):
+        checked(-1.0)
+
+
+def test_a_process_compiles_what_it_calls_and_a_later_one_loads_it(tmp_path):
+    assert run(FIRST_CALL, tmp_path) == ["0", "1"]
     files = {path.name.split("-")[0]: path for path in tmp_path.rglob("*.nbc")}
-    pieces = {name for name, path in files.items() if client.PIECES in path.parts}
+    pieces = {name for name, path in files.items() if "pieces" in path.parts}
     assert pieces == {"load.force_of_angle", "turns.sincos_turns"}
     holds_code = {name for name, path in files.items() if b"\x7fELF" in path.read_bytes()}
     assert holds_code == {"load.force_at"} == set(files) - pieces
     assert run(FIRST_CALL, tmp_path) == ["1", "0"]
 
 
-def test_processes_that_need_one_kernel_compile_it_once(tmp_path):
+def test_stored_pieces_are_linked_by_a_process_that_compiles(tmp_path):
+    run(FIRST_CALL, tmp_path)
+    times = {}
+    for path in tmp_path.rglob("*.nb?"):
+        if "pieces" in path.parts:
+            times[path] = path.stat().st_mtime_ns
+        else:
+            path.unlink()
+    assert run(FIRST_CALL, tmp_path) == ["0", "1"]
+    assert {path: path.stat().st_mtime_ns for path in times} == times
+
+
+def test_processes_that_need_one_function_compile_it_once(tmp_path):
     processes = [
         subprocess.Popen(
             **command(PRINTS_NAMES + FIRST_CALL, tmp_path),
@@ -83,78 +132,40 @@ def test_processes_that_need_one_kernel_compile_it_once(tmp_path):
         for _ in range(3)
     ]
     outputs = [process.communicate() for process in processes]
-    assert [out.split() for out, _ in outputs] == [["1", "0"]] * 3
+    assert sorted(out.split() for out, _ in outputs) == [["0", "1"], ["1", "0"], ["1", "0"]]
     assert "".join(err for _, err in outputs) == "compiling physics.load.force_at\n"
 
 
-def test_known_kernels_are_compiled_side_by_side(tmp_path):
-    assert run(SIDE_BY_SIDE, tmp_path) == ["begin", "begin", "end", "end", "2"]
-    assert run(SIDE_BY_SIDE, tmp_path) == ["0"]
-
-
-def test_a_copy_of_the_package_in_the_working_directory_is_ignored(tmp_path):
-    (tmp_path / "vibropipe").mkdir()
-    (tmp_path / "vibropipe" / "__init__.py").write_text("raise ImportError('another copy')\n")
-    call = command(FIRST_CALL, tmp_path / "cache")
-    call["args"].insert(1, "-P")
-    completed = subprocess.run(**call, cwd=tmp_path, capture_output=True, check=True)
-    assert completed.stdout.split() == ["1", "0"]
-    assert completed.stderr == ""
+@pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forked processes")
+def test_forked_processes_leave_what_they_compile(tmp_path):
+    assert run(SIDE_BY_SIDE, tmp_path) == ["1", "1"]
 
 
 def test_without_a_writable_cache_kernels_are_temporary(tmp_path):
     blocked, scratch = tmp_path / "file", tmp_path / "scratch"
     blocked.touch()
     scratch.mkdir()
-    assert run(FIRST_CALL, blocked, TMPDIR=str(scratch)) == ["1", "0"]
+    assert run(FIRST_CALL, blocked, TMPDIR=str(scratch)) == ["0", "1"]
     assert not list(scratch.iterdir())
 
 
-def test_without_locks_and_forks_another_process_compiles(tmp_path):
-    """As on Windows; the compiling process is started without them as well."""
-    removal = (
-        "import os, sys\n"
-        "sys.modules['fcntl'] = None\n"
-        "for name in ('fork', 'killpg', 'forkpty'):\n"
-        "    vars(os).pop(name, None)\n"
-    )
-    (tmp_path / "sitecustomize.py").write_text(removal)
+def test_without_locks_a_process_compiles_for_itself(tmp_path):
+    """As on Windows."""
+    (tmp_path / "sitecustomize.py").write_text("import sys\nsys.modules['fcntl'] = None\n")
+    assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["0", "1"]
     assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["1", "0"]
-    assert list(tmp_path.rglob("*.nbc"))
 
 
-def test_without_private_parts_of_numba_a_process_compiles_for_itself(tmp_path):
+def test_without_private_parts_of_numba_a_function_has_no_pieces(tmp_path):
     removal = "import numba.core.codegen\ndel numba.core.codegen.JITCodeLibrary\n"
     (tmp_path / "sitecustomize.py").write_text(removal)
     assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["0", "1"]
-
-
-def test_a_compiler_that_has_ended_is_replaced():
-    first = client._compiler()
-    os.killpg(first.pid, signal.SIGKILL)
-    first.wait()
-    client._idle.append((os.getpid(), first))
-    second = client._compiler()
-    assert second is not first
-    second.kill()
-    second.communicate()
-
-
-def test_a_compiler_finishes_its_task_in_silence_if_its_client_is_killed(tmp_path):
-    task = pickle.dumps(("vibropipe.physics.turns", "sincos_turns", (numba.float64,)))
-    served = command(client.COMMAND, tmp_path, **{client.COMPILER: client.SERVES})
-    served |= {"stdin": subprocess.PIPE, "stdout": subprocess.PIPE, "stderr": subprocess.PIPE}
-    with subprocess.Popen(**{**served, "text": False}) as compiler:
-        compiler.stdout.close()
-        compiler.stdin.write(task)
-        compiler.stdin.close()
-        assert compiler.stderr.read() == b""
-    assert compiler.returncode == 0
-    assert any(b"\x7fELF" in path.read_bytes() for path in tmp_path.rglob("*.nbc"))
+    assert run(FIRST_CALL, tmp_path / "cache", PYTHONPATH=str(tmp_path)) == ["1", "0"]
+    assert not list((tmp_path / "cache").rglob("pieces"))
 
 
 @pytest.mark.slow
 def test_the_first_process_computes_the_same_bits_as_later_ones(tmp_path):
-    first, second = run(CHAOTIC, tmp_path), run(CHAOTIC, tmp_path)
+    first, second = run(NUMBERS, tmp_path), run(NUMBERS, tmp_path)
     assert int(first[0]) >= 3
     assert first == second

@@ -9,7 +9,7 @@ from types import SimpleNamespace
 
 import pytest
 
-from vibropipe.compiler import client
+from vibropipe.compiler import cache
 from vibropipe.jobs import estimates
 from vibropipe.jobs.estimates import (
     DEADLINE,
@@ -178,7 +178,7 @@ def busy_in_a_kernel(scene, sampler):
 
 
 def compiling(scene, sampler):
-    for callback in client.on_compiling:
+    for callback in cache.on_compiling:
         callback("a.kernel")
 
 
@@ -191,7 +191,7 @@ def test_a_plan_is_soon_there_whatever_a_sample_does(study, own_cache, monkeypat
     kind = SimpleNamespace(solve=None, estimate=cost)
     monkeypatch.setattr(estimates, "kind_of", lambda scene: kind)
     monkeypatch.setattr(estimates, "MAX_LOAD_SECONDS", 0.0)
-    monkeypatch.setattr(client, "on_compiling", estimates.on_compiling)
+    monkeypatch.setattr(cache, "on_compiling", estimates.on_compiling)
     begin = time.monotonic()
     found = estimate_study(study, 2.0)
     assert time.monotonic() - begin < 4.0

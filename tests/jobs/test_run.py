@@ -6,7 +6,7 @@ from types import SimpleNamespace
 import pytest
 import xarray as xr
 
-from vibropipe.compiler.sources import COMPILER, kernel_hash, source_hash
+from vibropipe.compiler.sources import kernel_hash, source_hash
 from vibropipe.jobs.run import (
     FIRST,
     ROWS,
@@ -86,7 +86,7 @@ def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
     monkeypatch.setattr("vibropipe.compiler.cache.cache_root", lambda: tmp_path / "cache")
     assert run.threads(*wide) == round(2e6 * 4e-5 / 30)
     # the folder alone, which importing the module creates, is not enough
-    kernels = tmp_path / f"cache/solve.rows.many-{source_hash([ROWS, COMPILER])}/__pycache__"
+    kernels = tmp_path / f"cache/solve.rows.many-{source_hash([ROWS])}/__pycache__"
     kernels.mkdir(parents=True)
     assert run.threads(*wide) == round(2e6 * 4e-5 / 30)
     kernels.joinpath("rows.solve_piece.nbi").touch()

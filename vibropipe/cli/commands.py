@@ -57,7 +57,7 @@ def _options(
         ),
     ] = False,
 ) -> None:
-    from vibropipe.compiler.client import on_compiling
+    from vibropipe.compiler.cache import on_compiling
 
     # a worker comes here with each command
     on_compiling[:] = [

@@ -16,15 +16,12 @@ from typing import NamedTuple
 from vibropipe.words.exciter import facts
 
 PACKAGE = Path(__file__).parents[1]
-# Compiles kernels, in a process of its own; no module imports it.
-COMPILER = "vibropipe.compiler.server"
 # Modules that turn parameters into numbers: the public functions.
 SOLVERS = (
     "vibropipe.solve.motion.conservative",
     "vibropipe.solve.motion.simulate",
     "vibropipe.solve.rows.steady",
     "vibropipe.solve.sweep.sweep",
-    COMPILER,
 )
 # Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them. Of the
 # records of parameters and effects numbers depend on `facts`, not on the texts.
@@ -85,23 +82,9 @@ def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Pat
 def closure(
     roots: Iterable[str], left_out: Iterable[str] = (), package: Path = PACKAGE
 ) -> dict[str, Source]:
-    """Return modules and all that they import within the package, by dotted name.
+    """Return modules and all that they import within the package, by dotted name; arguments as of `source_hash`.
 
     A package counts by its `__init__`, except the outermost one, which holds the version and the public names.
-
-    Parameters
-    ----------
-    roots, left_out, package
-        As in `source_hash`.
-
-    Returns
-    -------
-    dict of str to Source
-
-    Raises
-    ------
-    ValueError
-        If a root is no module of the package.
     """
     ends = {*WORDS, *left_out, package.name}
     sources: dict[str, Source] = {}

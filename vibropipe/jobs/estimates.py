@@ -18,8 +18,7 @@ from dataclasses import asdict, dataclass
 from pathlib import Path
 from typing import Any, NoReturn
 
-from vibropipe.compiler.cache import cache_folder
-from vibropipe.compiler.client import on_compiling
+from vibropipe.compiler.cache import cache_folder, on_compiling
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.scenes.costs import MIN_LOAD_SECONDS, Estimate, sampling
 from vibropipe.scenes.keys.base import BaseScene

@@ -14,10 +14,9 @@ from typing import TYPE_CHECKING, Any
 import numba
 import numpy as np
 
-from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab.effect_bytes import stored_bytes
 from vibropipe.lab.effect_work import TimingCase, kernel_call, timed_work
-from vibropipe.lab.timing import Timer, quartiles, time_in_rounds
+from vibropipe.lab.timing import Timer, compile_side_by_side, quartiles, time_in_rounds
 from vibropipe.lab.work_precision import motion_coordinates
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.effects import effect_names

@@ -15,14 +15,13 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numba
 import numpy as np
 
-from vibropipe.compiler.client import compile_side_by_side
 from vibropipe.lab import work_precision_methods as own_methods
 from vibropipe.lab.asked_accuracy import ask
 from vibropipe.lab.motion_reference import ERRORS, MotionReference
 from vibropipe.lab.peers.heyoka import heyoka_peer
 from vibropipe.lab.peers.solve_ivp import scipy_peer
 from vibropipe.lab.peers.solve_nivp import is_for_nivp, nivp_peer
-from vibropipe.lab.timing import Timer, time_in_rounds
+from vibropipe.lab.timing import Timer, compile_side_by_side, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, Candidate
 from vibropipe.physics.load_steps import MAX_TABLE
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome, is_installed
@@ -137,7 +136,7 @@ def compile_methods(methods: Sequence[str], motions: Iterable[BenchmarkMotion]) 
     def repeat(method: str, motion: BenchmarkMotion) -> None:
         build(method, 8.0, motion).repeat(1)
 
-    # The two calls of a method share most of their code, which side by side would be compiled twice.
+    # The two calls of a method share most of their code, which side by side would be lowered twice.
     own = [method for method in methods if method in OWN_METHODS]
     calls = [
         partial(call, *arguments) for call in (show, repeat) for arguments in product(own, short)

@@ -24,10 +24,9 @@ MEASURE = """
 import json
 import numba
 import numpy as np
-from vibropipe.lab.simulate_rows import _drive
-from vibropipe.bench.cases import newmark_item
-from vibropipe.bench.measurement import measure
-from vibropipe.march.newmark_steps import SIZE, STRIDE, advance_block
+from lane_rows import _drive, newmark_item
+from newmark_lanes import SIZE, STRIDE, advance_block
+from vibropipe.lab.bench import measure
 
 item = newmark_item()
 measure([item], 7)
@@ -49,6 +48,7 @@ def without_avx512(tmp_path_factory):
         if name not in WIDER
     ]
     return os.environ | {
+        "PYTHONPATH": str(TESTS / "benchmarks"),
         "NUMBA_CPU_NAME": "haswell",
         "NUMBA_CPU_FEATURES": ",".join(sorted(features)),
         "VIBROPIPE_CACHE_DIR": str(tmp_path_factory.mktemp("avx2")),
@@ -83,5 +83,7 @@ def test_lanes_are_the_scalar_path_to_the_last_bit(without_avx512):
         "-q",
         "-p",
         "no:cacheprovider",
-        str(TESTS / "lab" / "test_lanes.py"),
+        str(TESTS / "benchmarks" / "test_lanes.py"),
+        "-m",
+        "benchmark",
     )

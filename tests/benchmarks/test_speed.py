@@ -7,10 +7,11 @@ import time
 
 import numpy as np
 import pytest
+from lane_rows import newmark_item
 
 import vibropipe as vp
-from vibropipe.bench.cases import items
-from vibropipe.bench.measurement import measure
+from vibropipe.lab.bench import measure
+from vibropipe.lab.bench_items import items
 
 pytestmark = pytest.mark.benchmark
 ROUNDS = 7
@@ -18,7 +19,7 @@ ROUNDS = 7
 
 @pytest.fixture(scope="module")
 def measured():
-    all_items = items()
+    all_items = [*items(), newmark_item()]
     measure(all_items, ROUNDS)
     return {item.name: item for item in all_items}
 
@@ -30,6 +31,7 @@ def measured():
         ("one motion, exact", "exact", "DOP853, 1e-12"),
         ("newmark in lanes", "in lanes", "textbook loop"),
         ("sweep", "steady states", "heyoka, 1e-15"),
+        ("sweep", "steady states", "textbook loop"),
         ("branch", "branch", "followed sweep"),
     ],
 )

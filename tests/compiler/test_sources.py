@@ -62,7 +62,7 @@ NEITHER = (
     "scenes/accuracy/pictures.py",
     "cli/commands.py",
     "jobs/run.py",
-    "bench/cases.py",
+    "lab/bench.py",
 )
 
 
@@ -159,9 +159,8 @@ def test_every_kernel_is_hashed_or_belongs_to_a_measurement():
     }
     scene_modules = [f"{kind.package}.solve" for kind in kinds().values()]
     lab = set(closure(scene_modules))
-    # Newmark's method in lanes and orbits in closed form are called from Python only
-    others = {"vibropipe.lab.lanes", "vibropipe.lab.simulate_rows", "vibropipe.orbits.extremes"}
-    assert compiled - set(closure(SOLVERS)) - lab == others
+    # orbits in closed form are called from Python only
+    assert compiled - set(closure(SOLVERS)) - lab == {"vibropipe.orbits.extremes"}
     assert len(compiled) > 20
 
 

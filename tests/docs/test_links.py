@@ -14,7 +14,7 @@ from vibropipe.words.status import Status
 FOLDERS = (
     "vibropipe", "tests", "workflow", "config", "docs", "profiles", ".ci", "words", "compiler",
     "physics", "march", "orbits", "solve", "store", "figures", "report", "lab", "scenes", "study",
-    "jobs", "bench", "cli",
+    "jobs", "cli",
 )  # fmt: skip
 A_PATH = re.compile(
     rf"(?:{'|'.join(map(re.escape, FOLDERS))})/[\w./-]*|[\w.-]+\.(?:txt|toml|cff|md)"

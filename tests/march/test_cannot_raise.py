@@ -18,7 +18,6 @@ from numba.core.dispatcher import Dispatcher
 
 import vibropipe as vp
 from vibropipe.compiler import jit
-from vibropipe.lab.simulate_rows import simulate_rows
 from vibropipe.solve.rows.many import solve_piece
 from vibropipe.words.outputs import OUTPUTS
 
@@ -32,8 +31,6 @@ OF_ALLOCATION = {
         "array is too big; `arr.size * arr.dtype.itemsize` is larger than the maximum possible size.",
     ),
 }
-# Exception of the threads that numba divides a loop among.
-OF_THREADS = {(RuntimeError, "Invalid number of threads. This likely indicates a bug in Numba.")}
 CONSTANT = re.compile(
     r'^@(\S*pickledata\S*) = .*constant \[\d+ x i8\] c"(.*?)"(?:, align \d+)?$', re.M
 )
@@ -63,7 +60,7 @@ def compiled_functions() -> dict[str, Any]:
     return {
         f"{name}.{key}": value
         for name, module in list(sys.modules.items())
-        if name.startswith("vibropipe.") and not name.startswith("vibropipe.bench.")
+        if name.startswith("vibropipe.") and not name.startswith("vibropipe.lab.bench")
         for key, value in vars(module).items()
         if isinstance(value, Dispatcher) and value.py_func.__module__ == name and value.overloads
     }
@@ -80,7 +77,6 @@ def functions() -> dict[str, Any]:
     vp.simulate(EXCITER, 2.0, accuracy=1e-6)
     vp.simulate(vp.Exciter(l=0.5), 20.0, x0=0.4, v0=1.0)
     vp.simulate(vp.Exciter(l=5.0, nu=1.0, f=0.1, h=0.2), 20.0)
-    simulate_rows([EXCITER], 20.0, steps_per_period=64)
     symmetric = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.8)
     vp.branch(symmetric, "nu", (0.9, 1.2), switch=["pitchfork"])
     return compiled_functions()
@@ -88,7 +84,7 @@ def functions() -> dict[str, Any]:
 
 def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
     for needed in (
-        "solve.rows.many.solve_piece", "solve.rows.many._sample", "lab.simulate_rows._drive",
+        "solve.rows.many.solve_piece", "solve.rows.many._sample",
         "march.loop.march_repeatedly",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.motion.conservative_motion._sample", "solve.motion.linear_motion._sample", "physics.conservative.arc",
@@ -98,7 +94,6 @@ def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
     exceptions = {
         name: set(raised_by(function)) - OF_ALLOCATION for name, function in functions.items()
     }
-    assert exceptions.pop("vibropipe.lab.simulate_rows._drive") <= OF_THREADS
     assert not {name: raised for name, raised in exceptions.items() if raised}
 
 

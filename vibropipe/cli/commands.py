@@ -250,9 +250,8 @@ def bench(
     json: Annotated[bool, typer.Option("--json", help="Print all measured times as JSON.")] = False,
 ) -> None:
     """Benchmark against the installed reference packages."""
-    from vibropipe.bench.cases import items
-    from vibropipe.bench.formatting import as_json, as_text
-    from vibropipe.bench.measurement import measure
+    from vibropipe.lab.bench import as_json, as_text, measure
+    from vibropipe.lab.bench_items import items
 
     measured = items(whole=whole)
     measure(measured, rounds)

@@ -14,6 +14,7 @@ import os
 import shutil
 import sys
 import tempfile
+import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
@@ -23,6 +24,8 @@ from vibropipe.compiler.sources import kernel_hash, source_hash
 
 on_compiling: list[Callable[[str], None]] = []
 """Called with the name of a function that is to be compiled; the command line prints it."""
+compile_seconds: list[float] = []
+"""CPU seconds of this process for each function that it compiled."""
 
 
 @functools.cache
@@ -54,7 +57,7 @@ def cache_folder() -> Path:
 def module_folder(module: str) -> Path:
     """Return the folder of the compiled kernels of a module."""
     if not module.startswith("vibropipe."):
-        return _made(cache_root() / "other")  # numba checks these sources itself
+        return _made(cache_folder() / "other")  # numba checks these sources itself
     return _made(_folder_of(module))
 
 
@@ -98,11 +101,12 @@ def compiling(function: Any) -> Iterator[None]:
     """Announce the compilation of a function, and collect no garbage meanwhile: it takes a tenth of the time."""
     for callback in on_compiling:
         callback(f"{function.__module__}.{function.__qualname__}".removeprefix("vibropipe."))
-    was_enabled = gc.isenabled()
+    was_enabled, begin = gc.isenabled(), time.process_time()
     gc.disable()
     try:
         yield
     finally:
+        compile_seconds.append(time.process_time() - begin)
         if was_enabled:
             gc.enable()
 

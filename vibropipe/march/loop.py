@@ -8,10 +8,12 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_start
 from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
-from vibropipe.march.log import SAMPLES, clear_log, is_full
-from vibropipe.march.newmark_steps import coast_newmark
+from vibropipe.march.grid import stays_between, whole_step
+from vibropipe.march.log import SAMPLES, STEPS, clear_log, is_full
 from vibropipe.march.pieces import march_pieces
-from vibropipe.march.state import FLIGHT, REST, is_before, is_watched
+from vibropipe.march.state import FLIGHT, REST, State, is_before, is_watched
+from vibropipe.physics.contact import frame_at
+from vibropipe.physics.load_steps import contribution_of_second, load_contribution, sincos_at_step
 from vibropipe.words.status import Status
 
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
@@ -97,6 +99,44 @@ def march_plain(e, p, grid, state, end, log, samples, c, max_events):
     if is_watched(state.home, e.watched):
         return state, SUPPORT_REACHED
     return state, OK
+
+
+@jit
+def coast_newmark(e, p, grid, state, end, counts):
+    """Take whole steps in flight while each is certified to reach no support; add them to counts[STEPS].
+
+    state : in flight at the start of a step. Returns the state at the start of the first step not taken, or of that of
+    `end`.
+    """
+    frame = frame_at(e, p, state.home)
+    sigma, load_y, load_w = frame.sigma, grid.b1 * frame.load, grid.b2 * frame.load
+    period, step, y, w = state.period, state.step, state.y, state.w
+    n_steps = 0
+    while period < end.period or step < end.step:
+        forcing_y, forcing_w = load_y, load_w
+        if e.forcing is not None:
+            s, c = sincos_at_step(grid.table_1, grid.table_2, grid.steps, step)
+            forcing_y = load_contribution(
+                sigma * grid.force[0], sigma * grid.force[1], load_y, s, c
+            )
+            forcing_w = load_contribution(
+                sigma * grid.force[2], sigma * grid.force[3], load_w, s, c
+            )
+            if e.second_harmonic is not None:
+                second_y, second_w = contribution_of_second(grid.force_2, s, c)
+                forcing_y += sigma * second_y
+                forcing_w += sigma * second_w
+        y1, w1 = whole_step(grid.a11, grid.a12, grid.a21, grid.a22, y, w, forcing_y, forcing_w)
+        if not stays_between(grid, frame, 0, y, w, y1, w1, 1.0):
+            break
+        y, w = y1, w1
+        n_steps += 1
+        step += 1
+        if step == grid.steps:
+            step = 0
+            period += 1
+    counts[STEPS] += n_steps
+    return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0)
 
 
 @jit

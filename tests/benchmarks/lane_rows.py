@@ -1,130 +1,53 @@
-"""Many motions by Newmark's method, marched in lockstep on the vector units: `simulate_rows`."""
+"""Many motions by Newmark's method, marched in lockstep on the vector units, and what is timed of them."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
-from typing import TYPE_CHECKING, Any
+import time
+from functools import partial
 
+import llvmlite.binding as llvm
+import numba
 import numpy as np
+from newmark_lanes import (
+    SIZE,
+    STATE,
+    STRIDE,
+    WIDTH,
+    LaneInput,
+    LaneResult,
+    LaneWork,
+    march_block,
+)
 from numba import prange
 
 from vibropipe.compiler import jit_parallel
-from vibropipe.lab.lanes import STATE, LaneInput, LaneResult, LaneWork, march_block
+from vibropipe.lab.bench import Candidate, Item, PreparedRun, Target
+from vibropipe.lab.bench_items import FORCED, STEPS, limit_threads, textbook_run
+from vibropipe.lab.timing import repeated
+from vibropipe.lab.work_precision import build
+from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.march.grid import grid_time
 from vibropipe.march.log import COUNTS, IMPACTS, RESTS, SHORT_FLIGHTS, Log
-from vibropipe.march.newmark_steps import SIZE, STRIDE, WIDTH
 from vibropipe.march.state import REST
 from vibropipe.orbits.row import LOAD
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, all_effects
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.load_steps import sincos_tables
-from vibropipe.solve.checks import span_in_turns
-from vibropipe.solve.motion.simulate import check_steps
-from vibropipe.solve.rows.row_results import columns_of, from_equilibrium
-from vibropipe.words.parameters import FURTHER
+from vibropipe.solve.rows.row_results import from_equilibrium
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import describe
 
-if TYPE_CHECKING:
-    import xarray as xr
-
+# Rows that are timed, and their forcing periods.
+ROWS, ROW_PERIODS = 128, 50
 # Capacity of the log of a row: a constant part, a part for each forcing period, and the factor by which it grows for
 # rows that exceed it.
 FIRST_CAPACITY, CAPACITY_PER_PERIOD, CAPACITY_GROWTH = 64, 6, 4
 # Capacity of all logs of one call in contacts, which bounds its memory to about 80 MB.
 MAX_CAPACITY = 2_000_000
 # Columns of a log by the index of their count.
-F2 = Parameters._fields.index("f2")
 COLUMNS = {
     IMPACTS: ("position", "velocity", "impulse", "support"),
     RESTS: ("rest_start", "rest_end", "rest_support"),
 }
-
-
-def simulate_rows(
-    exciters: Sequence[Exciter],
-    tau_end: Any,
-    x0: Any = None,
-    v0: Any = 0.0,
-    *,
-    steps_per_period: int,
-    max_impacts: int = 1_000_000,
-) -> xr.Dataset:
-    """Solve eqs. (5), (6) for many exciters from (x0, v0) at tau = 0 to tau_end by Newmark's method.
-
-    Parameters
-    ----------
-    exciters : sequence of Exciter
-        One per row.
-    tau_end, x0, v0 : float or array_like
-        A number for all rows, or one per row; x0 defaults as in `simulate`.
-    steps_per_period : int
-        Steps per forcing period.
-    max_impacts : int
-        Limit of contacts of a row. A row that exceeds it has status `max_impacts`, an end of nan, and the contacts up
-        to the limit.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `row` (all non-dimensional) the parameters as coordinates, `displacement_end`, `velocity_end` and
-        `status` (as of `simulate`); `impact_tau`, `impact_support`, `impact_velocity`, `impact_velocity_after` over
-        `impact`, a contiguous ragged array with `row_size` impacts of each row; `rest_start`, `rest_end`,
-        `rest_support` over `rest`, `row_rests` of each row.
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range, a sequence has another length than exciters, or an exciter has soft supports,
-        friction or a second harmonic.
-
-    Notes
-    -----
-    Each row is bitwise equal to the motion of `simulate(..., method="newmark")` and several times faster: WIDTH rows
-    are marched in lockstep, and all threads share the blocks. Rows with similar numbers of forcing periods form a
-    block.
-    """
-    import xarray as xr
-
-    steps = check_steps(steps_per_period)
-    rows = len(exciters)
-    if rows == 0:
-        raise ParameterError("exciters", exciters, must="must have at least one entry")
-    if not isinstance(max_impacts, (int, np.integer)) or max_impacts < 0:
-        raise ParameterError("max_impacts", max_impacts, "a whole number >= 0")
-    ends, xs, vs = (
-        _per_row(name, value, rows)
-        for name, value in (("tau_end", tau_end), ("x0", x0), ("v0", v0))
-    )
-    starts = np.array([e.check_start(x, v) for e, x, v in zip(exciters, xs, vs, strict=True)])
-    turns = np.array([span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, ends, strict=True)])
-    parameters = np.array([e.parameters() for e in exciters])
-    if all_effects(columns_of(parameters)).second_harmonic is not None:
-        raise ParameterError("f2", parameters[:, F2], must="must be 0 for rows in lockstep", got="")
-    columns = march_rows(parameters, starts, turns, steps, max_impacts)
-    variables = {name: (_dim_of(name), values) for name, values in columns.items()}
-    coords = {
-        name: ("row", parameters[:, i])
-        for i, name in enumerate(Parameters._fields)
-        if name not in FURTHER or parameters[:, i].any()
-    }
-    return describe(xr.Dataset(variables, coords))
-
-
-def _dim_of(name: str) -> str:
-    """Return the dimension of a variable of the dataset."""
-    first = name.partition("_")[0]
-    return first if first in ("impact", "rest") else "row"
-
-
-def _per_row(name: str, value: Any, rows: int) -> np.ndarray:
-    """Return a value for each row, from a number or one per row."""
-    array = np.asarray(value)
-    if array.ndim > 1 or (array.ndim == 1 and array.size != rows):
-        allowed = f"a number, or one for each of {rows} exciters"
-        raise ParameterError(name, value, allowed, got=f"shape {array.shape}")
-    return np.broadcast_to(array, rows)
 
 
 def march_rows(
@@ -155,7 +78,14 @@ def march_rows(
     Returns
     -------
     dict of str to ndarray
-        The variables of `simulate_rows`.
+        By row `displacement_end`, `velocity_end` and `status`, as of `simulate`, and the numbers `row_size` of impacts
+        and `row_rests` of rests; the others are those of all impacts and of all rests, row by row.
+
+    Notes
+    -----
+    Each row is bitwise equal to the motion of `simulate(..., method="newmark")`: WIDTH rows are marched in lockstep,
+    and all threads share the blocks. Rows with similar numbers of forcing periods form a block. Rigid supports, load
+    and one harmonic are known here.
     """
     ends = np.array([grid_time(turn, steps) for turn in turns], float)
     starts = from_equilibrium(starts, parameters[:, LOAD])
@@ -261,3 +191,51 @@ def _in_order(columns: dict[str, np.ndarray], period: np.ndarray) -> dict[str, n
         "rest_end": columns["rest_end"] * period[of_rest],
         "rest_support": columns["rest_support"],
     }
+
+
+def newmark_item() -> Item:
+    """Return the item of Newmark's method on one thread: rows in lanes, row by row, and as a textbook loop."""
+    return Item(
+        "newmark in lanes",
+        f"h, nu, f, l, R within 5 % of the above in {ROWS} rows, {STEPS} steps per period, two impacts in each",
+        "step and row",
+        [
+            # kernels run on threads of numba, whose time must count
+            Candidate("in lanes", lanes_run, time.process_time),
+            Candidate("one by one", scalar_run),
+            Candidate(
+                "textbook loop", partial(textbook_run, FORCED, ROW_PERIODS, ROW_PERIODS * STEPS)
+            ),
+        ],
+        [Target("in lanes", "textbook loop", 6 if has_avx512() else 3)],
+    )
+
+
+def has_avx512() -> bool:
+    """Return whether a vector register of the target processor holds eight floats, not four or two."""
+    features = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
+    if features is None:  # NUMBA_CPU_FEATURES is unset: the features of this processor apply
+        features = llvm.get_host_cpu_features().flatten()
+    return "+avx512f" in features.split(",")
+
+
+def random_parameters() -> np.ndarray:
+    """Return the parameters of exciters, in rows, within 5 % of the forced one, equilibrium in the middle."""
+    rows = np.tile(FORCED.parameters(), (ROWS, 1))
+    rows[:, :7] *= 1.0 + np.random.default_rng(0).uniform(-0.05, 0.05, (ROWS, 7))
+    return rows
+
+
+def lanes_run() -> PreparedRun:
+    """Return the run of all rows in lanes on one thread, impacts recorded."""
+    parameters, starts = random_parameters(), np.zeros((ROWS, 2))
+    turns = np.full(ROWS, float(ROW_PERIODS))
+    march = partial(march_rows, parameters, starts, turns, STEPS, 10**6)
+    return PreparedRun(limit_threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
+
+
+def scalar_run() -> PreparedRun:
+    """Return the run of one row by the scalar kernel, which computes the same motion."""
+    candidate = build("newmark", STEPS, BenchmarkMotion(FORCED, 0.0, 0.0, ROW_PERIODS))
+    candidate.show()
+    return PreparedRun(candidate.repeat, ROW_PERIODS * STEPS)

@@ -1,23 +1,20 @@
-"""Benchmark items: what is timed, the reference of each, and the target ratios."""
+"""What `vibropipe bench` times: one motion, a sweep and a branch, their references, and the target ratios."""
 
 from __future__ import annotations
 
 import math
 import time
-from collections.abc import Iterator
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from functools import partial
 
-import llvmlite.binding as llvm
 import numba
 import numpy as np
 
-from vibropipe.bench.measurement import Candidate, Item, PreparedRun, Target
-from vibropipe.bench.textbook import textbook
+from vibropipe.lab.bench import Candidate, Item, PreparedRun, Target
 from vibropipe.lab.motion_reference import MotionReference
-from vibropipe.lab.simulate_rows import march_rows
 from vibropipe.lab.timing import repeated
-from vibropipe.lab.work_precision import build, build_method
+from vibropipe.lab.work_precision import build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.branch.branch import branch
@@ -30,24 +27,18 @@ SWEPT = Exciter(h=0.2, nu=1.0, f=1.0, l=0.5, R1=0.7, R2=0.7)
 # Forcing periods that are timed; fewer for the slow reference, which takes milliseconds for each impact; and those
 # over which the error against 40 digits is measured.
 PERIODS, FEW_PERIODS, ERROR_PERIODS = 1000, 10, 10
-STEPS, ROWS, ROW_PERIODS = 2000, 128, 50
-# Values of each parameter of the whole sweep; without `whole`, only every fourth of them is solved.
+# Values of each parameter of the whole sweep; without `whole`, only every fourth of them is solved. The references
+# march one transient, the textbook loop in so many steps per period.
 SWEEP_POINTS, EVERY = 400, 4
-PEER_PERIODS, PEER_MOTIONS = 100, 100
+PEER_PERIODS, PEER_MOTIONS, STEPS = 100, 100, 2000
 # A branch that is stable from end to end: its range, its largest step, and the rows of the sweep beside it.
 FOLLOWED = Exciter(h=0.1, nu=2.5, f=1.0, l=0.5, R1=0.8, R2=0.8)
 BRANCH_ENDS, BRANCH_STEP, BRANCH_ROWS = (1.6, 3.0), 0.005, 1001
 
 
 def items(*, whole: bool = False) -> list[Item]:
-    """Return all benchmark items.
-
-    Parameters
-    ----------
-    whole : bool
-        Solve the sweep at all of its points instead of every fourth value of each parameter.
-    """
-    return [motion_item(), newmark_item(), sweep_item(whole=whole), branch_item()]
+    """Return all items; `whole` solves the sweep at all of its points, not at every fourth value of each parameter."""
+    return [motion_item(), sweep_item(whole=whole), branch_item()]
 
 
 def motion_item() -> Item:
@@ -86,61 +77,8 @@ def prepare_method(
     return PreparedRun(candidate.repeat, result.impact_tau.size, max(errors))
 
 
-def newmark_item() -> Item:
-    """Return the item of Newmark's method on one thread: rows in lanes, row by row, and as a textbook loop."""
-    return Item(
-        "newmark in lanes",
-        f"h, nu, f, l, R within 5 % of the above in {ROWS} rows, {STEPS} steps per period, two impacts in each",
-        "step and row",
-        [
-            # kernels run on threads of numba, whose time must count
-            Candidate("in lanes", lanes_run, time.process_time),
-            Candidate("one by one", scalar_run),
-            Candidate("textbook loop", textbook_run),
-        ],
-        [Target("in lanes", "textbook loop", 6 if has_avx512() else 3)],
-    )
-
-
-def has_avx512() -> bool:
-    """Return whether a vector register of the target processor holds eight floats, not four or two."""
-    features = numba.config.CPU_FEATURES  # type: ignore[attr-defined]
-    if features is None:  # NUMBA_CPU_FEATURES is unset: the features of this processor apply
-        features = llvm.get_host_cpu_features().flatten()
-    return "+avx512f" in features.split(",")
-
-
-def random_parameters() -> np.ndarray:
-    """Return the parameters of exciters, in rows, within 5 % of the forced one, equilibrium in the middle."""
-    rows = np.tile(FORCED.parameters(), (ROWS, 1))
-    rows[:, :7] *= 1.0 + np.random.default_rng(0).uniform(-0.05, 0.05, (ROWS, 7))
-    return rows
-
-
-def lanes_run() -> PreparedRun:
-    """Return the run of all rows in lanes on one thread, impacts recorded."""
-    parameters, starts = random_parameters(), np.zeros((ROWS, 2))
-    turns = np.full(ROWS, float(ROW_PERIODS))
-    march = partial(march_rows, parameters, starts, turns, STEPS, 10**6)
-    return PreparedRun(limit_threads(1)(repeated(march)), ROWS * ROW_PERIODS * STEPS)
-
-
-def scalar_run() -> PreparedRun:
-    """Return the run of one row by the scalar kernel, which computes the same motion."""
-    candidate = build("newmark", STEPS, BenchmarkMotion(FORCED, 0.0, 0.0, ROW_PERIODS))
-    candidate.show()
-    return PreparedRun(candidate.repeat, ROW_PERIODS * STEPS)
-
-
-def textbook_run() -> PreparedRun:
-    """Return the run of one row by the textbook loop."""
-    p = FORCED.parameters()
-    march = partial(textbook, (p.nu, p.f, p.h, p.l, p.R1), STEPS, ROW_PERIODS)
-    return PreparedRun(repeated(march), ROW_PERIODS * STEPS)
-
-
 def sweep_item(*, whole: bool) -> Item:
-    """Return the item of a sweep over nu and f on two threads; its reference marches one transient."""
+    """Return the item of a sweep over nu and f on two threads; its references march one transient."""
     every = 1 if whole else EVERY
     nu = np.linspace(0.3, 3.0, SWEEP_POINTS)[every // 2 :: every]
     f = np.linspace(0.05, 2.0, SWEEP_POINTS)[every // 2 :: every]
@@ -156,18 +94,74 @@ def sweep_item(*, whole: bool) -> Item:
             return "not installed"
         return PreparedRun(lambda n_calls: candidate.repeat(n_calls * PEER_MOTIONS), PEER_MOTIONS)
 
+    loop_run = partial(textbook_run, SWEPT, PEER_PERIODS)
     return Item(
         "sweep",
         f"steady states with three harmonics at {nu.size} x {f.size} of {SWEEP_POINTS} x {SWEEP_POINTS} points, "
         "nu from 0.3 to 3, f from 0.05 to 2, l = 0.5, h = 0.2, R = 0.7; wall time on two threads. "
-        f"heyoka: {PEER_PERIODS} periods of one motion, nu = 1, f = 1",
+        f"heyoka, and Newmark's method with {STEPS} steps per period and impacts at the end of a step: "
+        f"{PEER_PERIODS} periods of one motion, nu = 1, f = 1",
         "point",
         [
             Candidate("steady states", sweep_run, time.perf_counter),
             Candidate("heyoka, 1e-15", heyoka_run, time.perf_counter),
+            Candidate("textbook loop", loop_run, time.perf_counter),
         ],
-        [Target("steady states", "heyoka, 1e-15", 60)],
+        [
+            Target("steady states", "heyoka, 1e-15", 60),
+            Target("steady states", "textbook loop", 150),
+        ],
     )
+
+
+def textbook_run(exciter: Exciter, periods: int, unit: float = 1.0) -> PreparedRun:
+    """Return the run of one motion by the textbook loop; `unit` is the number of units in it."""
+    e = exciter
+    march = partial(textbook, (e.nu, e.f, e.h, e.l, e.R1), STEPS, periods)
+    return PreparedRun(repeated(march), unit)
+
+
+def newmark_loop(p: tuple[float, ...], steps: int, periods: int) -> tuple[float, float, int]:
+    """March from rest by Newmark's method with impacts applied at the end of the step.
+
+    Constant average acceleration is written as one linear map of x, v and the mean force of a step.
+
+    Parameters
+    ----------
+    p : tuple of float
+        nu, f, h, l (supports at -l and l) and R of both supports.
+    steps, periods : int
+        Steps per forcing period and number of forcing periods.
+
+    Returns
+    -------
+    x, v : float
+        State at the end.
+    n_impacts : int
+        Number of impacts.
+    """
+    nu, f, h, half_distance, R = p
+    dt = 2.0 * math.pi / nu / steps
+    divisor = 1.0 + 0.5 * h * dt + 0.25 * dt * dt
+    a11, a12, b1 = (
+        1.0 - 0.5 * dt * dt / divisor,
+        dt - 0.5 * dt * dt * (h + 0.5 * dt) / divisor,
+        0.5 * dt * dt / divisor,
+    )
+    a21, a22, b2 = -dt / divisor, 1.0 - dt * (h + 0.5 * dt) / divisor, dt / divisor
+    x, v, n_impacts, force = 0.0, 0.0, 0, 0.0
+    for n in range(1, periods * steps + 1):
+        next_force = f * math.sin(nu * n * dt)
+        mean = 0.5 * (force + next_force)
+        x, v = a11 * x + a12 * v + b1 * mean, a21 * x + a22 * v + b2 * mean
+        force = next_force
+        if abs(x) >= half_distance and x * v > 0.0:
+            x, v = math.copysign(half_distance, x), -R * v
+            n_impacts += 1
+    return x, v, n_impacts
+
+
+textbook: Callable[..., tuple[float, float, int]] = numba.njit()(newmark_loop)
 
 
 def branch_item() -> Item:

@@ -6,16 +6,20 @@ import math
 import re
 
 import llvmlite.binding as llvm
+import newmark_lanes
 import numba
 import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from lane_rows import march_rows, newmark_item, random_parameters
 
 import vibropipe as vp
-from vibropipe.lab.simulate_rows import simulate_rows
-from vibropipe.march import newmark_steps
+from vibropipe.solve.checks import span_in_turns
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
+
+pytestmark = pytest.mark.benchmark
 
 OF_IMPACT = ("impact_tau", "impact_support", "impact_velocity", "impact_velocity_after")
 OF_REST = ("rest_start", "rest_end", "rest_support")
@@ -34,10 +38,17 @@ def simulate_each(exciters, tau_end, xs, vs, steps):
     ]
 
 
+def lockstep(exciters, tau_end, xs, vs, steps, max_impacts=10**6):
+    parameters = np.array([e.parameters() for e in exciters])
+    turns = [span_in_turns(e, 0.0, end)[1] for e, end in zip(exciters, tau_end, strict=True)]
+    starts = np.column_stack([xs, vs]).astype(float)
+    return march_rows(parameters, starts, np.array(turns, float), steps, max_impacts)
+
+
 def check_same(exciters, tau_end, xs, vs, steps):
-    """Check that every value of `simulate_rows` is bitwise that of `simulate`, including nan."""
-    rows = simulate_rows(exciters, tau_end, xs, vs, steps_per_period=steps)
-    row_ends = {name: np.cumsum([0, *rows[name].values]) for name in ("row_size", "row_rests")}
+    """Check that every value of `march_rows` is bitwise that of `simulate`, including nan."""
+    rows = lockstep(exciters, tau_end, xs, vs, steps)
+    row_ends = {name: np.cumsum([0, *rows[name]]) for name in ("row_size", "row_rests")}
     for row, alone in enumerate(simulate_each(exciters, tau_end, xs, vs, steps)):
         for name in ENDS:
             np.testing.assert_array_equal(rows[name][row], alone[name], err_msg=f"{row} {name}")
@@ -94,59 +105,48 @@ def test_rows_of_several_blocks_are_independent():
     ]
     ends = rng.uniform(5, 60, 150)
     rows = check_same(row_exciters, ends, np.zeros(150), np.zeros(150), 200)
-    assert (rows.row_size > 0).any()
-    assert (rows.row_rests > 0).any()
-    reversed_rows = simulate_rows(row_exciters[::-1], ends[::-1], steps_per_period=200)
-    np.testing.assert_array_equal(reversed_rows.displacement_end[::-1], rows.displacement_end)
+    assert (rows["row_size"] > 0).any()
+    assert (rows["row_rests"] > 0).any()
+    reversed_rows = lockstep(row_exciters[::-1], ends[::-1], np.zeros(150), np.zeros(150), 200)
+    np.testing.assert_array_equal(reversed_rows["displacement_end"][::-1], rows["displacement_end"])
 
 
 def test_the_log_of_a_row_grows_with_its_contacts():
     many = vp.Exciter(l=0.05, nu=0.1, f=1.0, h=0.1, R1=0.9, R2=0.9)
     rows = check_same([FORCED, many], [900.0, 900.0], [0.0, 0.0], [0.0, 0.0], 100)
     # many times its initial capacity: six for each of 14 periods, and a constant part
-    assert rows.row_size[1] > 2000
+    assert rows["row_size"][1] > 2000
 
 
 def test_too_many_contacts_are_reported_without_an_end():
-    rows = simulate_rows([FORCED, OUT_OF_REACH], 60.0, steps_per_period=100, max_impacts=5)
-    assert rows.status.values.tolist() == [Status.MAX_IMPACTS, Status.OK]
-    assert math.isnan(rows.displacement_end[0])
-    assert rows.row_size[0] == 6
-    assert np.isfinite(rows.displacement_end[1])
+    rows = lockstep([FORCED, OUT_OF_REACH], [60.0, 60.0], [0.0, 0.0], [0.0, 0.0], 100, 5)
+    assert rows["status"].tolist() == [Status.MAX_IMPACTS, Status.OK]
+    assert math.isnan(rows["displacement_end"][0])
+    assert rows["row_size"][0] == 6
+    assert np.isfinite(rows["displacement_end"][1])
 
 
-@pytest.mark.parametrize(
-    ("changed", "message"),
-    [
-        ({"exciters": []}, "exciters: must have at least one entry, got []"),
-        (
-            {"tau_end": [1.0, 2.0]},
-            "tau_end: must be a number, or one for each of 1 exciters, got shape (2,)",
-        ),
-        ({"tau_end": -1.0}, "tau_end: must be a finite number >= 0.0, got -1.0"),
-        ({"x0": 7.0}, "(between the supports), got 7.0"),
-        ({"steps_per_period": 0}, "steps_per_period: must be a whole number from 1 to 1e8, got 0"),
-        ({"max_impacts": -1}, "max_impacts: must be a whole number >= 0, got -1"),
-    ],
-)
-def test_bad_input_is_named(changed, message):
-    arguments = {"exciters": [FORCED], "tau_end": 1.0, "steps_per_period": 10, **changed}
-    with pytest.raises(vp.ParameterError, match=re.escape(message)):
-        simulate_rows(**arguments)
+def test_rows_that_are_timed_strike_twice_a_period():
+    for row in random_parameters()[:3].tolist():
+        e = vp.Exciter(**dict(zip(PARAMETERS, row, strict=True)))
+        motion = vp.simulate(e, 20 * e.period, samples_per_period=0)
+        assert motion.sizes["impact"] == pytest.approx(40, abs=2)
+    runs = [newmark_item().find(name).build() for name in ("in lanes", "textbook loop")]
+    assert runs[0].units == 128 * runs[1].units
 
 
 @pytest.mark.skipif(not llvm.get_host_cpu_features().get("avx"), reason="no wide vector registers")
 def test_a_stride_is_made_of_packed_instructions():
     """Products and sums of all steps act on whole vector registers of motions."""
-    stride = newmark_steps.advance_block
+    stride = newmark_lanes.advance_block
     # compiled anew, since the assembly of cached code is not available
     fresh = numba.jit(**stride.targetoptions)(stride.py_func)
-    block, sin_cos = np.zeros(newmark_steps.SIZE), np.zeros(2 * newmark_steps.STRIDE)
-    fresh(block, sin_cos, newmark_steps.STRIDE)
+    block, sin_cos = np.zeros(newmark_lanes.SIZE), np.zeros(2 * newmark_lanes.STRIDE)
+    fresh(block, sin_cos, newmark_lanes.STRIDE)
     (code,) = fresh.inspect_asm().values()
     packed = {
         name: len(re.findall(rf"\bv{name}pd\s[^\n]*%[yz]mm", code)) for name in ("mul", "add")
     }
     # a step has eight products and eight sums
-    assert packed["mul"] >= 8 * newmark_steps.STRIDE
-    assert packed["add"] >= 8 * newmark_steps.STRIDE
+    assert packed["mul"] >= 8 * newmark_lanes.STRIDE
+    assert packed["add"] >= 8 * newmark_lanes.STRIDE

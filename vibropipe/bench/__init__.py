@@ -1,1 +1,0 @@
-"""Benchmark against reference packages, all timed in the same rounds: `vibropipe bench`."""

@@ -6,7 +6,6 @@ import math
 
 import numpy as np
 from numba.extending import overload
-from numba.np.unsafe.ndarray import to_fixed_tuple
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
@@ -44,7 +43,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 APERIODIC_REGIME, UNBOUNDED_REGIME = int(Regime.APERIODIC), int(Regime.UNBOUNDED)
-LOAD, N_COLUMNS = Parameters._fields.index("load"), len(Parameters._fields)
+LOAD = Parameters._fields.index("load")
 # Index of the first row and of its first impact: a numpy integer, because numba compiles another copy of the closed
 # forms for a literal constant.
 FIRST = np.int64(0)
@@ -153,7 +152,9 @@ def _columns(values):
 
 @overload(_columns)
 def _compiled_columns(values):
-    return lambda values: to_fixed_tuple(values, N_COLUMNS)  # type: ignore[call-arg]
+    # the length of a compiled tuple is that of its expression, here of the records
+    columns = ", ".join(f"values[{column}]" for column in range(len(Parameters._fields)))
+    return eval(f"lambda values: ({columns})")
 
 
 @jit

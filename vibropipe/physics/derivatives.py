@@ -1,8 +1,8 @@
 """Derivatives by the parameters: of supports, restitution, force, and the acceleration of a gap.
 
-A further parameter adds its name here and its part to these functions; one of the force also its source to
-`physics.variation`. Kernels number parameters by their place in `ALL_DIFFERENTIATED`. Motions between rigid supports
-have the first ones, with those of the second harmonic if it is called for; those of pieces have all.
+A further parameter adds its part to these functions; one of the force also its source to `physics.variation`. Kernels
+number parameters by their place in `ALL_DIFFERENTIATED`. Motions between rigid supports have the first ones, with those
+of the second harmonic if it is called for; those of pieces have all.
 """
 
 from __future__ import annotations
@@ -17,20 +17,23 @@ from vibropipe.physics.load import (
     unit_force,
 )
 from vibropipe.physics.turns import sincos_turns
+from vibropipe.words.exciter import EFFECTS
+from vibropipe.words.parameters import PARAMETERS, of_effect
 
-DIFFERENTIATED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load")
-"""The parameters by which motions are differentiated, in the order of derivatives."""
-NU, F, H, L, DELTA, R1, R2, LOAD = range(8)
-N_PARAMETERS = len(DIFFERENTIATED)
-OF_SECOND = ("f2", "phi2")
+_FURTHER = [each.name for each in EFFECTS if not each.is_common and each.is_marched]
+OF_SECOND = of_effect("second_harmonic")
 """Those of the second harmonic."""
-F2, PHI2 = range(8, 10)
-N_WITH_SECOND = N_PARAMETERS + len(OF_SECOND)
-OF_PIECES = ("k1", "k2", "h1", "h2", "friction")
+OF_PIECES = of_effect(*(each.name for each in EFFECTS if each.refusal))
 """Those of soft supports and friction."""
-K1, K2, H1, H2, FRICTION = range(10, 15)
+DIFFERENTIATED = tuple(name for name in PARAMETERS if name not in of_effect(*_FURTHER))
+"""The parameters by which all motions are differentiated, in the order of derivatives."""
 ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES)
-N_OF_PIECES = len(ALL_DIFFERENTIATED)
+N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED)
+N_WITH_SECOND = N_PARAMETERS + len(OF_SECOND)
+NU, F, H, L, DELTA, R1, R2, LOAD, F2, PHI2, K1, K2, H1, H2, FRICTION = map(
+    ALL_DIFFERENTIATED.index,
+    ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "k1", "k2", "h1", "h2", "friction"),
+)  # fmt: skip
 
 
 def differentiated_by(pieces: bool, second: bool) -> tuple[str, ...]:

@@ -21,6 +21,7 @@ from vibropipe.words.parameters import of_effect
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import NamedFields
+    from vibropipe.words.exciter import OfEffects
 
 # Effects without machine code of their own.
 BY_PARAMETER = {each.name: each for each in EFFECTS if not each.is_marched}
@@ -33,7 +34,8 @@ STIFFNESS = {"support_1": "k1", "support_2": "k2"}
 _MARCHED = [each for each in EFFECTS if each.is_marched]
 if TYPE_CHECKING:
 
-    class _Presence(NamedFields[int | None]): ...
+    class _Presence(NamedFields, OfEffects):
+        watched: int | None
 
 else:
     _Presence = namedtuple(
@@ -76,7 +78,7 @@ def occurs(value: Any) -> bool:
 
 
 def has_effect(effect: Effect, values: Mapping[str, Any]) -> bool:
-    """Return whether parameters call for a further effect anywhere."""
+    """Return whether parameters call for an effect anywhere."""
     return any(occurs(values.get(name, 0.0)) for name in effect.calls)
 
 
@@ -214,13 +216,11 @@ def effects_of(
     }
     soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
     called_for = {
-        "damping": (p["h"] > 0).any(),
-        "forcing": force > 0,
+        **{each.name: has_effect(each, p) for each in _MARCHED if each.calls},
         **{name: name in reached for name in distances},
         "restitution": included & lossy,
         "rest": included & pressed,
         "soft": included & soft,
-        "friction": friction > 0.0,
     }
     effects = further._replace(**{name: 1 if is_so else None for name, is_so in called_for.items()})
     watched = sum(WATCHED[name] for name in reached - included)

@@ -8,7 +8,7 @@ import warnings
 from collections import namedtuple
 from collections.abc import Collection, Mapping
 from dataclasses import dataclass, field, make_dataclass, replace
-from typing import TYPE_CHECKING, Any, TypeVar
+from typing import TYPE_CHECKING, Any
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
 from vibropipe.physics.parameter_error import as_float, check_keywords, number_within, si_value
@@ -31,6 +31,8 @@ from vibropipe.words.parameters import (
 if TYPE_CHECKING:
     from typing import Self
 
+    from vibropipe.words.exciter import OfExciter
+
 NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
 # A restitution of 1 states nothing: it is the value of a support without one.
 TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
@@ -38,22 +40,18 @@ BESIDE_SLOPE = "must be left out unless slope stands beside it"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
 
 
-T = TypeVar("T")
-
-# Classes are made from the records; a type checker, which does not see their fields, gets their type.
 if TYPE_CHECKING:
 
-    class NamedFields(tuple[T, ...]):
-        """A named tuple whose fields are made from records, all of one type."""
+    class NamedFields(tuple[Any, ...]):
+        """What a named tuple has beside its fields, which are made from records."""
 
         _fields: tuple[str, ...]
 
-        def __new__(cls, *values: T, **named: T) -> Self: ...  # noqa: D102
-        def __getattr__(self, name: str) -> T: ...
-        def _asdict(self) -> dict[str, T]: ...
-        def _replace(self, **named: T) -> Self: ...
+        def __new__(cls, *values: Any, **named: Any) -> Self: ...  # noqa: D102
+        def _asdict(self) -> dict[str, Any]: ...
+        def _replace(self, **named: Any) -> Self: ...
 
-    class _Row(NamedFields[float]): ...
+    class _Row(NamedFields, OfExciter): ...
 
 else:
     _Row = namedtuple("Parameters", PARAMETERS, defaults=list(DEFAULTS.values())[-len(FURTHER) :])
@@ -134,13 +132,15 @@ def _fields() -> list[Any]:
     return [*required, *others]
 
 
-_OfRecords: Any = make_dataclass("_OfRecords", _fields(), frozen=True)
-_frozen: Any = dataclass(frozen=True)
+if TYPE_CHECKING:
+    _OfRecords = OfExciter
+else:
+    _OfRecords = make_dataclass("_OfRecords", _fields(), frozen=True)
 
 
 @_telling_unknown_keywords
-@_frozen
-class Exciter(_OfRecords, _Written):  # type: ignore[misc]
+@dataclass(frozen=True)
+class Exciter(_OfRecords, _Written):
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
 
     Parameters
@@ -181,8 +181,6 @@ class Exciter(_OfRecords, _Written):  # type: ignore[misc]
 
         def __init__(self, l: float, nu: float | None = None, **others: float | None) -> None:  # noqa: E741
             ...
-
-        def __getattr__(self, name: str) -> float: ...
 
     def __post_init__(self) -> None:
         given = {name: getattr(self, name) for name in FOLLOWING}

@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import math
 from dataclasses import dataclass
+from typing import Any
 
 
 @dataclass(frozen=True)
@@ -49,8 +50,6 @@ class Effect:
 
     Attributes
     ----------
-    name : str
-        As in studies and files.
     unless : str
         Where it is absent: "h = 0".
     shown : tuple of str
@@ -59,16 +58,18 @@ class Effect:
         Whether kernels have it unless effects are stated, as all of eqs. (5), (6); others only if parameters call for
         it.
     calls : tuple of str
-        For an effect that is not common, the parameters that call for it by being other than 0.
+        The parameters that call for it by being other than 0; without any, whether it occurs is a question of which
+        supports are reached (`physics.effects`).
     is_marched : bool
         Whether kernels have code for it; a load is an offset of the supports, and has none.
     refusal : str
         Why calls that do not compute it refuse its parameters: "dry friction is"; "" where all compute it.
     sentence : str
         What a report says of it in the line on the model; "" if the equation says it.
+    name : str
+        As in studies and files, the name that the record is assigned to.
     """
 
-    name: str
     unless: str = ""
     shown: tuple[str, ...] = ()
     is_common: bool = False
@@ -76,6 +77,10 @@ class Effect:
     is_marched: bool = True
     refusal: str = ""
     sentence: str = ""
+    name: str = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
 
 
 @dataclass(frozen=True)
@@ -95,8 +100,6 @@ class Parameter:
 
     Attributes
     ----------
-    name : str
-        As in Python, studies and files.
     range, default : Range, float or None
         Its values; the default means "effect absent". None: it is required.
     symbol, plain : str
@@ -119,9 +122,10 @@ class Parameter:
         Whether an exciter knows that it was left out: it then only counts periods, or follows from others.
     units : str
         Of its values without units of length: "rad" of an angle.
+    name : str
+        As in Python, studies and files, the name that the record is assigned to.
     """
 
-    name: str
     range: Range
     default: float | None
     symbol: str
@@ -136,6 +140,10 @@ class Parameter:
     twin: str = ""
     follows: bool = False
     units: str = "1"
+    name: str = ""
+
+    def __set_name__(self, owner: type, name: str) -> None:
+        object.__setattr__(self, "name", name)
 
     @property
     def letter(self) -> str:
@@ -153,107 +161,133 @@ def described(key: str, default: float | None) -> str:
     return f"{key}; required." if default is None else f"{key} ({default:g})."
 
 
-EFFECTS: list[Effect] = [
-    Effect("damping", "h = 0", ("h",), is_common=True),
-    Effect("forcing", "f = 0", ("f",), is_common=True),
-    Effect("support_1", is_common=True),
-    Effect("support_2", is_common=True),
-    Effect("restitution", "R = 1 on the supports included", ("R1", "R2"), is_common=True),
-    Effect("rest", "|f| < {pull}", ("f",), is_common=True),
-    Effect(
-        "load", "load = 0", ("load",), calls=("load",), is_marched=False,
+def _effect(*of: Any, **named: Any) -> Any:
+    """Return the record of an effect, which a type checker takes for what kernels have under its name."""
+    return Effect(*of, **named)
+
+
+def _parameter(*of: Any, **named: Any) -> Any:
+    """Return the record of a parameter, which a type checker takes for its value."""
+    return Parameter(*of, **named)
+
+
+class OfEffects:
+    """Each effect by name: its record here, in kernels 1 or None where it is present or absent (`physics.effects`)."""
+
+    # fmt: off
+    damping: int | None = _effect("h = 0", ("h",), is_common=True, calls=("h",))
+    forcing: int | None = _effect("f = 0", ("f",), is_common=True, calls=("f", "f2"))
+    support_1: int | None = _effect(is_common=True)
+    support_2: int | None = _effect(is_common=True)
+    restitution: int | None = _effect("R = 1 on the supports included", ("R1", "R2"), is_common=True)
+    rest: int | None = _effect("|f| < {pull}", ("f",), is_common=True)
+    load: int | None = _effect(
+        "load = 0", ("load",), calls=("load",), is_marched=False,
         sentence="a constant load acts",
-    ),
-    Effect(
-        "soft", "k = 0 on the supports included", ("k1", "k2"), calls=("k1", "k2"),
+    )
+    soft: int | None = _effect(
+        "k = 0 on the supports included", ("k1", "k2"), calls=("k1", "k2"),
         refusal="soft supports are", sentence="soft supports push with a spring and a damper",
-    ),
-    Effect(
-        "friction", "friction = 0", ("friction",), calls=("friction",),
+    )
+    friction: int | None = _effect(
+        "friction = 0", ("friction",), calls=("friction",),
         refusal="dry friction is", sentence="dry friction acts against the velocity",
-    ),
-    Effect("second_harmonic", "f2 = 0", ("f2",), calls=("f2",)),
-]  # fmt: skip
+    )
+    second_harmonic: int | None = _effect("f2 = 0", ("f2",), calls=("f2",))
+    # fmt: on
+
+
+EFFECTS: list[Effect] = [each for each in vars(OfEffects).values() if isinstance(each, Effect)]
 """The order of effects in kernels, studies and files."""
 
-PARAMETERS: list[Parameter] = [
-    Parameter(
-        "nu", POSITIVE, 1.0, r"$\nu$", "ν", "frequency of excitation", "frequency of the force",
+
+@dataclass(frozen=True)
+class OfExciter:
+    """Each parameter by name: its record here, its value in an exciter and in a row (`physics.exciter`)."""
+
+    # fmt: off
+    nu: float = _parameter(
+        POSITIVE, 1.0, r"$\nu$", "ν", "frequency of excitation", "frequency of the force",
         "Excitation frequency divided by the eigenfrequency", "frequency",
         Physical(
             "omega", r"$\omega$", "ω", "angular frequency of excitation",
             "Angular frequency of the excitation; in Hz it counts cycles: 9 Hz is 2 pi 9 rad/s",
         ),
         effect="forcing", follows=True,
-    ),
-    Parameter(
-        "f", FINITE, 0.0, "$f$", "f", "amplitude of excitation", "amplitude of the force",
+    )
+    f: float = _parameter(
+        FINITE, 0.0, "$f$", "f", "amplitude of excitation", "amplitude of the force",
         "Amplitude of the excitation", "force", Physical("F", "$F$", "F"),
         effect="forcing", sign=-1,
-    ),
-    Parameter(
-        "h", NOT_NEGATIVE, 0.0, "$h$", "h", "damping", "damping",
+    )
+    h: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$h$", "h", "damping", "damping",
         "Viscous damping", "damping", Physical("H", "$H$", "H"), effect="damping",
-    ),
-    Parameter(
-        "l", POSITIVE, None, "$l$", "l", "half distance between the supports", "half distance",
+    )
+    l: float = _parameter(  # noqa: E741
+        POSITIVE, None, "$l$", "l", "half distance between the supports", "half distance",
         "Half the distance between the supports", "length", Physical("l"),
-    ),
-    Parameter(
-        "delta", FINITE, 0.0, r"$\delta$", "δ", "offset of the equilibrium", "offset",
+    )
+    delta: float = _parameter(
+        FINITE, 0.0, r"$\delta$", "δ", "offset of the equilibrium", "offset",
         "Offset of the equilibrium: support 1 at l + delta, support 2 at -(l - delta)", "length",
         Physical("delta", key="Offset of the equilibrium"), sign=-1,
-    ),
-    Parameter(
-        "R1", FRACTION, 1.0, "$R_1$", "R₁", "restitution of support 1", "restitution of support 1",
+    )
+    R1: float = _parameter(
+        FRACTION, 1.0, "$R_1$", "R₁", "restitution of support 1", "restitution of support 1",
         "Coefficient of restitution of support 1", effect="restitution", twin="R2",
-    ),
-    Parameter(
-        "R2", FRACTION, 1.0, "$R_2$", "R₂", "restitution of support 2", "restitution of support 2",
+    )
+    R2: float = _parameter(
+        FRACTION, 1.0, "$R_2$", "R₂", "restitution of support 2", "restitution of support 2",
         "Coefficient of restitution of support 2", effect="restitution", twin="R1",
-    ),
-    Parameter(
-        "k1", NOT_NEGATIVE, 0.0, "$k_1$", "k₁", "stiffness of support 1, 0 if rigid",
+    )
+    k1: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$k_1$", "k₁", "stiffness of support 1, 0 if rigid",
         "stiffness of support 1", "Stiffness of support 1; a support without it is rigid",
         "stiffness", Physical("C1", "$C_1$", "C₁"), effect="soft", twin="k2",
-    ),
-    Parameter(
-        "k2", NOT_NEGATIVE, 0.0, "$k_2$", "k₂", "stiffness of support 2, 0 if rigid",
+    )
+    k2: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$k_2$", "k₂", "stiffness of support 2, 0 if rigid",
         "stiffness of support 2", "Stiffness of support 2",
         "stiffness", Physical("C2", "$C_2$", "C₂"), effect="soft", twin="k1",
-    ),
-    Parameter(
-        "h1", NOT_NEGATIVE, 0.0, "$h_1$", "h₁", "damping of support 1", "damping of support 1",
+    )
+    h1: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$h_1$", "h₁", "damping of support 1", "damping of support 1",
         "Damping of support 1, for k1 > 0", "damping",
         Physical("H1", "$H_1$", "H₁", key="Damping of support 1, for C1 > 0"),
         effect="soft", twin="h2", follows=True,
-    ),
-    Parameter(
-        "h2", NOT_NEGATIVE, 0.0, "$h_2$", "h₂", "damping of support 2", "damping of support 2",
+    )
+    h2: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$h_2$", "h₂", "damping of support 2", "damping of support 2",
         "Damping of support 2, for k2 > 0", "damping",
         Physical("H2", "$H_2$", "H₂", key="Damping of support 2, for C2 > 0"),
         effect="soft", twin="h1", follows=True,
-    ),
-    Parameter(
-        "load", FINITE, 0.0, "$q$", "load", "constant force", "constant force",
+    )
+    load: float = _parameter(
+        FINITE, 0.0, "$q$", "load", "constant force", "constant force",
         "Constant force", "force", Physical("load"), effect="load", sign=-1,
-    ),
-    Parameter(
-        "friction", NOT_NEGATIVE, 0.0, "$d$", "friction", "dry friction", "dry friction",
+    )
+    friction: float = _parameter(
+        NOT_NEGATIVE, 0.0, "$d$", "friction", "dry friction", "dry friction",
         "Dry friction", "force", Physical("friction"), effect="friction",
-    ),
-    Parameter(
-        "f2", FINITE, 0.0, "$f_2$", "f₂", "amplitude of the second harmonic of excitation",
+    )
+    f2: float = _parameter(
+        FINITE, 0.0, "$f_2$", "f₂", "amplitude of the second harmonic of excitation",
         "second harmonic", "Amplitude of the second harmonic of the excitation", "force",
         Physical("F2", "$F_2$", "F₂"), effect="second_harmonic", sign=-1,
-    ),
-    Parameter(
-        "phi2", FINITE, 0.0, r"$\varphi_2$", "φ₂", "phase of the second harmonic of excitation",
+    )
+    phi2: float = _parameter(
+        FINITE, 0.0, r"$\varphi_2$", "φ₂", "phase of the second harmonic of excitation",
         "its phase", "Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians", "angle",
         Physical("phi2", key="Phase of the second harmonic, F2 sin(2 omega t + phi2)"),
         effect="second_harmonic", units="rad",
-    ),
-]  # fmt: skip
+    )
+    # fmt: on
+
+
+PARAMETERS: list[Parameter] = [
+    each for each in vars(OfExciter).values() if isinstance(each, Parameter)
+]
 """The order of parameters in rows of numbers, tables and files."""
 
 

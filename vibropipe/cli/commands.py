@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import time
 from pathlib import Path
 from typing import Annotated, Any
 
@@ -69,19 +68,18 @@ def _options(
 def plan(
     file: StudyFile,
     rough: Annotated[
-        bool, typer.Option("--rough", help="Use machine-independent estimates; solve no samples.")
+        bool, typer.Option("--rough", help="Use machine-independent estimates.")
     ] = False,
 ) -> None:
     """Validate a study and list what each scene computes, with estimated run time and disk space."""
-    begin = time.monotonic()
     from vibropipe.jobs.terminal_tables import plan_text
     from vibropipe.study import load_study
 
     study, estimates = load_study(file), None
     if not rough:
-        from vibropipe.jobs.estimates import DEADLINE, estimate_study
+        from vibropipe.jobs.estimates import estimate_study
 
-        estimates = estimate_study(study, DEADLINE - (time.monotonic() - begin))
+        estimates = estimate_study(study)
     typer.echo(plan_text(study, estimates))
 
 

@@ -1,42 +1,49 @@
-"""Run time and disk space of a study on this machine, estimated by solving samples of its scenes.
+"""Run time and disk space of a study on this machine, from what solved scenes of the same kinds took.
 
-The samples are solved in a process of their own, which is killed when the time is up, and which compiles nothing.
-Estimates are stored by fingerprint beside the compiled kernels. The job that later solves a scene records its estimate
-beside the time that it took.
+A file beside the compiled kernels sums seconds and bytes of solved scenes and those of their plans, for each kind with
+rigid supports, and with each effect of pieces. Their ratio is a rate of this machine. Where little has been solved, it
+is close to that of a short loop.
 """
 
 from __future__ import annotations
 
+import functools
 import json
-import os
-import select
-import signal
+import math
 import time
-from collections.abc import Iterator
+from collections.abc import Mapping
 from contextlib import suppress
-from dataclasses import asdict, dataclass
+from dataclasses import dataclass
 from pathlib import Path
-from typing import Any, NoReturn
+from typing import Any, NamedTuple
 
-from vibropipe.compiler.cache import cache_folder, on_compiling
-from vibropipe.jobs.plan import plan_scene
-from vibropipe.scenes.costs import MIN_LOAD_SECONDS, Estimate, sampling
-from vibropipe.scenes.keys.base import BaseScene
-from vibropipe.scenes.registry import kind_of
-from vibropipe.store import StoreError, atomic_file, write
-from vibropipe.study import Study, fingerprint
+from vibropipe.compiler.cache import cache_root, one_at_a_time
+from vibropipe.compiler.sources import kernel_hash
+from vibropipe.jobs.plan import ScenePlan, plan_scene
+from vibropipe.scenes.costs import OF_PIECES
+from vibropipe.scenes.registry import kinds
+from vibropipe.store import StoreError, atomic_file
+from vibropipe.study import Study
 
-FILE_NAME = "expected.json"
-# Seconds of one core for the samples of a whole study, shared evenly by its scenes; and the least share of a scene.
-BUDGET, MIN_BUDGET = 1.0, 0.05
-# Seconds after which all samples end, and the share of what is left that a scene has before the next one is sampled.
-DEADLINE, SHARE = 9.0, 0.6
-# Least seconds of a scene, and seconds that are left for the last answer.
-MIN_SLICE, ANSWER_SECONDS = 0.1, 0.5
-# Most seconds of one core in which a process loads libraries and kernels: what samples take beyond is work.
-MAX_LOAD_SECONDS = 2.0
-# The answer for a scene whose kernels have to be compiled first.
-UNCOMPILED = "uncompiled"
+FILE_NAME = "rates.json"
+# Planned seconds and bytes of solved scenes whose ratio counts as much as that of the loop, and as 1.
+FEW_SECONDS, FEW_BYTES = 0.5, 1e5
+# Weight of all earlier scenes beside a new one of the same size.
+MEMORY = 0.7
+# CPU seconds in which a job loads what it needs: a new process, and a scene.
+JOB_SECONDS, SCENE_SECONDS = 0.7, 0.1
+# Passes of the loop, its length, and the seconds of a pass on the machine whose seconds plans have.
+PASSES, LOOP, LOOP_SECONDS = 5, 30_000, 2e-3
+
+
+class Estimate(NamedTuple):
+    """Estimated work of a scene.
+
+    seconds : of one core, with those in which its jobs load what they need; bytes : on disk
+    """
+
+    seconds: float
+    bytes: float
 
 
 @dataclass(frozen=True)
@@ -46,149 +53,98 @@ class Estimates:
     Attributes
     ----------
     by_scene : dict of str to Estimate
-        Estimates by scene; of a scene without samples those of its plan, or the time that its samples took.
+        Estimates by scene.
     rough : tuple of str
-        Scenes without samples: their kernels are missing, or the time was up.
+        Scenes of whose kind, with such effects, none has been solved on this machine.
     uncompiled : tuple of str
-        Scenes whose kernels are missing.
-    long : tuple of str
-        Scenes that take at least their estimate, since their samples did.
+        Scenes of whose kind, with such effects and outputs, none has been solved by this version.
     """
 
     by_scene: dict[str, Estimate]
     rough: tuple[str, ...] = ()
     uncompiled: tuple[str, ...] = ()
-    long: tuple[str, ...] = ()
 
 
-class _KernelIsMissing(BaseException):
-    """A kernel would have to be compiled."""
+def estimate_study(study: Study) -> Estimates:
+    """Estimate the scenes of a study from the rates of this machine."""
+    plans = [plan_scene(scene) for scene in study.scenes.values()]
+    known = _load()
+    rough = tuple(plan.name for plan in plans if _name(plan) not in known["rates"])
+    compiled = known["compiled"]
+    uncompiled = (plan.name for plan in plans if compiled.get(_kernels(plan)) != _version(plan))
+    by_scene = {plan.name: _estimate(plan, known["rates"]) for plan in plans}
+    return Estimates(by_scene, rough, tuple(uncompiled))
 
 
-class _TimeIsUp(BaseException):
-    """The samples of a scene take too long."""
+def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:
+    """Return the estimate of a scene: its plan times the rates of its kind."""
+    measured, planned, stored, expected = rates.get(_name(plan), [0.0] * 4)
+    rate = (measured + slowdown() * FEW_SECONDS) / (planned + FEW_SECONDS)
+    size = (stored + FEW_BYTES) / (expected + FEW_BYTES)
+    loading = JOB_SECONDS * (plan.shards > 1) * plan.shards + SCENE_SECONDS
+    return Estimate(loading + rate * plan.seconds, size * plan.bytes)
 
 
-def estimate_study(study: Study, seconds: float = DEADLINE) -> Estimates:
-    """Estimate the scenes of a study, and store what was sampled for the jobs that solve them.
+def record(plan: ScenePlan, share: float, seconds: float, size: float) -> None:
+    """Add what a solved scene, or a share of it, took; do nothing if the cache cannot be written.
 
     Parameters
     ----------
-    study : Study
-        The study.
+    plan : ScenePlan
+        Plan of the scene.
+    share : float
+        Share of its rows that was solved.
     seconds : float
-        Time for all samples.
+        CPU seconds without compiling.
+    size : float
+        Bytes on disk.
     """
-    sampled = dict(_from_child(study, seconds))
-    found = {name: Estimate(**value) for name, value in sampled.items() if isinstance(value, dict)}
-    save_estimates({fingerprint(study, name): value for name, value in found.items()})
-    by_scene, long = {}, []
-    for name, scene in study.scenes.items():
-        plan, took = plan_scene(scene), sampled.get(name)
-        least = took - MAX_LOAD_SECONDS if isinstance(took, float) else 0.0
-        if least > plan.seconds:
-            long.append(name)
-        by_scene[name] = found.get(name) or Estimate(
-            max(plan.seconds, least), MIN_LOAD_SECONDS, plan.bytes, plan.is_parallel, plan.method
-        )
-    uncompiled = tuple(name for name, value in sampled.items() if value == UNCOMPILED)
-    rough = tuple(name for name in study.scenes if name not in found)
-    return Estimates(by_scene, rough, uncompiled, tuple(long))
+    new = (max(0.0, seconds - SCENE_SECONDS), share * plan.seconds, size, share * plan.bytes)
+    with suppress(OSError, StoreError), one_at_a_time(FILE_NAME):
+        known = _load()
+        before = known["rates"].get(_name(plan), [0.0] * 4)
+        known["rates"][_name(plan)] = [MEMORY * old + x for old, x in zip(before, new, strict=True)]
+        known["compiled"][_kernels(plan)] = _version(plan)
+        with atomic_file(_file()) as temporary:
+            temporary.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
 
-def _from_child(study: Study, seconds: float) -> Iterator[tuple[str, Any]]:
-    """Yield scenes with what a child process says of them until the time is up, and kill it.
-
-    It is the dict of an estimate, UNCOMPILED, the seconds of one core after which its samples were given up, or None
-    if they cannot be solved.
-    """
-    end = time.monotonic() + seconds
-    if not hasattr(os, "fork"):
-        return
-    reader, writer = os.pipe()
-    child = os.fork()
-    if child == 0:
-        os.close(reader)
-        _estimate_in_child(study, end, writer)
-    os.close(writer)
-    with os.fdopen(reader, "rb", buffering=0) as answers:
-        text = b""
-        while select.select([answers], [], [], max(0.0, end - time.monotonic()))[0]:
-            more = answers.read(1 << 16)
-            if not more:
-                break
-            *lines, text = (text + more).split(b"\n")
-            for line in lines:
-                name, value = json.loads(line)
-                yield name, value
-    with suppress(ProcessLookupError):
-        os.kill(child, signal.SIGKILL)
-    os.waitpid(child, 0)
+@functools.cache
+def slowdown() -> float:
+    """Return how many times as long this machine takes as the one whose seconds plans have, by a loop."""
+    times = []
+    for _ in range(PASSES):
+        begin, x = time.thread_time(), 0.0
+        for k in range(LOOP):
+            x = math.sin(x + k)
+        times.append(time.thread_time() - begin)
+    return min(times) / LOOP_SECONDS
 
 
-def _estimate_in_child(study: Study, end: float, writer: int) -> NoReturn:
-    """Write a line of JSON for each scene of a study, and end this process."""
-    on_compiling[:] = [_refuse_to_compile]
-    signal.signal(signal.SIGALRM, _give_up)
-    with suppress(BaseException), sampling(_solve_to_file) as sampler:
-        sampler.budget = max(MIN_BUDGET, BUDGET / len(study.scenes))
-        *_, last = study.scenes.values()
-        for name, scene in study.scenes.items():
-            _ = kind_of(scene).solve  # imports its module
-            begin = time.process_time()
-            left = max(0.0, end - time.monotonic() - ANSWER_SECONDS)
-            share = SHARE if scene is not last else 1.0
-            signal.setitimer(signal.ITIMER_REAL, share * left + MIN_SLICE)
-            value: Any
-            try:
-                value = asdict(kind_of(scene).estimate(scene, sampler))
-            except _KernelIsMissing:
-                value = UNCOMPILED
-            except _TimeIsUp:
-                value = time.process_time() - begin
-            except Exception:  # the job that solves the scene says it
-                value = None
-            finally:
-                signal.setitimer(signal.ITIMER_REAL, 0)
-            os.write(writer, json.dumps([name, value]).encode() + b"\n")
-    os._exit(0)
+def _name(plan: ScenePlan) -> str:
+    """Return the name of the rate of a scene: its kind and its effects of pieces."""
+    return " ".join([plan.kind, *(effect for effect in OF_PIECES if effect in plan.effects)])
 
 
-def _refuse_to_compile(kernel: str) -> None:
-    raise _KernelIsMissing(kernel)
+def _kernels(plan: ScenePlan) -> str:
+    """Return the name of the set of kernels of a scene."""
+    method = plan.method.split(",")[0]
+    return " ".join([plan.kind, method, *sorted(plan.effects), *sorted(plan.outputs)])
 
 
-def _give_up(*_: Any) -> None:
-    raise _TimeIsUp
+def _version(plan: ScenePlan) -> str:
+    return f"{kernel_hash()} {kinds()[plan.kind].code_hash}"
 
 
-def _solve_to_file(scene: BaseScene, path: Path) -> None:
-    write(kind_of(scene).solve(scene), path)
+def _file() -> Path:
+    return cache_root() / FILE_NAME
 
 
-def save_estimates(estimates: dict[str, Estimate]) -> None:
-    """Add estimates by fingerprint to those stored on this machine; do nothing if the cache cannot be written."""
-    cached = {**_load_all(), **{name: asdict(value) for name, value in estimates.items()}}
-    try:
-        with atomic_file(cache_folder() / FILE_NAME) as temporary:
-            temporary.write_text(json.dumps(cached, indent=1) + "\n", encoding="utf-8")
-    except (OSError, StoreError):
-        return
-
-
-def load_estimate(scene_fingerprint: str) -> Estimate | None:
-    """Return the estimate of a scene that is stored on this machine, None if there is none."""
-    entry = _load_all().get(scene_fingerprint)
-    try:
-        return None if entry is None else Estimate(**entry)
-    except TypeError:
-        return None
-
-
-def _load_all() -> dict[str, Any]:
-    """Return the entries of the file by fingerprint; none if it is missing or unreadable."""
-    try:
-        cached = json.loads((cache_folder() / FILE_NAME).read_text(encoding="utf-8"))
-    except (OSError, ValueError):
-        return {}
-    return cached if isinstance(cached, dict) else {}
+def _load() -> dict[str, dict[str, Any]]:
+    """Return what the file holds; nothing if it is missing or unreadable."""
+    with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+        held = json.loads(_file().read_text(encoding="utf-8"))
+        rates = {name: [float(x) for x in rate] for name, rate in held["rates"].items()}
+        if all(len(rate) == 4 for rate in rates.values()):
+            return {"rates": rates, "compiled": dict(held["compiled"])}
+    return {"rates": {}, "compiled": {}}

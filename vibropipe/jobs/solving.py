@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-import math
 import time
 from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+from vibropipe.compiler.cache import compile_seconds
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.jobs.estimates import load_estimate
+from vibropipe.jobs.estimates import record
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
@@ -79,7 +79,7 @@ def solve_to_file(
     PlanError
         If the scene cannot be cut so, or cannot be solved with its parameters.
     """
-    begin = time.perf_counter()
+    begin, begin_work, n_compiled = time.perf_counter(), time.process_time(), len(compile_seconds)
     scene = study.scene(name)
     kind = kind_of(scene)
     check_cut(scene, shard)
@@ -91,8 +91,9 @@ def solve_to_file(
     except ParameterError as error:
         raise PlanError(f"scenes.{name}.{error}") from error
     elapsed = time.perf_counter() - begin
+    worked = time.process_time() - begin_work - sum(compile_seconds[n_compiled:])
+    record(plan_scene(scene), share_of(scene, shard), worked, path.stat().st_size)
     entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
-    entries |= expected_seconds(study, name, shard, threads)
     write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
 
 
@@ -185,13 +186,11 @@ def join_to_file(
     attrs = {key: value for key, value in origin(study, scene).items() if key not in SOLVER_ATTRS}
     kind.cut.join(scene, shards, path, attrs, progress)
     sidecars = [read_sidecar(shard) for shard in shards]
-    seconds = sum(float(record.get("seconds", 0)) for record in sidecars)
-    threads = max(int(record.get("threads", 1)) for record in sidecars)
+    seconds = sum(float(sidecar.get("seconds", 0)) for sidecar in sidecars)
+    threads = max(int(sidecar.get("threads", 1)) for sidecar in sidecars)
     seconds += time.perf_counter() - begin
-    expected = sum(float(record.get("expected_seconds", math.nan)) for record in sidecars)
-    entries: dict[str, Any] = {} if math.isnan(expected) else {"expected_seconds": expected}
-    entries |= {"unresolved": count_unresolved(path)}
-    write_sidecar(path, seconds, threads, shards=len(shards), **entries)
+    unresolved = count_unresolved(path)
+    write_sidecar(path, seconds, threads, shards=len(shards), unresolved=unresolved)
 
 
 def identity(study: Study, scene: BaseScene) -> dict[str, str]:
@@ -242,18 +241,12 @@ def count_unresolved(path: Path) -> int:
     return count_equal(path, {"attractor": -1, "regime": Regime.UNRESOLVED})
 
 
-def expected_seconds(
-    study: Study, name: str, shard: tuple[int, int] | None, threads: int
-) -> dict[str, float]:
-    """Return the estimated seconds of a job as an entry of its sidecar; no entry if the study was not planned here."""
-    scene, estimate = study.scene(name), load_estimate(fingerprint(study, name))
-    if estimate is None:
-        return {}
-    share = 1.0
-    if shard is not None:
-        first, last = as_cut(scene).cut.row_range(scene, *shard)
-        share = (last - first) / scene.row_count
-    return {"expected_seconds": estimate.seconds(threads, share)}
+def share_of(scene: BaseScene, shard: tuple[int, int] | None) -> float:
+    """Return the share of the rows of a scene that a shard has."""
+    if shard is None:
+        return 1.0
+    first, last = as_cut(scene).cut.row_range(scene, *shard)
+    return float(last - first) / scene.row_count
 
 
 def origin(study: Study, scene: BaseScene) -> dict[str, Any]:

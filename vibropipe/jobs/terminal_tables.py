@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING
 
 from vibropipe.jobs.drawing import figures_of
 from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.scenes.costs import Estimate
 from vibropipe.words.effects import COMMON_EFFECTS
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status
@@ -18,14 +17,15 @@ from vibropipe.words.wording import aligned, count, method_text, series
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibropipe.jobs.estimates import Estimates
+    from vibropipe.jobs.estimates import Estimate, Estimates
     from vibropipe.study import Study
 
 # Events of a motion that are printed; longer tables are shortened in the middle.
 MAX_EVENTS = 60
-# Rough seconds of a run beside the work of its scenes: to begin, for each figure, for the report, and to compile the
-# kernels of a kind of scene, once.
-START_SECONDS, FIGURE_SECONDS, REPORT_SECONDS, COMPILE_SECONDS = 4.0, 1.0, 1.5, 25.0
+# Rough seconds of a run beside the work of its scenes: to begin, for each figure and for the report; and once to
+# compile the kernels of a kind of scene, and those of each further kind.
+START_SECONDS, FIGURE_SECONDS, REPORT_SECONDS = 4.0, 1.0, 1.5
+COMPILE_SECONDS, COMPILE_SECONDS_FURTHER = 30.0, 8.0
 
 
 def plan_text(study: Study, estimates: Estimates | None = None) -> str:
@@ -40,38 +40,27 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
         every machine.
     """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
-    by_scene = (
-        estimates.by_scene
-        if estimates
-        else {
-            plan.name: Estimate(plan.seconds, 0.0, plan.bytes, parallel=False, method=plan.method)
-            for plan in plans
-        }
-    )
-    # each job loads the kernels
-    work = {
-        plan.name: by_scene[plan.name].core_seconds + plan.shards * by_scene[plan.name].load_seconds
-        for plan in plans
-    }
+    found: Mapping[str, Estimate | ScenePlan]
+    found = estimates.by_scene if estimates else {plan.name: plan for plan in plans}
+    work = {name: each.seconds for name, each in found.items()}
     heads = ("time", "on disk") if estimates else ("work", "size of data")
     body = [
         (
             plan.name,
             plan.kind,
             plan.size,
-            by_scene[plan.name].method,
+            plan.method,
             effects_text(plan.effects),
             " ".join(plan.outputs),
             str(plan.shards + (plan.shards > 1)),
-            ("over " if estimates and plan.name in estimates.long else "")
-            + seconds_text(work[plan.name]),
-            bytes_text(by_scene[plan.name].bytes),
+            seconds_text(work[plan.name]),
+            bytes_text(found[plan.name].bytes),
         )
         for plan in plans
     ]
     head = ("scene", "kind", "size", "method", "effects", "outputs", "jobs", *heads)
     seconds = sum(work.values())
-    stored = bytes_text(sum(by_scene[plan.name].bytes for plan in plans))
+    stored = bytes_text(sum(each.bytes for each in found.values()))
     total = f"{count(len(plans), 'scene')}, {count(sum(plan.rows for plan in plans), 'row')}, "
     if estimates:
         cores = os.cpu_count() or 1
@@ -80,18 +69,18 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             seconds_text(run_seconds(plans, work, figures, estimates.uncompiled, n))
             for n in (1, cores)
         )
-        at_least = "at least " if estimates.long else ""
         total += (
-            f"estimated on this machine, with figures and report: {at_least}{alone} on one core,"
+            f"estimated on this machine, with figures and report: {alone} on one core,"
             f" {shared} on {count(cores, 'core')}, {stored} on disk"
         )
         if estimates.uncompiled:
             names = series(estimates.uncompiled)
+            total += f"\nThis includes compiling kernels for {names}, once for this version."
+        if estimates.rough:
+            names = series(estimates.rough)
             total += (
-                f"\nThis includes compiling kernels for {names}, once: their samples lack some."
+                f"\nThe time of {names} is rough: no such scene was solved on this machine yet."
             )
-        if rough := [name for name in estimates.rough if name not in estimates.long]:
-            total += f"\nThe time of {series(rough)} is rough: no sample was solved."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
     odd = {name: scene.unit_warning() for name, scene in study.scenes.items()}
@@ -127,7 +116,8 @@ def run_seconds(
         for plan in plans
     )
     solving = max(longest, sum(work.values()) / cores)
-    compiling = COMPILE_SECONDS * math.ceil(len(kinds) / cores)
+    further = COMPILE_SECONDS_FURTHER * math.ceil((len(kinds) - 1) / cores)
+    compiling = COMPILE_SECONDS + further if kinds else 0.0
     return START_SECONDS + compiling + solving + FIGURE_SECONDS * figures / cores + REPORT_SECONDS
 
 

@@ -121,10 +121,3 @@ def time_in_rounds(
             done += 1
             if progress is not None:
                 progress(done, rounds * len(timers))
-
-
-def expected_timing(seconds: float, rounds: int) -> float:
-    """Estimate the seconds that a timer spends in `rounds` rounds on a call of `seconds`."""
-    # The number of calls is doubled until they fill MIN_SECONDS: 1.5 times that on average, plus the shorter attempts.
-    round_seconds = max(seconds, 1.5 * MIN_SECONDS)
-    return min(2 * MIN_SECONDS + rounds * round_seconds, SECONDS + round_seconds)

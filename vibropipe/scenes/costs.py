@@ -1,27 +1,17 @@
-"""Cost of scenes: planned from their keys, and estimated from samples solved on this machine."""
+"""Cost of scenes, planned from their keys."""
 
 from __future__ import annotations
 
-import time
-from collections.abc import Callable, Iterable, Iterator
-from contextlib import contextmanager
-from dataclasses import dataclass, field
-from pathlib import Path
-from tempfile import TemporaryDirectory
-from typing import Any
+from collections.abc import Iterable
+from dataclasses import dataclass
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibropipe.compiler.cache import cache_root
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
-from vibropipe.scenes.keys.grids import ValueGrid
 from vibropipe.solve.physical import convert
 from vibropipe.words.vocabulary import physical_name, physical_quantity
 
-# Least seconds in which a job loads libraries and compiled kernels.
-MIN_LOAD_SECONDS = 0.7
 # Bytes of a row without outputs, of an impact, and of the error of a number; usual impacts and samples of an orbit.
 ROW_BYTES = 96
 IMPACT_BYTES = 21
@@ -35,6 +25,8 @@ SUBHARMONICS = 4
 VISITS = 64
 # Bytes of the headers of some thirty variables, most of a small file.
 HEAD_BYTES = 9e4
+# Effects with which a motion is marched by pieces, and how many times as long that takes, roughly.
+OF_PIECES, SLOWER = ("soft", "friction"), 15.0
 
 
 class PlanError(ValueError):
@@ -75,94 +67,9 @@ class Work:
     is_parallel: bool = False
 
 
-@dataclass(frozen=True)
-class Estimate:
-    """Estimated work of a scene on this machine.
-
-    Attributes
-    ----------
-    core_seconds, load_seconds : float
-        Seconds on one core, and seconds in which each job loads the kernels.
-    bytes : float
-        Bytes on disk.
-    parallel : bool
-        Whether threads share the work.
-    method : str
-        Method by name, as selected if the scene requests an accuracy.
-    """
-
-    core_seconds: float
-    load_seconds: float
-    bytes: float
-    parallel: bool
-    method: str
-
-    def seconds(self, threads: int = 1, share: float = 1.0) -> float:
-        """Return the seconds of a job that solves a share of the scene on some threads."""
-        return self.load_seconds + share * self.core_seconds / (threads if self.parallel else 1)
-
-
-@dataclass
-class Sampler:
-    """Solves samples of scenes on one thread and measures their seconds and bytes.
-
-    Attributes
-    ----------
-    budget : float
-        Seconds that the samples of a scene may take.
-    file : Path
-        Dataset of the last sample.
-    solve_to_file : callable
-        Called as `solve_to_file(scene, file)`.
-    loads : dict
-        Seconds to load kernels, by name of the set of kernels.
-    """
-
-    budget: float
-    file: Path
-    solve_to_file: Callable[[Any, Path], None]
-    loads: dict[str, float] = field(default_factory=dict)
-
-    def solved(self, sample: BaseScene) -> float:
-        """Solve a sample into a file and return the CPU seconds of this process, since others may run beside it."""
-        begin = time.process_time()
-        self.solve_to_file(sample, self.file)
-        return time.process_time() - begin
-
-    def warm(self, small: BaseScene, kernels: str) -> tuple[float, float]:
-        """Solve a small sample twice and return the seconds of the second run and of loading its kernels.
-
-        `kernels` names the set of kernels; scenes with the same name load the same set.
-        """
-        compiled = compiled_kernels()
-        first, again = self.solved(small), self.solved(small)
-        # Jobs load kernels from the cache, so seconds of compiling do not count.
-        measured = first - again if compiled_kernels() == compiled else 0.0
-        return again, self.loads.setdefault(kernels, max(measured, MIN_LOAD_SECONDS))
-
-    @property
-    def bytes(self) -> int:
-        """Size of the file of the last sample."""
-        return self.file.stat().st_size
-
-
-@contextmanager
-def sampling(solve_to_file: Callable[[Any, Path], None]) -> Iterator[Sampler]:
-    """Yield a sampler; kernels run on one thread inside."""
-    import numba
-
-    before = numba.get_num_threads()
-    numba.set_num_threads(1)
-    try:
-        with TemporaryDirectory(prefix="vibropipe-sample-") as folder:
-            yield Sampler(0.0, Path(folder) / "sample.nc", solve_to_file)
-    finally:
-        numba.set_num_threads(before)
-
-
-def compiled_kernels() -> int:
-    """Return the number of compiled kernels of this version in the cache."""
-    return sum(1 for _ in cache_root().rglob("*.nbc"))
+def slowness(scene: BaseScene) -> float:
+    """Return how many times as long as motions without pieces those of a scene take, roughly."""
+    return SLOWER if set(OF_PIECES) & set(scene.called_effects()) else 1.0
 
 
 def grid_size(scene: BaseScene) -> str:
@@ -232,20 +139,3 @@ def steady_bytes(
         by = differentiated_by(effects.has_pieces, effects.second_harmonic is not None)
         size += 8 * len(by) * own
     return size
-
-
-def thinned(values: NDArray[np.float64], n_values: int) -> ValueGrid:
-    """Return at most `n_values` of the values, including the first and the last."""
-    indices = np.unique(np.linspace(0, values.size - 1, n_values).round().astype(int))
-    return ValueGrid(values=values[indices].tolist())
-
-
-def planned(work: Work, core_seconds: float | None = None) -> Estimate:
-    """Return the plan as an estimate, with measured seconds if there are any."""
-    seconds = work.seconds if core_seconds is None else core_seconds
-    return Estimate(seconds, MIN_LOAD_SECONDS, work.bytes, work.is_parallel, work.method)
-
-
-def by_plan(plan: Callable[[Any], Work]) -> Callable[[Any, Sampler], Estimate]:
-    """Return the `estimate` of a kind of which no more is known than its plan."""
-    return lambda scene, sampler: planned(plan(scene))

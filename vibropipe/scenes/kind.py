@@ -4,7 +4,7 @@ A kind is a package with the following modules. All but `keys` are imported on f
 only reads studies loads neither kernels nor matplotlib.
 
 `keys`      the model of its keys and the checks that involve several keys (`CHECKS`)
-`plan`      `plan(scene) -> Work` and `estimate(scene, sampler) -> Estimate`: its cost
+`plan`      `plan(scene) -> Work`: its cost
 `solve`     `solve(scene, progress) -> Dataset`: its solution in memory
 `pictures`  `PICTURES`: its pictures; by default the first that fits the data is drawn
 `report`    `REPORT`: its part of the report
@@ -35,7 +35,7 @@ if TYPE_CHECKING:
     from matplotlib.figure import Figure
 
     from vibropipe.report.parts import Answers, Line, Side, Table
-    from vibropipe.scenes.costs import Estimate, Sampler, Work
+    from vibropipe.scenes.costs import Work
     from vibropipe.scenes.recompute import Recomputed
 
 
@@ -183,11 +183,6 @@ class Kind:
         """Return the planned work of a scene, the same on every machine."""
         work: Work = self._module("plan").plan(scene)
         return work
-
-    def estimate(self, scene: Any, sampler: Sampler) -> Estimate:
-        """Return the estimated work of a scene on this machine."""
-        estimate: Estimate = self._module("plan").estimate(scene, sampler)
-        return estimate
 
     def solve(self, scene: Any, progress: Progress | None = None) -> xr.Dataset:
         """Solve a scene in memory."""

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Estimate, Sampler, Work, planned
+from vibropipe.scenes.costs import HEAD_BYTES, Work
 from vibropipe.words.measurements import PEER_METHODS
 from vibropipe.words.wording import count
 
@@ -29,11 +29,3 @@ def plan(scene: AccuracyScene) -> Work:
         seconds=(scene.row_count - peers) * SECONDS_PER_RUN + peers * SECONDS_PER_PEER_RUN,
         bytes=HEAD_BYTES + scene.row_count * BYTES_PER_RUN,
     )
-
-
-def estimate(scene: AccuracyScene, sampler: Sampler) -> Estimate:
-    """Estimate an accuracy scene from short runs of the installed methods."""
-    from vibropipe.lab.work_precision_cost import work_precision_seconds
-    from vibropipe.scenes.accuracy.solve import work_precision_arguments
-
-    return planned(plan(scene), work_precision_seconds(**work_precision_arguments(scene)))

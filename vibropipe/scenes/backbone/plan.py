@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import Estimate, Sampler, Work, grid_size, thinned
+from vibropipe.scenes.costs import Work, grid_size
 
 if TYPE_CHECKING:
     from vibropipe.scenes.backbone.keys import BackboneScene
@@ -23,14 +23,3 @@ def plan(scene: BackboneScene) -> Work:
         seconds=scene.row_count * SECONDS_PER_POINT,
         bytes=scene.row_count * each,
     )
-
-
-def estimate(scene: BackboneScene, sampler: Sampler) -> Estimate:
-    """Estimate a backbone by solving it."""
-    # For eq. (10), some values must have impacts on both supports.
-    n_values = 2 if scene.over_amplitude else 50
-    grids = {name: thinned(grid.array(), n_values) for name, grid in scene.grids().items()}
-    form = "amplitude" if scene.over_amplitude else "period"
-    _, load = sampler.warm(scene.model_copy(update=grids), f"{scene.kind} over {form}")
-    core = sampler.solved(scene)
-    return Estimate(core, load, sampler.bytes, False, plan(scene).method)

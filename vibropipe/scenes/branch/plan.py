@@ -6,9 +6,8 @@ from typing import TYPE_CHECKING
 
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
-    Estimate,
-    Sampler,
     Work,
+    slowness,
     steady_bytes,
     stored_name,
     stored_values,
@@ -19,7 +18,7 @@ if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
 
 # Points of a branch that its steps usually need, and seconds per point.
-USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-3
+USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-4
 
 
 def plan(scene: BranchScene) -> Work:
@@ -31,7 +30,7 @@ def plan(scene: BranchScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=points * SECONDS_PER_POINT,
+        seconds=points * SECONDS_PER_POINT * slowness(scene),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
     )
 
@@ -43,9 +42,3 @@ def _size_text(scene: BranchScene) -> str:
     swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]
     followed = f"{stored_name(scene, name)} from {begin} to {', '.join(ends)}{unit}"
     return ", ".join([followed, *swept])
-
-
-def estimate(scene: BranchScene, sampler: Sampler) -> Estimate:
-    """Estimate a scene by following its branches."""
-    seconds, load = sampler.warm(scene, scene.kind)
-    return Estimate(seconds, load, sampler.bytes, False, plan(scene).method)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, steady_bytes, stored_name
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
 from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
@@ -31,10 +31,6 @@ def plan(scene: DesignScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=seconds + scene.designs * DESIGN_SECONDS,
+        seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene),
         bytes=HEAD_BYTES + scene.designs * steady_bytes(OF_STEADY_STATE, 3),
     )
-
-
-# How long a search takes is known at its end only.
-estimate = by_plan(plan)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan
+from vibropipe.scenes.costs import HEAD_BYTES, Work
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
@@ -24,7 +24,3 @@ def plan(scene: EffectsScene) -> Work:
         seconds=scene.row_count * (SECONDS_PER_TRIAL + scene.repeats * SECONDS_PER_ROUND),
         bytes=HEAD_BYTES + scene.row_count * TRIAL_BYTES,
     )
-
-
-# Each timing lasts a set time.
-estimate = by_plan(plan)

@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-import time
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import Estimate, Sampler, Work, planned
+from vibropipe.scenes.costs import Work
 from vibropipe.words.wording import count
 
 if TYPE_CHECKING:
@@ -23,8 +22,6 @@ SECONDS_OF_CASES = {
 SECONDS_OF_QUESTIONS = {"energy": 3.0, "grazing": 2.0, "chatter": 0.6, "step": 0.7}
 SECONDS_PER_CASE, USUAL_CASES = 0.03, 30
 HARD_CASES_BYTES = 40e3
-# Case that is timed on this machine, and its seconds on the machine of the figures above.
-REFERENCE_CASE = ("energy_of_motions", 0.08)
 
 
 def plan(scene: HardCasesScene) -> Work:
@@ -46,17 +43,3 @@ def case_seconds(names: Sequence[str]) -> float:
     if not names:
         return sum(SECONDS_OF_CASES.values()) + USUAL_CASES * SECONDS_PER_CASE
     return sum(SECONDS_OF_CASES.get(name, SECONDS_PER_CASE) for name in names)
-
-
-def estimate(scene: HardCasesScene, sampler: Sampler) -> Estimate:
-    """Estimate hard cases from the time of REFERENCE_CASE on this machine."""
-    from vibropipe.scenes.hard_cases.solve import solve
-
-    name, seconds = REFERENCE_CASE
-    sample = scene.model_copy(update={"cases": [name], "compare": []})
-    solve(sample)  # loads the kernels
-    begin = time.thread_time()
-    solve(sample)
-    slowdown = (time.thread_time() - begin) / seconds
-    work = plan(scene)
-    return planned(work, work.seconds * slowdown)

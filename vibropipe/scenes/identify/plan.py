@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-from vibropipe.scenes.costs import HEAD_BYTES, Work, by_plan, stored_name
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name
 
 if TYPE_CHECKING:
     from vibropipe.scenes.identify.keys import IdentifyScene
@@ -22,10 +22,6 @@ def plan(scene: IdentifyScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OUTPUTS,
-        seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS,
+        seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS * slowness(scene),
         bytes=HEAD_BYTES + 16 * scene.points * len(scene.measured),
     )
-
-
-# How long a search takes is known at its end only.
-estimate = by_plan(plan)

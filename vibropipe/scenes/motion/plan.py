@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING
 from vibropipe.scenes.costs import (
     IMPACT_BYTES,
     USUAL_IMPACTS,
-    Estimate,
-    Sampler,
     Work,
+    slowness,
     steady_bytes,
     stored_name,
     stored_values,
@@ -40,7 +39,7 @@ def plan(scene: MotionScene) -> Work:
         rows=1,
         method=_method(scene),
         outputs=tuple(scene.outputs),
-        seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP),
+        seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP) * slowness(scene),
         bytes=stored,
     )
 
@@ -56,54 +55,3 @@ def _method(scene: MotionScene) -> str:
         return f"accuracy {solver['accuracy']:g}"
     steps = solver.get("steps_per_period")
     return f"{solver['method']}, {steps} steps" if steps else str(solver["method"])
-
-
-def estimate(scene: MotionScene, sampler: Sampler) -> Estimate:
-    """Estimate a motion from its leading part, or from all of it if it is short."""
-    _, load = sampler.warm(miniature(scene), _kernels(scene))
-    part, share = leading_part(scene, sampler.budget)
-    core = sampler.solved(part) / share
-    return Estimate(core, load, sampler.bytes / share, False, _chosen_method(scene))
-
-
-def leading_part(scene: MotionScene, budget: float) -> tuple[MotionScene, float]:
-    """Return a scene that is solved in about `budget` seconds, and its share of the whole."""
-    rough = plan(scene).seconds
-    if rough <= budget:
-        return scene, 1.0
-    share = budget / rough
-    short = {
-        "tau_end": scene.tau_end * share,
-        "settle_periods": int(scene.settle_periods * share),
-        "effects": list(scene.called_effects()),
-    }
-    return scene.model_copy(update=short), share
-
-
-def miniature(scene: MotionScene) -> MotionScene:
-    """Return a short motion that uses the same kernels."""
-    short = {"settle_periods": min(scene.settle_periods, 1), "tau_end": min(scene.tau_end, 6)}
-    return scene.model_copy(update={**short, "effects": list(scene.called_effects())})
-
-
-def _chosen_method(scene: MotionScene) -> str:
-    """Return the method as text, selected on this exciter if the scene requests an accuracy."""
-    solver = scene.solver.arguments()
-    if "accuracy" not in solver:
-        return _method(scene)
-    from vibropipe.physics.exciter import Exciter
-    from vibropipe.solve.accuracy.method_choice import choose
-
-    _, end = scene.tau_span()
-    exciter = Exciter(**scene.resolved_exciter())
-    choice = choose(exciter, end, scene.start.x0, scene.start.v0, solver["accuracy"])
-    steps = f", {choice.steps_per_period} steps" if choice.steps_per_period is not None else ""
-    return f"{choice.method}{steps} for {scene.solver.accuracy:g}"
-
-
-def _kernels(scene: MotionScene) -> str:
-    sampled = ["sampled"] if scene.samples_per_period else []
-    settled = ["settled"] if scene.settle_periods else []
-    method = str(scene.solver.arguments().get("method", "accuracy"))
-    parts = [method, *sampled, *settled, *sorted(scene.outputs), *sorted(scene.called_effects())]
-    return " ".join([scene.kind, *parts])

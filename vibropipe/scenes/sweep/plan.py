@@ -3,21 +3,11 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING
 
 import numpy as np
-from numpy.typing import NDArray
 
-from vibropipe.scenes.costs import (
-    Estimate,
-    Sampler,
-    Work,
-    steady_bytes,
-    stored_name,
-    thinned,
-)
-from vibropipe.scenes.keys.grids import ValueGrid
+from vibropipe.scenes.costs import Work, slowness, steady_bytes, stored_name
 from vibropipe.scenes.rows import row_grid
 
 if TYPE_CHECKING:
@@ -33,9 +23,6 @@ APERIODIC_IMPACTS = 128
 MAX_IMPACTS_KEPT = 8192
 SLOW = 1.0
 CHATTER = 1.0, 1e-7
-FIRST_SAMPLE, GROWTH = 64, 4
-# Consecutive rows along a followed parameter, so many that the first, which has no neighbour, hardly counts.
-SEGMENT = 32
 
 
 def plan(scene: SweepScene) -> Work:
@@ -49,7 +36,7 @@ def plan(scene: SweepScene) -> Work:
         rows=scene.row_count,
         method=", ".join(["exact", *followed]),
         outputs=tuple(scene.outputs),
-        seconds=scene.row_count * SECONDS_PER_ROW,
+        seconds=scene.row_count * SECONDS_PER_ROW * slowness(scene),
         bytes=scene.row_count
         * steady_bytes(scene.outputs, scene.harmonics, effects=scene.all_effects()),
         pieces=grid.chains,
@@ -83,66 +70,3 @@ def max_impacts(scene: SweepScene) -> float:
     first, last = CHATTER
     chatters = 2 * math.log(first / last) / math.log(1 / lossy.max())
     return min(max(APERIODIC_IMPACTS, chatters), MAX_IMPACTS_KEPT)
-
-
-def estimate(scene: SweepScene, sampler: Sampler) -> Estimate:
-    """Estimate a sweep from rows spread over its grid."""
-    effects = scene.called_effects()
-    # The sample states the effects of the whole grid, since fewer may occur in a part of it.
-    small = scene.model_copy(
-        update={
-            "over": {name: thinned(grid.array(), 2) for name, grid in scene.grids().items()},
-            "effects": list(effects),
-        }
-    )
-    kernels = " ".join([scene.kind, *sorted(scene.outputs), *sorted(effects)])
-    again, load = sampler.warm(small, kernels)
-    # The fixed cost of a job is in the small sample as well as in the larger ones.
-    base, least, total = sampler.bytes, small.row_count, 0.0
-    for sample in growing_samples(scene):
-        elapsed = sampler.solved(sample)
-        total += elapsed
-        if total > sampler.budget:
-            break
-    more = max(1, sample.row_count - least)
-    rate, each = max(0.0, elapsed - again) / more, (sampler.bytes - base) / more
-    remaining = scene.row_count - least
-    return Estimate(
-        again + rate * remaining, load, base + each * remaining, True, plan(scene).method
-    )
-
-
-def growing_samples(scene: SweepScene) -> Iterator[SweepScene]:
-    """Yield the sweep on increasing parts of its grid, spread over it, up to the whole grid.
-
-    Along a followed parameter the part is a segment, since a row is solved fast if its neighbour is near.
-    """
-    arrays = scene.over_arrays()
-    followed: str | None = scene.follow.along if scene.follow else None
-    others = [name for name in arrays if name != followed]
-    n_wanted = FIRST_SAMPLE
-    while True:
-        part: dict[str, NDArray[np.float64]] = {}
-        left = n_wanted
-        if followed is not None:
-            along = np.sort(arrays[followed])
-            length = min(along.size, max(SEGMENT, n_wanted // SEGMENT))
-            first = (along.size - length) // 2
-            part[followed] = along[first : first + length]
-            left = max(1, n_wanted // length)
-        for index, name in enumerate(others):
-            each = int(np.ceil(left ** (1 / (len(others) - index))))
-            part[name] = spread(arrays[name], each)
-            left = max(1, left // part[name].size)
-        grids = {name: ValueGrid(values=part[name].tolist()) for name in arrays}
-        # Stated effects select the kernel of the whole grid, since fewer may occur in a part of it.
-        yield scene.model_copy(update={"over": grids, "effects": list(scene.called_effects())})
-        if all(part[name].size == arrays[name].size for name in arrays):
-            return
-        n_wanted *= GROWTH
-
-
-def spread(values: NDArray[np.float64], count: int) -> NDArray[np.float64]:
-    """Return about `count` of the values, evenly spaced by index."""
-    count = min(count, values.size)
-    return values[((np.arange(count) + 0.5) * values.size / count).astype(int)]

@@ -11,7 +11,7 @@ from vibropipe.cli.commands import app
     [
         ("--l", "0,5", "write 0.5, with a point"),
         ("--l", "8mm", "numbers of this command have no unit"),
-        ("--x0", "8 mm", "units are for a study with `physical`"),
+        ("--x0", "8 mm", "no unit belongs here: quantities with units go with `physical`"),
         ("--accuracy", "x", "numbers of this command have no unit"),
     ],
 )

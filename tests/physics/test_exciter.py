@@ -40,8 +40,18 @@ def test_defaults_mean_that_an_effect_is_absent() -> None:
     e = vp.Exciter(l=2.0)
     assert (e.nu, e.f, e.h, e.delta, e.R1, e.R2) == (1.0, 0.0, 0.0, 0.0, 1.0, 1.0)
     assert (e.upper, e.lower, e.period) == (2.0, -2.0, 2 * math.pi)
-    with pytest.raises(TypeError):
-        vp.Exciter()  # type: ignore[call-arg]
+
+
+@pytest.mark.parametrize("name", ["m", "C", "l"])
+def test_what_is_missing_is_told_with_what_it_takes(name: str) -> None:
+    given = {key: value for key, value in PHYSICAL.items() if key != name}
+    for left_out in (given, {**given, name: None}):
+        with pytest.raises(
+            vp.ParameterError, match=f"^{name}: is required \\(a number in .*such as"
+        ):
+            vp.Exciter.from_physical(**left_out)
+    with pytest.raises(vp.ParameterError, match=r"^l: is required \(a finite number > 0\)$"):
+        vp.Exciter(nu=1.0)  # type: ignore[call-arg]
 
 
 @pytest.mark.parametrize(
@@ -162,6 +172,12 @@ def test_wrong_units_are_refused_in_words(name: str, value: str, text: str) -> N
         (
             {"F": "120 kN"},
             "F: the force holds the spring 15 m from its equilibrium, 1.88e+03 times l: ",
+        ),
+        ({"F2": "120 kN"}, "F2: the second harmonic of the force holds the spring 15 m from its"),
+        ({"friction": "120 kN"}, "friction: dry friction holds the spring 15 m from its"),
+        (
+            {"delta": "-1 m"},
+            "delta: the equilibrium lies 1 m from the middle between the supports, 125 times",
         ),
     ],
 )

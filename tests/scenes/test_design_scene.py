@@ -307,7 +307,7 @@ def test_the_force_of_a_soft_support_is_wanted_in_newtons(tmp_path):
     ("old", "new", "message"),
     [
         ("displacement_mean: -0.1", "displacment_mean: -0.1", "target: must be a quantity"),
-        ("displacement_mean: -0.1", "displacement_mean: -1 mm", "units are for a study with `physical`"),
+        ("displacement_mean: -0.1", "displacement_mean: -1 mm", "no unit belongs here"),
         ('"< 0.8"', '"0.8"', "subject_to.impact_velocity_max_1: must be bounds in quotes"),
         ('"< 0.8"', "{max: 0.8}", "subject_to.impact_velocity_max_1: must be bounds in quotes"),
         ('"< 0.8"', '"< 0.8, < 0.9"', "subject_to.impact_velocity_max_1: must be a bound such as"),

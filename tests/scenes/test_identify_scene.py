@@ -99,6 +99,9 @@ def test_hopeless_data_are_never_called_explained(factor):
         [*(f"{answer.lead} {answer.rest}" for answer in found), tables({"found": dataset})[0].note]
     )
     assert "explained" not in everything.replace("not explained", "")
+    (row,) = tables({"found": dataset})[0].rows
+    assert row[2] == "–"
+    assert row[4] in ("–", "ended at its range", "not determined")
     caption = picture_of("identify", dataset).describe(dataset, None, {})
     assert "Nearest: δ" in caption
     assert "explain" not in caption
@@ -162,7 +165,7 @@ def test_columns_with_units_are_read_in_si(tmp_path):
     ("text", "table", "message"),
     [
         (WANTED, None, "path of a CSV file from the folder of the study, got 'wanted.csv' (No such"),
-        (WANTED, "phase,x\n0,1\n", r"columns (phase and displacement), then .* got phase, x in"),
+        (WANTED, "phase,x\n0,1\n", r"columns (phase and displacement), then .* got 'phase,x' in"),
         (WANTED, "phase,displacement\n0,1 mm\n", "2 numbers with a point in each line, .* '0,1 mm'"),
         (WANTED, "phase;displacement\n0;0,1\n", "2 numbers with a point in each line, .* '0;0,1'"),
         (WANTED, "phase,displacement\n", "1 to 9999 lines of numbers"),

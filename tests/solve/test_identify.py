@@ -191,6 +191,42 @@ def test_too_few_numbers_do_not_tell_their_noise():
     assert int(given.fit_result) == FitResult.EXPLAINED
 
 
+def test_chaos_and_borders_of_laws_make_no_deviation_small():
+    # At nu = 1.572 the motion is chaotic, and elsewhere a law ends nearby: differences across them are no derivatives.
+    true = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, delta=-0.3, R1=0.75, R2=0.65)
+    nu, generator = np.linspace(0.8, 2.2, 30), np.random.default_rng(5)
+    sweep = vp.sweep(true, over={"nu": nu})
+    assert sweep.period_multiple.values[16] == 0
+    noise = {"displacement_amplitude_1": 2e-3, "displacement_mean": 2e-3}
+    table = {
+        "nu": nu,
+        "displacement_amplitude_1": sweep.displacement_amplitude.sel(harmonic=1).values,
+        "displacement_mean": sweep.displacement_mean.values,
+    }
+    for name, sigma in noise.items():
+        table[name] = table[name] + sigma * generator.standard_normal(30)
+    vary = {"delta": (-0.4, 0.0), "R1": (0.5, 0.9), "R2": (0.5, 0.9)}
+    found = vp.identify(true, table, vary, noise=noise)
+    assert int(found.fit_result) == FitResult.EXPLAINED
+    off = np.array([float(found[name]) - getattr(true, name) for name in vary])
+    # The 99.9 % quantile of chi-square of 3; R2 was 26 deviations off.
+    assert float(off @ np.linalg.solve(found.parameter_covariance.values, off)) < 16.3
+
+
+def test_a_difference_at_an_end_of_a_range_has_the_width_that_it_has():
+    elastic = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, R1=0.9, R2=1.0)
+    orbit = vp.sweep(
+        elastic, over={"nu": np.linspace(0.9, 1.1, 12)}, outputs=["sensitivity", "harmonics"]
+    )
+    table = {"nu": orbit.nu.values, "displacement_mean": orbit.displacement_mean.values}
+    found = vp.identify(
+        elastic, table, {"R2": (0.9, 1.0)}, noise={"displacement_mean": 1e-3}, samples=16
+    )
+    slopes = orbit.displacement_mean_sensitivity.sel(parameter="R2").values
+    assert float(found.R2) == pytest.approx(1.0, abs=1e-9)
+    assert float(found.R2_std) == pytest.approx(1e-3 / np.linalg.norm(slopes), rel=1e-3)
+
+
 def test_a_curve_is_a_target_of_a_design():
     target = {"displacement": np.column_stack([*measured_motion(0, noise=0.0).values()])}
     like = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, R1=0.75, R2=0.65)

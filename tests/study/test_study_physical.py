@@ -218,7 +218,7 @@ def test_units_without_physical_are_told() -> None:
     with pytest.raises(StudyError) as caught:
         study_of_text(plain.replace("physical: {omega: 60 rpm}", ""), "units")
     text = str(caught.value)
-    hint = "(units are for a study with `physical`)"
+    hint = "(no unit belongs here: quantities with units go with `physical`)"
     assert f"scenes.motion.exciter.l: must be a finite number > 0, got '8 mm' {hint}" in text
     assert f"scenes.motion.start.x0: must be a finite number, got '5 mm' {hint}" in text
     with pytest.raises(StudyError) as caught:

@@ -129,8 +129,11 @@ def test_the_minus_of_typeset_text_is_one(tmp_path):
         ("Phase;Displacement (mm)\n0.5;−2\n", {"phase": [0.5], "displacement": ["-2.0 mm"]}),
         (f"phase (rad),displacement\n{math.pi!r},1\n", {"phase": [0.5], "displacement": [1.0]}),
         ("phase (periods),displacement\n0.5,1\n", {"phase": [0.5], "displacement": [1.0]}),
-        ("time (s),displacement\n0.5,1\n", "in place of time: time times the forcing frequency in Hz"),
-        ("phase (s),displacement\n0.5,1\n", "must have phase in forcing periods, without a unit, or in deg or rad"),
+        ("phase/deg;displacement / mm\n90;2\n", {"phase": [0.25], "displacement": ["2.0 mm"]}),
+        ("time (s),displacement\n0.5,1\n", "in place of time: time after a rising zero of the force, over the forcing"),
+        ("φ (deg),displacement\n0.5,1\n", "must have phase in forcing periods"),
+        ("phase_deg,displacement\n0.5,1\n", "must have phase in forcing periods"),
+        ("phase (s),displacement\n0.5,1\n", "must have phase in forcing periods, without a unit, or phase (deg)"),
     ],
 )  # fmt: skip
 def test_heads_of_tables_are_converted_or_refused(tmp_path, text, columns):
@@ -142,6 +145,18 @@ def test_heads_of_tables_are_converted_or_refused(tmp_path, text, columns):
     else:
         assert not problems
         assert table == columns
+
+
+def test_a_measured_angle_may_have_a_unit_and_a_column_a_near_name(tmp_path):
+    scene = "{kind: identify, vary: {delta: [0 mm, 1 mm]}, measured: m.csv}"
+    table = "ω (Hz),displacement_phase_1 (deg)\n20,90\n21,80\n"
+    (tmp_path / "m.csv").write_text(table, encoding="utf-8")
+    measured = study_of(with_units(scene, omega="20 Hz"), tmp_path).scenes["s"].measured
+    assert measured["displacement_phase_1"] == pytest.approx([math.pi / 2, math.pi / 2.25])
+    for head in ("Omega", "frequency"):
+        (tmp_path / "m.csv").write_text(table.replace("ω", head), encoding="utf-8")
+        (line,) = faults(with_units(scene, omega="20 Hz"), tmp_path)
+        assert line.endswith("(did you mean 'omega'?)")
 
 
 @pytest.mark.parametrize(

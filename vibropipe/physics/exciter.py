@@ -11,7 +11,13 @@ from dataclasses import dataclass, field, make_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
-from vibropipe.physics.parameter_error import as_float, check_keywords, number_within, si_value
+from vibropipe.physics.parameter_error import (
+    as_float,
+    check_keywords,
+    number_within,
+    required,
+    si_value,
+)
 from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
 from vibropipe.physics.si import non_dimensional
@@ -109,13 +115,16 @@ class _Written:
             object.__setattr__(self, name, value)
 
 
-def _telling_unknown_keywords(cls: type[Exciter]) -> type[Exciter]:
-    """Return the class, whose call says of an unknown keyword what could be meant."""
+def _telling_keywords(cls: type[Exciter]) -> type[Exciter]:
+    """Return the class, whose call says of an unknown keyword what could be meant, and what is missing."""
     init = cls.__init__
 
     @functools.wraps(init)
     def checked(self: Exciter, *args: Any, **given: Any) -> None:
         check_keywords(given, tuple(PARAMETERS))
+        if not args and "l" not in given:
+            allowed = PARAMETERS["l"].range.text
+            raise ParameterError("l", None, allowed, required(allowed), got="")
         init(self, *args, **given)
 
     cls.__init__ = checked  # type: ignore[method-assign]
@@ -138,7 +147,7 @@ else:
     _OfRecords = make_dataclass("_OfRecords", _fields(), frozen=True)
 
 
-@_telling_unknown_keywords
+@_telling_keywords
 @dataclass(frozen=True)
 class Exciter(_OfRecords, _Written):
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
@@ -219,9 +228,9 @@ class Exciter(_OfRecords, _Written):
     def from_physical(
         cls,
         *,
-        m: Any,
-        C: Any,
-        l: Any,  # noqa: E741
+        m: Any = None,
+        C: Any = None,
+        l: Any = None,  # noqa: E741
         H: Any = DEFAULTS["h"],
         F: Any = DEFAULTS["f"],
         omega: Any = None,
@@ -238,10 +247,10 @@ class Exciter(_OfRecords, _Written):
         Parameters
         ----------
         m, C, l, H, F, omega, delta : number, str or pint.Quantity
-            Mass and stiffness, > 0; half the distance between the supports, > 0; damping, >= 0; amplitude and angular
-            frequency (> 0, required beside a force) of the force; offset of the equilibrium. Numbers are in SI: kg,
-            N/m, m, N s/m, N, rad/s. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s"; a frequency in Hz
-            counts cycles, "9 Hz" is 2 pi 9 rad/s.
+            Mass and stiffness, > 0, and half the distance between the supports, > 0, all three required; damping, >= 0;
+            amplitude and angular frequency (> 0, required beside a force) of the force; offset of the equilibrium.
+            Numbers are in SI: kg, N/m, m, N s/m, N, rad/s. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s";
+            a frequency in Hz counts cycles, "9 Hz" is 2 pi 9 rad/s.
         R1, R2 : float
             As in `Exciter`.
         **further : number, str or pint.Quantity
@@ -259,13 +268,16 @@ class Exciter(_OfRecords, _Written):
         -----
         UserWarning
             If the nearer support is more than 100 times as far away as the mass swings without supports, as with l=8
-            for 8 mm, or the force holds the spring more than 100 l from its equilibrium (`physics.plausible`).
+            for 8 mm, or a force, friction or delta is more than 100 l (`physics.plausible`).
         """
         check_keywords(further, (*PHYSICAL, *WITHOUT_UNITS))
         numbers = {name: value for name, value in further.items() if name in WITHOUT_UNITS}
         further = {name: value for name, value in further.items() if name not in numbers}
         given = {"m": m, "C": C, "l": l, "H": H, "F": F, "omega": omega, "delta": delta, **further}
-        given = {name: value for name, value in given.items() if value is not None}
+        needed = ("m", "C", "l")
+        given = {
+            name: value for name, value in given.items() if name in needed or value is not None
+        }
         si = {name: si_value(name, value) for name, value in given.items()}
         check_together(given, si, {"R1": R1, "R2": R2})
         exciter = cls(R1=R1, R2=R2, **numbers, **non_dimensional(si))

@@ -64,6 +64,11 @@ def _hint(name: Any, known: Collection[str]) -> str:
     return f" ({hint})" if hint else ""
 
 
+def required(allowed: str) -> str:
+    """Return what must hold of a parameter that is missing, by what it takes."""
+    return f"is required ({allowed})"
+
+
 def as_float(name: str, value: Any, allowed: str) -> float:
     """Return `value` as a float, or raise a ParameterError naming it; text and booleans are not numbers."""
     try:
@@ -89,7 +94,8 @@ def si_value(name: str, value: Any) -> float:
         number = to_si(value, physical.dimension, numbers=True)
     except UnitError as error:
         hint = f" ({error.hint})" if error.hint else ""
-        raise ParameterError(name, value, error.allowed, got=repr(value) + hint) from None
+        must, got = ("", repr(value) + hint) if value is not None else (required(error.allowed), "")
+        raise ParameterError(name, value, error.allowed, must, got) from None
     if not physical.range.contains(number):
         raise ParameterError(name, value, physical.range.text)
     return number

@@ -8,8 +8,16 @@ from typing import Any
 import numpy as np
 
 # A support farther away than this many times the largest displacement of the linear motion is never struck, and a force
-# that holds the spring this many times as far as the supports is not meant. A wrong prefix is 1000.
+# or an offset that holds the spring this many times as far as the supports is not meant. A wrong prefix is 1000.
 IMPLAUSIBLE = 100.0
+HOLDS = "holds the spring {} from its equilibrium"
+# What is odd of a parameter this large, and by which units.
+ODD = (
+    ("f", f"F: the force {HOLDS}", "F, C and l"),
+    ("f2", f"F2: the second harmonic of the force {HOLDS}", "F2, C and l"),
+    ("delta", "delta: the equilibrium lies {} from the middle between the supports", "delta and l"),
+    ("friction", f"friction: dry friction {HOLDS}", "friction, C and l"),
+)
 
 
 def unit_warning(values: Mapping[str, Any]) -> str:
@@ -28,7 +36,7 @@ def unit_warning(values: Mapping[str, Any]) -> str:
         sizes = np.abs(p.get(name, np.array([default])))
         return float(sizes.min()), float(sizes.max())
 
-    (low, high), (least, most) = ends("f"), ends("nu", 1.0)
+    high, (least, most) = ends("f")[1], ends("nu", 1.0)
     near = min(max(1.0, least), most)  # the frequency nearest to resonance
     stiffness = np.hypot(1.0 - near**2, ends("h")[0] * near)
     largest = high * max(1.0, 1.0 / stiffness if stiffness else np.inf) + ends("f2")[1]
@@ -38,9 +46,8 @@ def unit_warning(values: Mapping[str, Any]) -> str:
             f"l: the nearer support is {distance:.3g} m away, but the mass swings by {largest:.2g} m without supports: "
             "check the units of l, F and C"
         )
-    if low > IMPLAUSIBLE * ends("l")[1]:
-        return (
-            f"F: the force holds the spring {low:.3g} m from its equilibrium, {low / ends('l')[1]:.3g} times l: check "
-            "the units of F, C and l"
-        )
+    for name, does, units in ODD:
+        size = ends(name)[0]
+        if size > IMPLAUSIBLE * ends("l")[1]:
+            return f"{does.format(f'{size:.3g} m')}, {size / ends('l')[1]:.3g} times l: check the units of {units}"
     return ""

@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import BESIDE_SLOPE, ParameterError
 from vibropipe.physics.si import eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
-from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule
+from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
@@ -24,6 +24,7 @@ from vibropipe.study.pydantic_errors import plain_path, quoted
 from vibropipe.study.tables import PHASE
 from vibropipe.words.exciter import FINITE, POSITIVE, Range
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.units import MINUS, UnitError, to_si
 from vibropipe.words.vocabulary import quantity
 
@@ -223,7 +224,9 @@ class _Reader:
         return value if path[-2] == "subject_to" else self.pure(value, dimension, path)
 
     def pure(self, value: Any, dimension: str, path: KeyPath) -> Any:
-        """Return a value of a dimension without its units."""
+        """Return a value of a dimension without its units; an angle may be a number, in radians."""
+        if dimension == "angle" and (radians := as_number(value)) is not None:
+            return radians
         try:
             number = to_si(value, dimension)
         except UnitError as error:
@@ -240,9 +243,15 @@ class _Reader:
         try:
             goal = named(name, str(path[-2]))
         except ParameterError as error:
-            self.problems.append(refused(path, error))
+            problem = refused(path, error)
+            if path[-2] == MEASURED and "did you mean" not in problem.found:
+                problem = replace(problem, hint=did_you_mean(name, NAMES))
+            self.problems.append(problem)
             return ""
-        return "" if goal.derived == SENSITIVITY else quantity(goal.variable).dimension
+        if goal.derived == SENSITIVITY:
+            return ""
+        own = quantity(goal.variable)
+        return "angle" if own.units == "rad" else own.dimension
 
     def in_si(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
         """Return the numbers of a key in SI, in their lists and mappings; `hint` goes before others of a fault."""

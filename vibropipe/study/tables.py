@@ -21,12 +21,14 @@ from vibropipe.words.spelling import latin
 from vibropipe.words.units import UnitError, to_si
 
 PHASE = "phase"
-# Heads of a column of times, which a phase stands in for.
+# Heads of a column of times, which a phase stands in for, and of a phase in other words.
 TIMES = ("time", "t", "tau")
+_PHASES = re.compile(r"(?:phase|angle|phi|theta)(?![^\W_]).*", re.IGNORECASE)
 # Begins a file at the end of a study's text.
 MARK = "# file "
 MAX_LINES = 10_000
-_HEAD = re.compile(r"\s*([^\s(\[]+)\s*(?:[(\[]\s*([^)\]]+?)\s*[)\]])?\s*")
+# A name, and its unit in brackets or behind a stroke.
+_HEAD = re.compile(r"\s*([^\s(\[/]+)\s*(?:/?\s*[(\[]\s*([^)\]]+?)\s*[)\]]|/\s*([^\s(\[]+))?\s*")
 
 
 class Files:
@@ -107,8 +109,9 @@ def _read(
     rows = list(csv.reader([lines[n] for n in kept], delimiter=mark))
     heads = [_HEAD.fullmatch(cell) for cell in rows[0]] if rows else []
     names = [_column(match[1]) if match else "" for match in heads]
-    units = [(match[2] or "") if match else "" for match in heads]
-    faults = [text for pair in zip(names, units, strict=True) if (text := _head_fault(*pair))]
+    units = [(match[2] or match[3] or "") if match else "" for match in heads]
+    parts = zip(names, units, rows[0] if rows else (), strict=True)
+    faults = [text for each in parts if (text := _head_fault(*each))]
     if faults:
         problems.append(Problem(path, f"{head!r} in {name}", must=faults[0]))
         return {}
@@ -116,7 +119,8 @@ def _read(
     if not 2 <= len(rows) <= MAX_LINES or "" in names or len({*names}) < len(names) or missing:
         columns = " and ".join(wanted) or "a name each"
         must = f"must have a line with the names of its columns ({columns}), then 1 to {MAX_LINES - 1} lines of numbers"
-        problems.append(Problem(path, f"{', '.join(names) or 'nothing'} in {name}", must=must))
+        found = f"{head!r} in {name}" if head else f"nothing in {name}"
+        problems.append(Problem(path, found, must=must))
         return {}
     table: dict[str, list[Any]] = {column: [] for column in names}
     # A quoted cell may run over several lines: then lines and rows are not the same.
@@ -143,15 +147,22 @@ def _column(head: str) -> str:
     return head.lower() if head.lower() in (PHASE, CURVE) else str(latin(head))
 
 
-def _head_fault(name: str, unit: str) -> str:
+def _head_fault(name: str, unit: str, head: str) -> str:
     """Return what must hold of the head of a column that cannot be read; empty if it can."""
     if name.lower() in TIMES:
-        return f"must have {PHASE}, in forcing periods, in place of {name}: {name} times the forcing frequency in Hz"
+        return (
+            f"must have {PHASE}, in forcing periods, in place of {name}: {name} after a rising zero of the force, over "
+            "the forcing period"
+        )
     try:
-        _in_periods(0.0, unit if name == PHASE else "")
+        is_phase = name == PHASE and _in_periods(0.0, unit) == 0.0
     except UnitError:
-        return f"must have {PHASE} in forcing periods, without a unit, or in deg or rad"
-    return ""
+        is_phase = False
+    if is_phase or not _PHASES.fullmatch(str(latin(head.strip()))):
+        return ""
+    return (
+        f"must have {PHASE} in forcing periods, without a unit, or {PHASE} (deg) or {PHASE} (rad)"
+    )
 
 
 def _in_periods(value: float | None, unit: str) -> float:

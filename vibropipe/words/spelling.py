@@ -25,6 +25,7 @@ _LOOK_ALIKE = str.maketrans(
     | {"∂": "delta", "ẟ": "delta", "Δ": "delta", "∆": "delta", "ð": "delta", "Τ": "tau"}
 )
 _SLIPS = {"v": "nu", "I": "l", "1": "l", "d": "delta", "omega": "nu", "ω": "nu"}
+_SLIPS |= {"frequency": "omega", "freq": "omega"}
 
 # Former names of keys.
 OLD_KEYS = {"beside": "backbone"}

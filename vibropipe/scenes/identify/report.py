@@ -51,9 +51,8 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
         found.append(
             Answer(f"{series(ended)} ended at {whose}, unless nothing beyond is possible.")
         )
-    if pairs := alike(dataset):
-        found.append(Answer(f"{pairs[0]} are told apart badly."))
     if int(dataset["fit_result"]) == FitResult.EXPLAINED:
+        found += [Answer(f"{pair} are told apart badly.") for pair in alike(dataset)[:1]]
         found += [Answer(text) for text in least_and_best_known(dataset)]
     return found[:3]
 
@@ -133,7 +132,9 @@ def constant_text(dataset: xr.Dataset) -> str:
     ]
     if same:
         return f"All values of the {series(same)} are equal, as of a dead sensor."
-    return "The measured values are no larger than their noise, as of a dead sensor."
+    if dataset.attrs.get("noise") == "given":
+        return "The measured values are no larger than their noise, as of a dead sensor."
+    return "The measured values are no larger than the noise that is estimated from the misfits."
 
 
 def undetermined_texts(dataset: xr.Dataset) -> list[str]:
@@ -179,19 +180,21 @@ def alike(dataset: xr.Dataset) -> list[str]:
 
 
 def found_table(scene: str, dataset: xr.Dataset) -> Table:
-    """Return the parameters of a scene, with standard deviations, ranges and correlations."""
+    """Return the parameters of a scene, with ranges and, where the fit explains, deviations and correlations."""
     names = [str(name) for name in dataset["parameter"].values]
-    shown = names if 1 < len(names) <= MOST_CORRELATIONS else []
+    is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
+    shown = names if is_found and 1 < len(names) <= MOST_CORRELATIONS else []
     head = ["parameter", "found", "standard deviation", "range", "by the measurements"]
     head += [f"with {plain_symbol_of(dataset[name])}" for name in shown]
     rows = []
     for name, result, shares in zip(names, results(dataset), correlation(dataset), strict=True):
         cells = [plain_symbol_of(dataset[name]), value_text(dataset, name)]
-        cells.append(with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2)))
-        cells += [range_text(dataset, name), STATES[result]]
+        deviation = with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2))
+        is_told = is_found or result != FoundResult.DETERMINED
+        cells.append(deviation if is_found else DASH)
+        cells += [range_text(dataset, name), STATES[result] if is_told else DASH]
         texts = [DASH if np.isnan(value) else f"{value:.2f}".replace("-", "−") for value in shares]
         rows.append([*cells, *(texts if shown else [])])
-    is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
     title = "The parameters found" if is_found else "The parameters nearest to what was measured"
     return Table(head, rows, note_text(dataset, bool(shown)), title=title, scene=scene)
 
@@ -217,7 +220,7 @@ def note_text(dataset: xr.Dataset, has_correlations: bool) -> str:
         first = plain_symbol_of(dataset[str(dataset["parameter"].values[0])])
         text += f" Under “with {first}”: correlation with it."
     if int(dataset["fit_result"]) != FitResult.EXPLAINED:
-        text += " Deviations hold only where the misfit is noise, which it is not shown to be."
+        return text + " Without deviations, since the misfit is not shown to be noise."
     pairs = alike(dataset)
     return text + (f" Told apart badly: {series(pairs)}." if pairs else "")
 

@@ -103,7 +103,7 @@ def number_hint(value: Any) -> str:
     if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
         return f"write {pointed}, with a point"
     if isinstance(value, str) and WITH_UNIT.fullmatch(value):
-        return "units are for a study with `physical`"
+        return "no unit belongs here: quantities with units go with `physical`"
     return ""
 
 

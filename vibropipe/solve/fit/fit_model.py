@@ -13,7 +13,7 @@ from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, parameter_steps
 from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
-from vibropipe.solve.rows.points import Points, clipped, solve_points
+from vibropipe.solve.rows.points import clipped, solve_points
 from vibropipe.words.outputs import OUTPUTS
 
 # Widths of the boxes around the best fit that samples are taken from, in shares of the ranges; samples refined in each;
@@ -71,40 +71,61 @@ class Model:
 
     def values(self, points: np.ndarray) -> np.ndarray:
         """Return the quantities (n, rows, q) at values (n, k) of the parameters."""
+        return self._solve(self._rows(points))[0]
+
+    def _rows(self, points: np.ndarray) -> np.ndarray:
+        """Return all parameters (n * rows, p) at values (n, k) of those to be found; a motion is one row."""
         base = np.tile(np.array(self.exciter.parameters()), (len(points), 1))
         base[:, self.columns] = points
-        data = self.data
-        if not data.names:
-            solved = self._solve(base, curve_fit.OUTPUTS, 1)
-            phase = data.over["phase"]
-            return curve_fit.displacement_at(solved.variables, base, phase)[:, :, None]
-        rows = np.repeat(base, len(data.values), axis=0)
-        for name, values in data.over.items():
-            rows[:, Parameters._fields.index(name)] = np.tile(values, len(points))
-        solved = self._solve(rows, outputs_of(data.names), harmonics_of(data.names))
-        return solved.values(data.names).reshape(len(points), *data.values.shape)
+        if self.data.names:
+            base = np.repeat(base, len(self.data.values), axis=0)
+            for name, values in self.data.over.items():
+                base[:, Parameters._fields.index(name)] = np.tile(values, len(points))
+        return clipped(base)
 
-    def _solve(self, rows: np.ndarray, outputs: tuple[str, ...], harmonics: int) -> Points:
+    def _solve(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the quantities (n, rows, q), and the laws (n, rows, 4), at all parameters."""
+        data = self.data
+        outputs = outputs_of(data.names) if data.names else curve_fit.OUTPUTS
         wanted = tuple(name for name in OUTPUTS if name in {*outputs, "stability"})
-        return solve_points(clipped(rows), (self.x0, self.v0), wanted, harmonics)
+        solved = solve_points(rows, (self.x0, self.v0), wanted, harmonics_of(data.names))
+        if data.names:
+            values = solved.values(data.names).reshape(-1, *data.values.shape)
+        else:
+            phase = data.over["phase"]
+            values = curve_fit.displacement_at(solved.variables, rows, phase)[:, :, None]
+        return values, solved.laws.reshape(len(values), -1, 4)
 
     def residuals(self, points: np.ndarray) -> np.ndarray:
         """Return weighted misfits (n, rows * q) at values (n, k) of the parameters."""
-        data, values = self.data, self.values(points)
+        return self._misfits(self.values(points)).reshape(len(points), -1)
+
+    def _misfits(self, values: np.ndarray) -> np.ndarray:
+        """Return the weighted misfits (n, rows, q) of quantities."""
+        data = self.data
         misfits = values - data.values
         for column, name in enumerate(data.names):
             misfits[..., column] = name.difference(values[..., column], data.values[:, column])
-        misfits = np.where(np.isfinite(misfits), misfits, self.absent)
-        return (misfits * data.weights).reshape(len(points), -1)
+        return np.where(np.isfinite(misfits), misfits, self.absent) * data.weights
 
     def jacobian(self, point: np.ndarray) -> np.ndarray:
-        """Return the derivatives (rows * q, k) of the weighted misfits by central differences."""
-        base = np.array(self.exciter.parameters())
+        """Return the derivatives (rows * q, k) of the weighted misfits by central differences.
+
+        A neighbour with another law of motion is left out: the derivative is one-sided, or 0 with none on either side.
+        So it is of motions without an orbit, whose means over chaos have no derivative.
+        """
+        k, base = len(point), np.array(self.exciter.parameters())
         base[self.columns] = point
         steps = np.diag(parameter_steps(base, self.columns, STEP))
-        moved = self.residuals(np.vstack([point + steps, point - steps]))
-        k = len(point)
-        return ((moved[:k] - moved[k:]) / (2 * np.diag(steps))[:, None]).T
+        rows = self._rows(np.vstack([point, point - steps, point + steps]))
+        values, laws = self._solve(rows)
+        misfits, at = self._misfits(values), rows.reshape(*laws.shape[:2], -1)[:, :, self.columns]
+        is_same = ((laws == laws[0]).all(axis=2) & (laws[0, :, 1] > 0))[..., None]
+        misfits, at = (np.where(is_same, each, each[0]) for each in (misfits, at))
+        low, high = slice(1, k + 1), slice(k + 1, None)
+        width = np.einsum("nrn->nr", at[high] - at[low])[..., None]
+        slopes = (misfits[high] - misfits[low]) / np.where(width > 0, width, np.inf)
+        return np.asarray(slopes.reshape(k, -1).T)
 
 
 def with_absent(model: Model, low: np.ndarray, high: np.ndarray) -> Model:

@@ -105,12 +105,14 @@ def _result(
     n = len(measured)
     if n > 2 and (np.ptp(measured, axis=0) == 0).any():
         return FitResult.CONSTANT
+    if not np.isfinite(limit):
+        return FitResult.NOT_JUDGED
     if chi > limit:
         return FitResult.BEYOND_NOISE
     power = (measured**2 / sigma**2).sum(axis=0)
     if (power <= chi2.isf(CHANCE, n)).all():
         return FitResult.CONSTANT
-    return FitResult.EXPLAINED if np.isfinite(limit) else FitResult.NOT_JUDGED
+    return FitResult.EXPLAINED
 
 
 class Determined(NamedTuple):

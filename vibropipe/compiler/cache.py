@@ -83,15 +83,14 @@ def one_at_a_time(task: str) -> Iterator[None]:
         yield
 
 
-@contextmanager
-def folder_of_numba(folder: Path) -> Iterator[None]:
-    """Let numba cache in a folder what is decorated here: it reads its setting when a decorator runs."""
+def opened(cache: Callable[[Any], Any], function: Any, part: str = "") -> Any:
+    """Return numba's cache of a function in the folder of its module; numba reads its setting when one is made."""
     import numba
 
     before = numba.config.CACHE_DIR  # type: ignore[attr-defined]
-    numba.config.CACHE_DIR = str(folder)  # type: ignore[attr-defined]
+    numba.config.CACHE_DIR = str(module_folder(function.__module__) / part)  # type: ignore[attr-defined]
     try:
-        yield
+        return cache(function)
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
 

@@ -4,16 +4,16 @@ By itself numba optimises a function with all that it calls, emits machine code,
 it is an entry for Python, optimised as a whole, and a piece for compiled callers, kept as lowered: compiled apart.
 """
 
-from pathlib import Path
+import functools
 from typing import Any
 
 import llvmlite.binding as llvm
-from numba.core.caching import CompileResultCacheImpl, FunctionCache
+from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, compile_result
 from numba.core.registry import CPUDispatcher
 
-from vibropipe.compiler.cache import compiling, folder_of_numba, one_at_a_time
+from vibropipe.compiler.cache import compiling, one_at_a_time, opened
 
 
 class _Library(JITCodeLibrary):
@@ -46,6 +46,16 @@ class _Stored(CompileResultCacheImpl):
                               fndesc=function, environment=environment, referenced_envs=environments)  # fmt: skip
 
 
+class _Cache(FunctionCache):
+    def save_overload(self, *arguments: Any) -> None:
+        with one_at_a_time("saving"):  # of a function, which names the files of all signatures
+            super().save_overload(*arguments)
+
+
+class _PieceCache(_Cache):
+    _impl_class = _Stored
+
+
 class _Piece(CPUDispatcher):
     def add_overload(self, kernel: Any) -> None:
         if kernel.entry_point is None:
@@ -56,6 +66,8 @@ class _Piece(CPUDispatcher):
 
 class _Entry(CPUDispatcher):
     def compile(self, signature: Any) -> Any:
+        if isinstance(self._cache, NullCache):  # most functions that are imported are never called
+            self._cache = opened(_Cache, self.py_func)
         with one_at_a_time(f"{self.stats.cache_path} {self.py_func.__qualname__} {signature}"):
             return super().compile(signature)
 
@@ -65,16 +77,17 @@ class _Entry(CPUDispatcher):
         super().add_overload(kernel)
 
 
-def compiled(function: Any, folder: Path, options: Any) -> Any:
-    """Return a function for Python, whose compiled callers get its piece; both are cached in a folder."""
+def compiled(function: Any, options: Any) -> Any:
+    """Return a function for Python, whose compiled callers get its piece; both are cached."""
     entry: Any = _Entry(function, None, options, Compiler)
-    piece: Any = _Piece(function, None, options, _PieceCompiler)
-    for dispatcher, place in ((entry, folder), (piece, folder / "pieces")):
-        with folder_of_numba(place):
-            cache = dispatcher._cache = FunctionCache(function)
-        # two processes that save signatures of one function would choose the same file name
-        cache.save_overload = one_at_a_time("saving")(cache.save_overload)  # type: ignore[method-assign]
-    piece._cache._impl = _Stored(function)
-    entry.get_call_template, entry.get_overload = piece.get_call_template, piece.get_overload
     entry._compiler.compile = compiling(function)(entry._compiler.compile)
+
+    @functools.cache
+    def piece() -> Any:
+        called = _Piece(function, None, options, _PieceCompiler)
+        called._cache = opened(_PieceCache, function, "pieces")
+        return called
+
+    entry.get_call_template = lambda *types: piece().get_call_template(*types)
+    entry.get_overload = lambda signature: piece().get_overload(signature)
     return entry

@@ -53,10 +53,12 @@ class _Cache(FunctionCache):
 
 
 class _PieceCache(_Cache):
-    _impl_class = _Stored
+    _impl_class = _Stored  # type: ignore[assignment]
 
 
 class _Piece(CPUDispatcher):
+    _cache: Any
+
     def add_overload(self, kernel: Any) -> None:
         if kernel.entry_point is None:
             kernel = kernel._replace(entry_point=kernel.library, type_annotation=None)
@@ -65,6 +67,8 @@ class _Piece(CPUDispatcher):
 
 
 class _Entry(CPUDispatcher):
+    _cache: Any
+
     def compile(self, signature: Any) -> Any:
         if isinstance(self._cache, NullCache):  # most functions that are imported are never called
             self._cache = opened(_Cache, self.py_func)

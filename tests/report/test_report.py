@@ -66,8 +66,10 @@ def test_scenes_are_called_by_a_short_title_else_by_words(solved):
     labels = scene_labels(study)
     assert labels["very_unequal_scene"] == "very unequal scene"
     assert labels["offset"] == "offset"  # its title is long
-    twice = {name: SimpleNamespace(title="Both") for name in ("one_a", "two")}
+    twice = {name: SimpleNamespace(title="Both", figure=None) for name in ("one_a", "two")}
     assert scene_labels(study_of(twice)) == {"one_a": "one a", "two": "two"}
+    twice["two"].figure = SimpleNamespace(heads=["figure 6", "figure 9"])
+    assert scene_labels(study_of(twice))["two"] == "figure 6"
 
 
 def test_numbers_beside_the_exciter(data):

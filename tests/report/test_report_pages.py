@@ -66,7 +66,7 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     }
     entries = report_data(study, bad, {})
     group = entries["groups"][-1]
-    assert group["heading"] == "Which rows and motions have no result?"
+    assert group["heading"] == "Which rows and motions have no orbit, or no result?"
     assert entries["fixed"] == 1
     rows = {row[0]: row[1:] for row in group["items"][0]["rows"]}
     number = int((status == Status.MAX_IMPACTS).sum())

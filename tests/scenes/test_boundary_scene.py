@@ -133,8 +133,9 @@ def test_the_answers_count_curves_and_meetings(datasets):
     curves, meet = answers({"borders": dataset})["borders"]
     number = np.unique(dataset["curve_id"]).size
     assert curves.lead == f"{amount_text(number, 'curve').capitalize()} part the motions."
-    assert "grazing" in curves.rest
-    assert meet.rest.startswith("These are ")
+    assert curves.rest.startswith("Among them are ")
+    assert meet.rest.startswith("Among these is ")
+    assert "," not in curves.rest
 
 
 def test_a_box_with_units_is_drawn_in_those_that_are_shown():

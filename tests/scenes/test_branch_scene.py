@@ -181,8 +181,9 @@ def test_a_cascade_is_told_with_the_ratios_of_its_steps(tmp_path):
         "2 to 4",
         "4 to 8",
     ]
-    (answer,) = [each for each in branch_answers(dataset) if "doubles" in each.lead]
-    assert answer.lead == "The period doubles three times, in ever smaller steps."
+    (answer,) = [each for each in branch_answers(dataset) if "flip" in each.lead]
+    assert answer.lead == "From flip to flip the steps shrink."
+    assert f"the last step is {ratio:.3g} times smaller" in answer.rest
     assert cascade_of(dataset.isel(bifurcation=slice(0, 2))) == []
 
 

@@ -82,7 +82,7 @@ def test_the_answers_are_of_the_same_motion(costs):
     assert physics.rest == "Offset costs nothing."
     assert less.lead == "Less: nothing costs more."
     assert outputs.lead == "Outputs: energy 1.6 times."
-    assert title_of(costs) == "Price list: dry friction and energy are dearest"
+    assert title_of(costs) == "Price list: dry friction and energy cost most"
     costs["time_ratio"][2] = 1.01
     assert answers_of_scenes({"costs": costs})["costs"][0].lead == "Physics: nothing costs more."
 

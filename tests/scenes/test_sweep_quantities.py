@@ -224,12 +224,19 @@ def test_titles_of_maps_say_what_is_seen():
     assert map_title(kept) == "Above one border in f the mass strikes a support, below it none"
     island = kept.copy(deep=True)
     island["regime"][5, 3] = Regime.ONE_SIDED_1
-    expected = "How the mass moves over the frequency of the force and the amplitude of the force"
-    assert map_title(island) == expected
-    velocity = kept["impact_velocity_max"].max("support")
+    assert map_title(island) == "Four kinds of motion share the plane of ν and f"
+    orbits = kept["regime"] < Regime.APERIODIC
+    velocity = kept["impact_velocity_max"].max("support").where(orbits)
     row = np.unravel_index(np.nanargmax(velocity), velocity.shape)
     at = {name: velocity[name].values[n] for name, n in zip(velocity.dims, row, strict=True)}
-    assert quantities_title(kept) == f"Impacts are hardest at ν = {at['nu']:.4g}, f = {at['f']:.4g}"
+    place = f"ν = {at['nu']:.4g}, f = {at['f']:.4g}"
+    assert at["f"] == f[-1]
+    assert quantities_title(kept) == f"Impacts are hardest at {place}, an end of its range"
+    corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
+    corner["regime"] = kept["regime"]
+    corner["impact_velocity_max"][:, 0, 0] = 9.0
+    ends = f"ν = {corner['nu'].values[0]:.4g}, f = {f[0]:.4g}, ends of their ranges"
+    assert quantities_title(corner.transpose(*kept.dims)).endswith(ends)
     assert "White is 0, orange positive, towards support 1" in describe_quantities(kept)
 
 

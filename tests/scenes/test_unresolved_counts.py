@@ -49,9 +49,9 @@ def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
     line = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0]})
     grid = vp.sweep(vp.Exciter(**tree), {"nu": [0.01, 0.011, 1.0], "f": [9.0, 10.0]})
     why = "too many impacts in a forcing period"
-    assert f"Unresolved: 2 of 3 rows: {why} (2)" in describe_sweep(line)
-    assert f"Unresolved: 4 of 6 rows: {why} (4)" in describe_map(grid)
+    assert f"Unresolved: 2 of 3 rows, {why}." in describe_sweep(line)
+    assert f"Unresolved: 4 of 6 rows, {why}." in describe_map(grid)
     # Also where the author wrote the caption.
     last = sweep_answers(line)[-1]
-    assert (last.lead, last.rest) == ("2 of 3 rows are unresolved.", f"Unresolved: {why}.")
+    assert (last.lead, last.rest) == ("2 of 3 rows are unresolved.", f"Reason: {why}.")
     assert "Unresolved" not in describe_sweep(line.isel(nu=[2]))

@@ -64,7 +64,7 @@ REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
 # Reason why a row is unresolved, by status.
 UNRESOLVED_TEXT = {
     Status.MAX_IMPACTS: "too many impacts in a forcing period",
-    Status.MAX_PERIODS: "still growing at the end of the march",
+    Status.MAX_PERIODS: "still changing at the end of the march",
     Status.ROOT_BOUND: "impact not located",
     Status.NOT_FINITE: "floating-point overflow",
     Status.LOG_FULL: "more contacts than the log holds",
@@ -94,12 +94,19 @@ def regime_name(code: int) -> str:
 
 
 def reasons_text(status: np.ndarray) -> str:
-    """Write why rows are unresolved, with the number of rows of each reason."""
+    """Write why rows are unresolved, with the number of rows of each reason if there are several."""
     codes, amounts = np.unique(status, return_counts=True)
-    return series(
-        f"{UNRESOLVED_TEXT.get(Status(code), Status(code).name.lower())} ({amount})"
-        for code, amount in zip(codes.tolist(), amounts.tolist(), strict=True)
-    )
+    words = [UNRESOLVED_TEXT.get(Status(code), status_words(code)) for code in codes.tolist()]
+    if len(words) == 1:
+        return words[0]
+    return series(f"{text} ({n:,})" for text, n in zip(words, amounts.tolist(), strict=True))
+
+
+def status_words(code: int) -> str:
+    """Write a status in words."""
+    if code == Status.MAX_PERIODS:
+        return "no orbit found"
+    return Status(code).name.lower().replace("_", " ").replace("max ", "too many ")
 
 
 def format_number(value: float | str, digits: int = 4) -> str:

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Iterator, Mapping
 from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
@@ -34,7 +35,7 @@ from vibropipe.store import (
 from vibropipe.study import Study
 from vibropipe.words.wording import paragraphs
 
-MAX_LABEL = 32  # letters of a scene's title that stands for it in tables and sentences
+MAX_LABEL = 36  # letters of a scene's title that stands for it in tables and sentences
 
 
 def build_report(
@@ -122,7 +123,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         Dataset and sidecar of each scene by name.
     """
     datasets = study.shown(datasets)
-    labels = scene_labels(study)
+    labels, titles = scene_labels(study), scene_labels(study, math.inf)
     parts = {
         kind: {
             labels[name]: datasets[name] for name in datasets if kind_of(study.scenes[name]) is kind
@@ -143,7 +144,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     groups = _groups(study, labels, figures, answers, parts, hero)
     if study.table is not None:
         groups.insert(0, Group(items=[own_table(**dict(study.table)).as_data()]))
-    unsolved = unsolved_table({labels[name]: data for name, data in datasets.items()})
+    unsolved = unsolved_table({titles[name]: data for name, data in datasets.items()})
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
     side = (main.report.side or side_of)(
@@ -177,13 +178,16 @@ def unit_answers(study: Study) -> list[dict[str, str]]:
     return [_answer_data(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
 
 
-def scene_labels(study: Study) -> dict[str, str]:
-    """Return how each scene is called in tables and sentences: by its title if that is short, else by its name."""
+def scene_labels(study: Study, most: float = MAX_LABEL) -> dict[str, str]:
+    """Return how each scene is called in tables and sentences: by its title if that is short, else by its head or name.
+
+    most : letters of a title that is short.
+    """
     titles = [scene.title for scene in study.scenes.values()]
     return {
         name: scene.title
-        if 0 < len(scene.title) <= MAX_LABEL and titles.count(scene.title) == 1
-        else name.replace("_", " ")
+        if 0 < len(scene.title) <= most and titles.count(scene.title) == 1
+        else next(iter(getattr(scene.figure, "heads", [])), name.replace("_", " "))
         for name, scene in study.scenes.items()
     }
 

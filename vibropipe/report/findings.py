@@ -11,15 +11,16 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol_of, with_units
+from vibropipe.figures.text import format_number, plain_symbol_of, status_words, with_units
 from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import VOCABULARY
 
-UNSOLVED_HEADING = "Which rows and motions have no result?"
+UNSOLVED_HEADING = "Which rows and motions have no orbit, or no result?"
 TITLE = "Rows and motions to look at"
-NOTE = "With the ranges of the parameters in which they lie. A dash: one motion, or no range."
+NOTE = "With the ranges of the parameters in which they lie."
+DASHES = " A dash: one motion, or no range."
 WIDTHS = ("3cm", "auto", "auto", "3.6cm", "1fr")
 
 
@@ -27,7 +28,8 @@ def unsolved_table(datasets: Datasets) -> Table | None:
     """Return a table of all rows and motions with a status other than ok; None if there are none."""
     rows = [row for name, dataset in datasets.items() for row in unsolved_rows(name, dataset)]
     head = ["scene", "status", "rows", "among", "what to do"]
-    return Table(head, rows, NOTE, WIDTHS, left=5, title=TITLE) if rows else None
+    note = NOTE + DASHES * any(DASH in row for row in rows)
+    return Table(head, rows, note, WIDTHS, left=5, title=TITLE) if rows else None
 
 
 def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
@@ -40,13 +42,11 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         if code == Status.OK:
             continue
         mask = status == code
-        number = f"{int(mask.sum())} of {status.size}" if status.ndim else DASH
-        reason = Status(code)
+        number = f"{int(mask.sum()):,} of {status.size:,}" if status.ndim else DASH
         # numbers of attractors mean nothing to a reader
         among = mask.any("attractor_id") if "attractor_id" in mask.dims else mask
         where = extent_text(among) or DASH
-        text = reason.name.lower().replace("_", " ")
-        rows.append([name, text, number, where, reason.remedy])
+        rows.append([name, status_words(code), number, where, Status(code).remedy])
     return rows
 
 

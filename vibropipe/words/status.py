@@ -39,35 +39,35 @@ class Status(IntEnum):
 _REMEDIES = {
     Status.OK: "The motion was computed as requested.",
     Status.MAX_IMPACTS: (
-        "The limit on impacts was reached before tau_end, or within a forcing period of a steady state. Shorten "
-        "tau_end, raise max_impacts, or keep R further from 1."
+        "The limit on impacts was reached before `tau_end`, or within a forcing period of a steady state. Shorten "
+        "`tau_end`, raise `max_impacts`, or keep R further from 1."
     ),
     Status.MAX_PERIODS: (
-        "No periodic orbit was found within the period limit; outputs are averages over the last `window_periods`."
+        "No periodic orbit was found within the period limit; outputs are averages over its last forcing periods."
     ),
     Status.ROOT_BOUND: (
-        "The search for an impact reached its limit. Raise steps_per_period, or check that the parameters are "
+        "The search for an impact reached its limit. Raise `steps_per_period`, or check that the parameters are "
         "within ten decades of each other."
     ),
     Status.NOT_FINITE: (
-        "The motion left the range of floating-point numbers. Reduce f, tau_end or the ratio of the parameters."
+        "The motion left the range of floating-point numbers. Reduce f, `tau_end` or the ratio of the parameters."
     ),
     Status.SHORT_FLIGHTS: (
-        "Some flights were shorter than a step. Raise steps_per_period or use the exact method."
+        "Some flights were shorter than a step. Raise `steps_per_period` or use the exact method."
     ),
     Status.LOG_FULL: (
         "One orbit, or one forcing period of a motion without an orbit, has more contacts than the log holds; "
         "the row has no outputs. Raise nu, or lower f or R."
     ),
     Status.INACCURATE: (
-        "Rounding errors grow beyond the requested accuracy; the reported error estimates are valid. Shorten tau_end "
+        "Rounding errors grow beyond the requested accuracy; the reported error estimates are valid. Shorten `tau_end` "
         "or allow a larger error."
     ),
     Status.SUPPORT_REACHED: (
         "The motion was stopped at a support that `effects` leaves out. Add the support to `effects`."
     ),
     Status.MAX_STEPS: (
-        "The march takes too many steps, more than in some seconds. Raise nu, shorten tau_end, or lower h or the "
+        "The march takes too many steps, more than in some seconds. Raise nu, shorten `tau_end`, or lower h or the "
         "stiffness of the soft supports, or give these damping: fast vibrations in contact then decay."
     ),
 }

@@ -7,13 +7,13 @@ from collections.abc import Iterable, Sequence
 
 
 def count(amount: int, noun: str, plural: str | None = None) -> str:
-    """Write an amount with its noun: `1 impact`, `3 impacts`."""
-    return f"{amount} {noun if amount == 1 else plural or noun + 's'}"
+    """Write an amount with its noun: `1 impact`, `3 impacts`, `4,096 parts`."""
+    return f"{amount:,} {noun if amount == 1 else plural or noun + 's'}"
 
 
 def share(part: int, whole: int, noun: str) -> str:
     """Write a part of an amount with its verb: `2 of 3 checks are`, `0 of 1 check is`."""
-    return f"{part} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"
+    return f"{part:,} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"
 
 
 def series(words: Iterable[str]) -> str:

@@ -41,6 +41,7 @@ COLUMNS = 4
 PITCH_CM = 4.2  # of rows of panels
 WORST = 3.0  # left end of the axis of errors
 BAND = 3e3  # left end of the band of failed runs
+MARK_AT, CROSS_AT = 400.0, 20.0  # in that band: whose run, and that it failed
 COMPARED_DIGITS = 1e-12  # error at which an arrow compares with the exact method
 NO_ROOM = 3e-15  # error right of which no name has room
 MIN_GAP = 0.36  # cm between labels above each other
@@ -207,7 +208,12 @@ def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None
         )  # fmt: skip
         times = one["time_per_period"].values
         failed = np.isfinite(times) & ~succeeded(one).values
-        crosses(ax, np.full(failed.sum(), np.sqrt(BAND * WORST)), times[failed] * NS, style.colour)
+        for place in (MARK_AT, CROSS_AT):
+            at = np.full(failed.sum(), place), times[failed] * NS
+            if place == CROSS_AT:
+                crosses(ax, *at, style.colour)
+            else:
+                ax.plot(*at, style.marker, mfc="white", mec=style.colour, ms=2.8, mew=0.7)
         tried = one["outcome"].values[one["outcome"].values != Outcome.NOT_TRIED]
         if tried.size and (tried == Outcome.DID_NOT_END).all():
             lost.append(style.label)

@@ -105,7 +105,7 @@ def steps_text(dataset: xr.Dataset) -> str:
     if limit is None or not (settings > limit).any():
         return ""
     return (
-        f"Hollow (*): above {limit:,} steps a period a step is dearer, since its force is computed in each and not "
+        f"Hollow (*): above {limit:,} steps a period a step costs more, since its force is computed in each and not "
         "read from a table"
     )
 

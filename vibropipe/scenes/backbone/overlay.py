@@ -32,12 +32,11 @@ from vibropipe.figures.text import (
     axis_label,
     frequency,
     in_brackets,
-    plain_symbol,
-    plain_value,
     scalar_parameters,
     symbol_of,
     value_text,
 )
+from vibropipe.words.vocabulary import VOCABULARY
 from vibropipe.words.wording import series
 
 Floats = NDArray[np.float64]
@@ -170,9 +169,9 @@ def draw_order(
         for line in lines:
             at = np.flatnonzero(np.abs(np.diff(line.y)) > BREAK * top) + 1
             # the second family lies below the first, and is seen where it differs
-            width, zorder = (1.1, 4) if number == 0 else (1.0, 3)
+            width, zorder, style = (1.1, 4, "-") if number == 0 else (1.0, 3, (0, (3, 1)))
             ax.plot(np.insert(line.x, at, np.nan), np.insert(line.y, at, np.nan), color=line.colour,
-                    linewidth=width, zorder=zorder)  # fmt: skip
+                    linewidth=width, zorder=zorder, linestyle=style)  # fmt: skip
             if order == 1 and number == 0:
                 draw_jumps(ax, line, JUMP * top)
     if order == 1 and families:
@@ -249,7 +248,7 @@ def x_label(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
 def write_key(figure: Figure, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> None:
     """Write above the first panel which colour is which motion, by the parameters in which they differ."""
     entries = [("grey: free motion", GREY)]
-    names = ("blue", "orange")
+    names = ("blue", "orange, dashed")
     for number, text in enumerate(difference_texts(forced)):
         tail = ", seen where it differs" if number else ""
         entries.append((f"{names[number % 2]}: {text}{tail}", FAMILIES[number % 2][1]))
@@ -272,7 +271,9 @@ def difference_texts(datasets: Sequence[xr.Dataset]) -> list[str]:
         return ["forced motion"] * len(values)
     names = [n for n in values[0] if len({each.get(n, 0.0) for each in values}) > 1]
     return [
-        series(plain_value(d[n]) if n in d.variables else f"{plain_symbol(n)} = 0" for n in names)
+        series(
+            value_text(d[n]) if n in d.variables else f"{VOCABULARY[n].symbol} = 0" for n in names
+        )
         or "forced"
         for d in datasets
     ]

@@ -106,17 +106,14 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
 
 
 def amplitude_title(dataset: xr.Dataset) -> str:
-    """Write from which amplitudes free motions strike, by closed form."""
-    near, far = first_strikes(dataset)
-    amplitude, high = dataset["amplitude"], float(dataset["amplitude"].max())
-    first, both = (shown_value(amplitude, value) for value in (near, far))
-    if high < near:
+    """Return whether the frequency rises with the amplitude once a support is struck; empty if it does not."""
+    near, _ = first_strikes(dataset)
+    ordered = dataset.sortby("amplitude")
+    struck = ordered["eigenfrequency"].values[ordered["amplitude"].values > near]
+    if not struck.size:
         return "Free motions of these amplitudes strike no support"
-    if near <= 0.0:
-        return f"Free motions always strike one support, and both from amplitude {both} on"
-    if first == both:
-        return f"From amplitude {both} on both supports are struck, and the frequency rises"
-    return f"From amplitude {first} on one support is struck, from {both} on both"
+    rises = near > 0.0 and bool((np.diff(struck) > 0.0).all())
+    return "Once a support is struck, the frequency rises with the amplitude" if rises else ""
 
 
 def backbone_title(dataset: xr.Dataset) -> str:

@@ -67,8 +67,8 @@ def frequency_answers(dataset: xr.Dataset) -> list[Answer]:
         return []
     return [
         Answer(
-            "The frequency of the free motion rises with the amplitude.",
-            f"At the largest amplitude here it is {value_text(frequency, top)}.",
+            f"The frequency of the free motion reaches {value_text(frequency, top, 3)} here.",
+            "That is at the largest amplitude.",
         )
     ]
 

@@ -209,10 +209,11 @@ def marker_of(dataset: xr.Dataset, index: int) -> dict[str, Any]:
     if np.all(dataset["period_multiple"].sel(attractor_id=index) == 0):
         return {
             "linestyle": "none",
-            "color": INK,
             "marker": ".",
-            "markersize": 2.4,
-            "markeredgewidth": 0.0,
+            "markersize": 2.6,
+            "markerfacecolor": "white",
+            "markeredgecolor": INK,
+            "markeredgewidth": 0.2,
         }
     rank = ordered(dataset).index(index)
     return {

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap, LogNorm
 from matplotlib.figure import Figure
+from matplotlib.patheffects import withStroke
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
@@ -63,6 +64,7 @@ CROSSES: dict[str, Any] = {
     "markeredgewidth": 1.1,
     "color": FAILED,
     "zorder": 5,
+    "path_effects": [withStroke(linewidth=2.4, foreground="white")],
 }
 DISC = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": INK, "linewidth": 0.5}
 LETTER_STYLE: dict[str, Any] = {

@@ -43,7 +43,7 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
             else ""
         )
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
-    return f"In {where}, the start decides which motion settles"
+    return f"At least two motions coexist in {where}"
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:

@@ -29,7 +29,7 @@ CROSSED, BETWEEN = (
     -1,
     20,
 )  # code of cells with a curve; points of a curve between two that are stored
-LABELLED = 0.01  # of the map: a smaller region has no words
+LABELLED = 0.005  # of the map: a smaller region has no words
 # Styles of the kinds of boundaries: dashes tell them apart in grey.
 CURVES: Mapping[str, Any] = {
     "grazing": "-",

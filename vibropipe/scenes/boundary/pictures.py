@@ -66,24 +66,23 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     lead, _, kinds = curves_text(dataset).partition(": ")
     if not kinds:
         return [Answer(f"{lead} within the ranges that were searched.")]
-    is_one = lead.startswith("One ")
-    verb, rest = ("parts", f"It is {kinds}.") if is_one else ("part", f"They are {kinds}.")
+    verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
+    rest = f"{they} {kinds}." if "," not in kinds else f"Among them are {kinds.partition(',')[0]}."
     answers = [Answer(f"{lead} {verb} the motions.", rest)]
     if met := meetings_text(dataset):
-        answers.append(
-            Answer("Curves meet where two conditions hold at once.", f"These are {met}.")
-        )
+        answers.append(Answer("Curves meet where two conditions hold at once.", met))
     return answers
 
 
 def meetings_text(dataset: xr.Dataset) -> str:
-    """Write which bifurcations meet, and how often."""
+    """Write which bifurcations meet most often, and how often; empty if none do."""
     codes = dataset["meeting_kind"].values[marks(dataset)]
-    names = {code: meeting_name(text) for code, text in flag_texts("meeting_kind").items()}
-    return series(
-        f"{names[int(code)]} ({times_word(int(n))})"
-        for code, n in zip(*np.unique(codes, return_counts=True), strict=True)
-    )
+    if not codes.size:
+        return ""
+    found, amounts = np.unique(codes, return_counts=True)
+    name = meeting_name(flag_texts("meeting_kind")[int(found[amounts.argmax()])])
+    among = "Among these is" if found.size > 1 else "This is"
+    return f"{among} {name}, {times_word(int(amounts.max()))}."
 
 
 def meeting_name(kind: str) -> str:

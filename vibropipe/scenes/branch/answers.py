@@ -153,9 +153,9 @@ def cascade_answer(dataset: xr.Dataset) -> Answer | None:
         return None
     steps = np.abs(np.diff(places))
     return Answer(
-        f"The period doubles {amount_text(len(places), 'time')}, in ever smaller steps.",
-        f"First at {at_text(dataset, places[0])}; the last step is {format_number(steps[-2] / steps[-1], 3)} times "
-        "smaller than the one before.",
+        "From flip to flip the steps shrink.",
+        f"The first flip is at {at_text(dataset, places[0])}; the last step is "
+        f"{format_number(steps[-2] / steps[-1], 3)} times smaller than the one before.",
     )
 
 

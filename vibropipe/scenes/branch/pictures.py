@@ -26,8 +26,7 @@ def title_branches(
     """Return the title: where several motions are stable, else a cascade; else that of the scene."""
     symbol = symbol_text(dataset[followed(dataset)])
     if places := cascade_of(dataset):
-        times = amount_text(len(places), "time")
-        return f"The period doubles {times} along {symbol}, in ever smaller steps"
+        return f"Each of {amount_text(len(places), 'flip')} along {symbol} doubles the period"
     number = sum(len(intervals) for intervals in coexistence(dataset).values())
     if not number:
         return ""

@@ -61,7 +61,10 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
         *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
         "stable motion", in_brackets("from", axis), "begins at a", in_brackets("to", axis), "ends at a",
     ]  # fmt: skip
-    note = f"Values of {symbol_text(axis)}; a dash: it goes on to the end of the range. Mirror images are listed once."
+    note = f"Values of {symbol_text(axis)}"
+    if any(DASH in row for row in rows):
+        note += "; a dash: it goes on to the end of the range"
+    note += ". Mirror images are listed once." if len(kept) < len(stretches) else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."
     left = 2 if over else 1

@@ -31,6 +31,7 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.workshop import (
     MADE,
+    PARTS,
     held_too_wide,
     is_lost,
     lost_text,
@@ -272,9 +273,9 @@ def title_designs(dataset: xr.Dataset) -> str:
     if has_yield(dataset):
         if lost := lost_text(dataset):
             return lost.rstrip(".")
-        least = percent(float(dataset["yield_low"].values.min()))
+        least = percent(float(dataset["yield"].values.min()))
         whose = "each design keep" if n > 1 else "the design keep"
-        return f"At least {least} of the parts of {whose} all that is wanted"
+        return f"{'At least ' * (n > 1)}{least} of {PARTS} of {whose} all that is wanted"
     if len(objectives(dataset)) == 2:
         return "The designs of the front, in its order"
     if n == 1:

@@ -21,6 +21,7 @@ from vibropipe.words.wording import series
 
 # A design of which so many parts keep all that is wanted, with 95 % confidence, can be made.
 MADE = 0.95
+PARTS = "4,096 parts"
 MARK = "*"
 # Significant digits of nominal values, and of tolerances and deviations.
 NOMINAL_DIGITS, DIGITS = 5, 2
@@ -118,7 +119,7 @@ def tolerances_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 def yield_words(dataset: xr.Dataset) -> str:
     """Write what the yield counts, and by which deviations parts scatter."""
-    return f"share of 4,096 parts, scattered by the {scatter_words(dataset)}, that keep {kept_words(dataset)}"
+    return f"share of {PARTS}, scattered by the {scatter_words(dataset)}, that keep {kept_words(dataset)}"
 
 
 def scatter_words(dataset: xr.Dataset) -> str:

@@ -48,5 +48,4 @@ def title_of(dataset: xr.Dataset) -> str:
     dear = dearest(prices(dataset))[:MAX_NAMED]
     if not dear:
         return "Price list: nothing costs more than what it is compared with"
-    verb = "are" if len(dear) > 1 else "is"
-    return f"Price list: {series(name(price) for price in dear)} {verb} dearest"
+    return f"Price list: {series(name(price) for price in dear)} cost{'s' * (len(dear) == 1)} most"

@@ -121,8 +121,8 @@ def draw_energy(ax: Axes, dataset: xr.Dataset) -> None:
     name_line(
         ax, *beside(ends, "DOP853_loose", 1.7, 1.0), "DOP853, 10⁻⁶", "DOP853_loose", ha="left", **at
     )
-    name_line(ax, *beside(ends, "DOP853", 1.7, 1.0), "DOP853, 10⁻¹⁰", "DOP853", ha="left", **at)
-    name_line(ax, 1.0e2, 4e-11, "Newmark", "newmark", ha="right", **at)
+    name_line(ax, *beside(ends, "DOP853", 1.3, 14.0), "DOP853, 10⁻¹⁰", "DOP853", ha="right", **at)
+    name_line(ax, 7e5, 2e-8, "Newmark", "newmark", ha="right", **at)
     name_line(ax, 1.5e4, 4e-13, "exact, marched", "exact", ha="left", **at)
     name_line(ax, 7e5, 2e-15, "exact, closed form", "closed", ha="right", **at)
     ax.set(xlabel="impacts", ylabel="relative error of the energy")

@@ -20,8 +20,9 @@ from vibropipe.figures.text import (
     clock,
     format_number,
     is_forced,
-    plain_value,
     scalar_parameters,
+    value_text,
+    width_in_digits,
     with_units,
 )
 from vibropipe.scenes.kind import Picture
@@ -127,9 +128,9 @@ def head_lines(
     if dataset is not motions[0]:
         names = [n for n in names if own[n] != first.get(n, 0.0)]
     lines = [name]
-    for text in (plain_value(dataset[n]) for n in names):
+    for text in (value_text(dataset[n]) for n in names):
         joined = f"{lines[-1]}, {text}"
-        if len(lines) > 1 and len(joined) * DIGIT <= width:
+        if len(lines) > 1 and width_in_digits(joined) * DIGIT <= width:
             lines[-1] = joined
         else:
             lines.append(text)

@@ -235,7 +235,8 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     nothing else is.
     """
     codes, values = line["regime"].values, line[axis].values
-    changes = np.flatnonzero(codes[1:] != codes[:-1])
+    known = codes < Regime.UNBOUNDED
+    changes = np.flatnonzero((codes[1:] != codes[:-1]) & known[1:] & known[:-1])
     if not changes.size:
         return ""
     touches = [
@@ -258,17 +259,26 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
 
 
 def impacts_answer(dataset: xr.Dataset) -> Answer:
-    """Return outside which rows along the axis no line has impacts, and whether each line has some."""
+    """Return outside which rows along the axis no line has impacts, and whether each line has some.
+
+    Rows without a result may have impacts.
+    """
     axis, lines = axis_of(dataset), [line for _, line in lines_of(dataset)]
-    struck = [np.isin(line["regime"].values, (*IMPACTS, Regime.APERIODIC)) for line in lines]
-    number, symbol = sum(bool(mask.any()) for mask in struck), symbol_text(dataset[axis])
+    codes = np.array([line["regime"].values for line in lines])
+    struck = np.isin(codes, (*IMPACTS, Regime.APERIODIC))
+    unknown = codes >= Regime.UNBOUNDED
+    possible = np.asarray(struck | unknown)
+    number, symbol = int(struck.any(axis=1).sum()), symbol_text(dataset[axis])
+    solved = " with a result" if unknown.any() else ""
     if not number:
-        return Answer(f"No row along {symbol} has impacts.")
-    where = only_between_text(lines[0][axis], np.any(struck, axis=0))
-    if not where:
-        is_all = all(bool(mask.all()) for mask in struck)
-        where = "in all rows" if is_all else "up to both ends of the range of"
-        where = f"{where} along {symbol}" if is_all else f"{where} {symbol}, but not in all rows"
+        return Answer(f"No row{solved} along {symbol} has impacts.")
+    where = only_between_text(lines[0][axis], np.asarray(possible.any(axis=0)))
+    if possible.all():
+        where = f"in all rows{solved} along {symbol}"
+    elif not where:
+        reach = bool(struck[:, [0, -1]].any(axis=0).all())
+        ends = f"up to both ends of the range of {symbol}, but not in all rows"
+        where = ends if reach else f"in some rows along {symbol}"
     rest = "" if number == len(lines) else "Some lines have none."
     return Answer(f"Impacts occur {where}.", rest)
 
@@ -293,17 +303,17 @@ def jumps_answer(dataset: xr.Dataset) -> Answer | None:
 def unresolved_answer(dataset: xr.Dataset) -> Answer | None:
     """Return how many rows are unresolved and why, and how many grow without bound; none for none."""
     codes = dataset["regime"].values
-    texts, reasons, total = [], "", f" of {codes.size}"
+    texts, reasons, total = [], "", f" of {codes.size:,}"
     for code in (Regime.UNRESOLVED, Regime.UNBOUNDED):
         mask = codes == code
         if mask.any():
             verb = "is" if mask.sum() == 1 else "are"
-            texts.append(f"{int(mask.sum())}{total} rows {verb} {code.name.lower()}")
+            texts.append(f"{int(mask.sum()):,}{total} rows {verb} {code.name.lower()}")
             if code == Regime.UNRESOLVED and "status" in dataset:
                 reasons = reasons_text(dataset["status"].values[mask])
     if not texts:
         return None
     both = len(texts) == 2  # a third number would be too many
     lead = series(text.replace(total, "") if both else text for text in texts)
-    reasons = re.sub(r" \(\d+\)", "", reasons)
-    return Answer(f"{lead}.", f"Unresolved: {reasons}." if reasons else "")
+    reasons = re.sub(r" \([\d,]+\)", "", reasons)
+    return Answer(f"{lead}.", f"Reason: {reasons}." if reasons else "")

@@ -174,20 +174,22 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
 
 
 def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return after how many forcing periods the motions repeat, if each row has an orbit or is aperiodic."""
+    """Return after how many forcing periods the motions repeat in the rows with an orbit or aperiodic motion."""
     regime = dataset["regime"]
-    if bool((regime > Regime.APERIODIC).any()) or "period_multiple" not in dataset:
+    left = int((regime > Regime.APERIODIC).sum())
+    if left == regime.size or "period_multiple" not in dataset:
         return ""
     longest = int(dataset["period_multiple"].where(regime < Regime.APERIODIC, 0).max())
     has_chaos = bool((regime == Regime.APERIODIC).any())
     if longest == 0:
-        return "No motion repeats itself"
+        return "" if left else "No motion repeats itself"
     within = (
         "in each forcing period"
         if longest == 1
         else f"after up to {count(longest, 'forcing period')}"
     )
-    return f"The motion repeats itself {within}{', or not at all' if has_chaos else ''}"
+    subject = f"In all but {count(left, 'row')} the motion" if left else "The motion"
+    return f"{subject} repeats itself {within}{', or not at all' if has_chaos else ''}"
 
 
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

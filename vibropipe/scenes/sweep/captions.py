@@ -7,6 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.motion_words import number_word
 from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
@@ -16,8 +17,7 @@ from vibropipe.figures.text import (
     reasons_text,
     sentences,
 )
-from vibropipe.report.exciter import WORDS
-from vibropipe.report.findings import largest, point_text, value_text
+from vibropipe.report.findings import is_text, largest, point_text, value_text
 from vibropipe.scenes.sweep.followed import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
@@ -87,24 +87,50 @@ def sweep_title(
 
 
 def largest_title(dataset: xr.Dataset, own: Series) -> str:
-    """Return at which point an element of a quantity is largest; without a value, or room, only what it is."""
-    values = own.of(with_impacts_per_period(dataset))
+    """Return at which point an element of a quantity is largest among orbits; without one, or room, what it is."""
+    values = of_orbits(dataset, own)
     top = largest(values)
     words = series_words(dataset, own)
     plain = f"{words[0].upper()}{words[1:]}"
     if top is None or not float(top) or dataset["regime"].size == 1:
         return plain
-    where = point_text(top, dataset["regime"].dims)
+    where = place_text(dataset, top)
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" on support {own.position + 1}"
         text = f"Impacts{on} are hardest at {where}"
     elif own.name == "lyapunov_exponent":
-        text = exponent_title(values.where(dataset["regime"] < Regime.UNBOUNDED))
+        exponent = own.of(dataset)
+        text = exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
     else:
         subject = plain.removeprefix("Largest ")
         size = "is largest in size" if own.name in SIGNED else "is largest"
         text = f"{subject[0].upper()}{subject[1:]} {size} at {where}"
     return text if len(text) <= MAX_TITLE else plain
+
+
+def of_orbits(dataset: xr.Dataset, own: Series) -> xr.DataArray:
+    """Return an element of a quantity in the rows with an orbit: that of a window is no maximum."""
+    return own.of(with_impacts_per_period(dataset)).where(dataset["regime"] < Regime.APERIODIC)
+
+
+def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
+    """Write the point of a largest value, and whether it is an end of a range: ν = 3, an end of its range."""
+    dims = dataset["regime"].dims
+    ends = [
+        name
+        for name in dims
+        if dataset.sizes[name] > 2
+        and not is_text(dataset[name])
+        and top[name].item() in (dataset[name].min().item(), dataset[name].max().item())
+    ]
+    inner = [name for name in dims if name not in ends]
+    if not ends:
+        return point_text(top, dims)
+    range_of = "its range" if len(ends) == 1 else "their ranges"
+    last = "an end" if len(ends) == 1 else "ends"
+    return ", ".join(
+        filter(None, [point_text(top, inner), point_text(top, ends), f"{last} of {range_of}"])
+    )
 
 
 def exponent_title(exponent: xr.DataArray) -> str:
@@ -198,7 +224,7 @@ def unresolved_text(dataset: xr.Dataset) -> str:
         return ""
     reasons = reasons_text(dataset["status"].values[unresolved])
     total = count(dataset["regime"].size, "row")
-    return f"Unresolved: {int(unresolved.sum())} of {total}: {reasons}"
+    return f"Unresolved: {int(unresolved.sum()):,} of {total}, {reasons}"
 
 
 def map_title(dataset: xr.Dataset) -> str:
@@ -213,13 +239,11 @@ def map_title(dataset: xr.Dataset) -> str:
                 if (sign * steps >= 0).all():
                     where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"
                     return f"{where} the mass strikes a support, {side[1]} it none"
-    words = [WORDS.get(name, plain_symbol_of(dataset[name])) for name in (x, y)]
-    text = f"How the mass moves over the {words[0]} and the {words[1]}"
-    return (
-        text
-        if len(text) <= MAX_TITLE
-        else f"How the mass moves over {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
-    )
+    ways = len([each for each in regions_of(dataset)[1] if each.name != "unresolved"])
+    over = f"{plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
+    if ways < 2:
+        return f"How the mass moves over {over}"
+    return f"{number_word(ways).capitalize()} kinds of motion share the plane of {over}"
 
 
 def describe_map(dataset: xr.Dataset) -> str:
@@ -268,7 +292,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     _, _, further = map_axes(dataset)
     largest_values = []
     for each in found:
-        top = largest(each.of(dataset))
+        top = largest(of_orbits(dataset, each))
         if top is not None:
             largest_values.append(
                 f"{value_text(top, top, 3)} ({series_words(dataset, each).split(' of ')[0]})"
@@ -278,10 +302,12 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         for each in found
     )
     sides = ", towards support 1", ", towards support 2"
+    has_chaos = bool((dataset["regime"] == Regime.APERIODIC).any())
+    among = " of orbits" if has_chaos else ""
     signed = [each for each in found if each.name in SIGNED]
     has_side = any(each.name.startswith("displacement") for each in signed)
     return sentences(
-        f"Largest in size: {series(largest_values)}" if largest_values else "",
+        f"Largest in size{among}: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"
         f"{sides[1] if has_side else ''}"
@@ -289,7 +315,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         else "",
         "Lines: borders of aperiodic motion and of hatched rows without a value",
         "Aperiodic motion is shown by its largest impact and its average in a window"
-        if bool((dataset["regime"] == Regime.APERIODIC).any())
+        if has_chaos
         else "",
         combinations_text(dataset, further, most),
     )  # fmt: skip

@@ -27,7 +27,7 @@ DEFAULT_SHOW = (
 ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact", "energy_friction")
 MAX_HARMONICS = 3
 LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
-SYMBOL_LETTERS = 5
+SYMBOL_LETTERS = 3
 # Quantities that may be negative; the axis of any other starts at zero.
 SIGNED = {
     "displacement_mean",

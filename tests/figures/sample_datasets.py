@@ -10,9 +10,10 @@ import xarray as xr
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.registry import kinds
 from vibropipe.words.measurements import Outcome, Passed
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import REGIMES, describe
+from vibropipe.words.vocabulary import describe
 
 
 @dataclass

@@ -18,7 +18,7 @@ from vibropipe.figures.palette import (
     readable,
     shades,
 )
-from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.quantities import REGIMES
 
 
 def test_every_regime_has_a_style():

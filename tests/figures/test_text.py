@@ -15,7 +15,7 @@ from vibropipe.figures.text import (
     regime_name,
     scalar_parameters,
 )
-from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.wording import count, series
 
 

@@ -61,9 +61,9 @@ def sweep_of(*arguments: object, **keys: object) -> SweepScene:
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
     assert plan.MAX_IMPACTS_KEPT == row_results.ORBIT_LOG_CAPACITY
-    assert costs.PHASE_SAMPLES == row_results.PHASES
+    assert costs.SIZES["tau"] == row_results.PHASES
     assert costs.SUBHARMONICS == row_results.SUBHARMONICS_PER_HARMONIC
-    assert costs.VISITS == window.LISTED_PERIODS
+    assert costs.SIZES["visit"] == window.LISTED_PERIODS
 
 
 @pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])

@@ -14,8 +14,8 @@ from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
 from vibropipe.scenes.motion.findings import answers
 from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import REGIMES
 
 
 def test_motion_counts_impacts_and_names_grazing(made):

@@ -16,7 +16,8 @@ from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.study import StudyError, load_study
-from vibropipe.words.vocabulary import FLAGS, describe
+from vibropipe.words.quantities import FLAGS
+from vibropipe.words.vocabulary import describe
 
 MOTION = "motions: {full: {periods: 1}}"
 OVER = "over: {x0: [0.1], v0: [0.1]}"

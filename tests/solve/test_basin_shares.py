@@ -8,8 +8,8 @@ import vibropipe as vp
 from vibropipe.solve.basins.attractor_families import carry
 from vibropipe.solve.basins.attractor_set import AttractorSet
 from vibropipe.solve.basins.attractors import scattered_starts
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import FLAGS
 
 PAPER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
 CASCADE = vp.Exciter(l=0.5, nu=1.0, f=1.67, h=0.1, delta=0.1, R1=0.8, R2=0.8)

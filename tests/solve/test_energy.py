@@ -14,10 +14,11 @@ from vibropipe.lab.hard_cases import energy as independent
 from vibropipe.lab.hard_cases.analytic import flights
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.motion.contacts import log_of
-from vibropipe.solve.motion.energy import TERMS, work_of_flights
+from vibropipe.solve.motion.energy import work_of_flights
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.vocabulary import ENERGIES, quantity
 
+TERMS = [name for name in ENERGIES if name != "energy_friction"]
 MOTIONS = independent.MOTIONS
 
 

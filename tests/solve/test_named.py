@@ -11,7 +11,7 @@ import vibropipe as vp
 from vibropipe.solve.rows.gradient import exact_slopes
 from vibropipe.solve.rows.named import SMOOTH, labels, named, outputs_of
 from vibropipe.solve.rows.points import solve_points
-from vibropipe.words.contacts import OF_SOFT
+from vibropipe.words.vocabulary import OF_SOFT
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.1)
 SOFT = replace(EXCITER, R1=1.0, R2=1.0, k1=200.0, h1=3.0, k2=100.0, h2=2.0)

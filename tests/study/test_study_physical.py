@@ -80,7 +80,7 @@ def test_mass_and_dimensions_are_part_of_the_fingerprint(monkeypatch) -> None:
     assert fingerprint(heavier, "sweep") != fingerprint(study, "sweep")
     before = fingerprint(study, "sweep")
     changed = replace(vocabulary.quantity("residual"), dimension="length")
-    monkeypatch.setitem(vocabulary._TABLE, "residual", changed)
+    monkeypatch.setitem(vocabulary.QUANTITIES, "residual", changed)
     assert fingerprint(study, "sweep") != before
 
 

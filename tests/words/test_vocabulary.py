@@ -11,11 +11,11 @@ from matplotlib.mathtext import MathTextParser
 
 from vibropipe.words import vocabulary
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.status import Status
 from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import (
     PHYSICAL_NAMES,
-    REGIMES,
     VOCABULARY,
     attributes,
     describe,
@@ -174,3 +174,10 @@ def test_describe_sets_attributes_and_keeps_those_of_others():
 def test_describe_refuses_a_name_outside_the_table():
     with pytest.raises(KeyError, match="'speed'"):
         describe(xr.Dataset({"speed": 1.0}))
+
+
+def test_the_steady_state_of_a_motion_has_the_words_of_its_quantities():
+    entry, base = quantity("orbit_impact_velocity"), quantity("impact_velocity")
+    assert (entry.dims, entry.dimension) == (("orbit_impact",), base.dimension)
+    assert entry.long_name == "velocity before impact in the orbit"
+    assert entry.output is None

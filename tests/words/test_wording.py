@@ -17,7 +17,7 @@ from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
-from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.wording import count, series, share
 
 

@@ -13,7 +13,7 @@ from collections.abc import Iterable, Iterator
 from pathlib import Path
 from typing import NamedTuple
 
-from vibropipe.words.exciter import facts
+from vibropipe.words import exciter, quantities
 
 PACKAGE = Path(__file__).parents[1]
 # Modules that turn parameters into numbers: the public functions.
@@ -24,11 +24,12 @@ SOLVERS = (
     "vibropipe.solve.sweep.sweep",
 )
 # Units, symbols and long names of quantities, and numbers in SI of text with units: no kernel depends on them. Of the
-# records of parameters and effects numbers depend on `facts`, not on the texts.
+# records numbers depend on `facts`, not on the texts.
 WORDS = (
     "vibropipe.words.vocabulary",
     "vibropipe.words.units",
     "vibropipe.words.exciter",
+    "vibropipe.words.quantities",
 )
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"
@@ -64,7 +65,7 @@ def file_hash(path: Path, package: Path = PACKAGE) -> str:
 
 
 def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Path = PACKAGE) -> str:
-    """Return the hash (16 hex digits) of the import closure of modules, and of the facts of the exciter's records.
+    """Return the hash (16 hex digits) of the import closure of modules, and of the facts of the records.
 
     Parameters
     ----------
@@ -73,7 +74,7 @@ def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Pat
     package : Path
         Folder of the package whose sources are read.
     """
-    digest = hashlib.sha256(facts().encode())
+    digest = hashlib.sha256(f"{exciter.facts()}{quantities.facts()}".encode())
     for name, source in sorted(closure(roots, left_out, package).items()):
         digest.update(name.encode() + b"\0" + source.digest + b"\0")
     return digest.hexdigest()[:16]

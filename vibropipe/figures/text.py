@@ -16,12 +16,11 @@ import xarray as xr
 from vibropipe.figures.units import RAISED, unit_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS, PHYSICAL
+from vibropipe.words.quantities import FLAGS, REGIMES
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import (
     ERROR_SUFFIX,
-    FLAGS,
     PLAIN_SYMBOLS,
-    REGIMES,
     VOCABULARY,
     physical_name,
     quantity,

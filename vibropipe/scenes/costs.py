@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterable
 from dataclasses import dataclass
 
@@ -10,19 +11,17 @@ import numpy as np
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.physical import convert
-from vibropipe.words.vocabulary import physical_name, physical_quantity
+from vibropipe.words.vocabulary import STEADY, physical_name, physical_quantity
 
-# Bytes of a row without outputs, of an impact, and of the error of a number; usual impacts and samples of an orbit.
-ROW_BYTES = 96
-IMPACT_BYTES = 21
+# Bytes of the error of a number.
 ERROR_BYTES = 4
-# Numbers of a contact with a soft support; a row has the largest of each but the velocity after it.
-CONTACT_NUMBERS = 4
-USUAL_IMPACTS = 4
-PHASE_SAMPLES = 256
-# Subharmonics per harmonic, and sections of a row.
-SUBHARMONICS = 4
-VISITS = 64
+# Usual sizes of dimensions of a row; subharmonics are counted per harmonic.
+SIZES = {"support": 2, "multiplier": 2, "tau": 256, "visit": 64}
+USUAL_IMPACTS, SUBHARMONICS = 4, 4
+# Bytes of an impact.
+IMPACT_BYTES = sum(
+    each.bytes for each in STEADY.values() if each.dims == ("impact",) and not each.effect
+)
 # Bytes of the headers of some thirty variables, most of a small file.
 HEAD_BYTES = 9e4
 # Effects with which a motion is marched by pieces, and how many times as long that takes, roughly.
@@ -104,38 +103,23 @@ def steady_bytes(
 
     effects : those that the scene calls for, of which some have more numbers and derivatives
     """
-    costs = {
-        "harmonics": 2 * 8 + 4 * 8 * harmonics + ERROR_BYTES * (1 + 2 * harmonics),
-        "impacts": 4 + 2 * (8 + ERROR_BYTES) + impacts * (IMPACT_BYTES + 2 * ERROR_BYTES),
-        "stability": 2 * 16 + 1 + 2 * ERROR_BYTES,
-        "motion": 2 * 8 * PHASE_SAMPLES,
-        "energy": 6 * 8,
-        "subharmonics": 2 * 8 * SUBHARMONICS * harmonics,
-        "poincare": 2 * 8 * VISITS,
-        "lyapunov": 2 * 8,
+    requested = {"", *outputs}
+    sizes = {
+        **SIZES,
+        **{"harmonic": harmonics, "subharmonic": SUBHARMONICS * harmonics, "impact": impacts},
     }
-    if effects.soft is not None:
-        costs["impacts"] += CONTACT_NUMBERS * 8 * impacts + 2 * 8 * (CONTACT_NUMBERS - 1)
-    requested = list(outputs)
-    size = (
-        ROW_BYTES
-        + 2 * ERROR_BYTES
-        + sum(costs[output] for output in requested if output != "sensitivity")
-    )
+    by = 0
     if "sensitivity" in requested:
         # here, since it imports numba, which a command that only reads studies does not need
         from vibropipe.physics.derivatives import differentiated_by
 
-        # A derivative by each parameter beside every number that has one.
-        numbers = {
-            "harmonics": 2 + 4 * harmonics,
-            "impacts": 2 + 2 * impacts,
-            "stability": 4,
-            "energy": 4,
-            "subharmonics": 2 * SUBHARMONICS * harmonics,
-            "lyapunov": 1,
-        }
-        own = 2 + sum(numbers.get(output, 0) for output in requested)
-        by = differentiated_by(effects.has_pieces, effects.second_harmonic is not None)
-        size += 8 * len(by) * own
+        by = len(differentiated_by(effects.has_pieces, effects.second_harmonic is not None))
+    size = 0.0
+    for entry in STEADY.values():
+        is_present = not entry.effect or getattr(effects, entry.effect) is not None
+        if entry.output in requested and is_present:
+            numbers = math.prod(sizes[dim] for dim in entry.dims)
+            parts = 2 if entry.is_complex else 1
+            size += numbers * (parts * entry.bytes + ERROR_BYTES * entry.has_error)
+            size += numbers * parts * 8 * by * entry.has_derivative
     return size

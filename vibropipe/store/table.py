@@ -12,35 +12,23 @@ from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
 from vibropipe.store.stability import is_neutral
+from vibropipe.words.quantities import FLAGS, QUANTITIES
 from vibropipe.words.units import plain_units
-from vibropipe.words.vocabulary import FLAGS
+from vibropipe.words.vocabulary import EVENTS
 
 if TYPE_CHECKING:
     import pandas as pd
     import xarray as xr
 
 # Dimensions that a quantity has beside those of the grid: a column for each of their values.
-COMPONENTS = (
-    "support",
-    "harmonic",
-    "multiplier",
-    "subharmonic",
-    "visit",
-    "parameter",
-    "estimate",
-    "side",
-    "quantile",
-    "other_parameter",
-    "direction_of_fit",
-    "accuracy",
-)
+COMPONENTS = tuple(name for name, entry in QUANTITIES.items() if entry.axis == "parts")
 # States at the section of an attractor fill more columns than a table is read with.
 MAX_COMPONENTS = 64
 # Quantities that a chatter, which has infinitely many impacts, has no number of.
 OF_CHATTER = ("impacts_per_orbit", "impacts_per_period")
 NEUTRAL = 2  # code of `stable` in a table
 # Dimensions whose length differs from row to row, or that list events.
-RAGGED = ("impact", "rest", "grazing", "turn", "stick", "orbit_impact")
+RAGGED = tuple(EVENTS)
 
 
 def table(

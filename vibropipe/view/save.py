@@ -17,7 +17,7 @@ from bokeh.resources import INLINE
 
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.scenes.sweep.impacts import rows_of_impacts
-from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.scenes.sweep.quantities import DEFAULT_SHOW, Series
 from vibropipe.solve.rebuild import SHOWN_PERIODS, mass_and_stiffness, motion_of, without_units
 from vibropipe.store import StoreError, atomic_file
 from vibropipe.view.page import REGIONS, Page
@@ -25,7 +25,7 @@ from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results, is_sweep
 from vibropipe.view.saved_plan import plan_text
 from vibropipe.view.scripts import source_of
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.regimes import Regime
 
 # Points along an axis, impacts and rests, and bytes of the quantities, beyond which a page would grow above some 10 MB.
@@ -33,8 +33,7 @@ MAX_POINTS, MAX_EVENTS, MAX_FIELD_BYTES = 330, 600_000, 4_000_000
 # Axes of no more points are never thinned.
 MIN_POINTS = 20
 # The parameters of motions that the script rebuilds; others must have their default, which means "effect absent".
-REBUILT = ("nu", "f", "h", "l", "delta", "R1", "R2")
-MAIN = ("impact_velocity_max", "displacement_mean", "displacement_amplitude", "impacts_per_period")
+REBUILT = tuple(name for name in PARAMETERS if name not in FURTHER)
 
 
 def save_page(results: Results, path: Path) -> None:
@@ -147,8 +146,8 @@ def _models(page: Page) -> dict[str, Any]:
 
 def saved_series(plane: Plane) -> dict[str, Series]:
     """Return the quantities that a page holds, by label: the main ones, and others as far as there is room."""
-    room = max(len(MAIN), MAX_FIELD_BYTES // (4 * plane.dataset["regime"].size))
-    ordered = sorted(plane.series.items(), key=lambda pair: pair[1].name not in MAIN)
+    room = max(len(DEFAULT_SHOW), MAX_FIELD_BYTES // (4 * plane.dataset["regime"].size))
+    ordered = sorted(plane.series.items(), key=lambda pair: pair[1].name not in DEFAULT_SHOW)
     chosen = {label for label, _series in ordered[:room]}
     return {label: one for label, one in plane.series.items() if label in chosen}
 

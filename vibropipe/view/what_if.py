@@ -37,7 +37,13 @@ from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
-from vibropipe.words.vocabulary import attributes, physical_attributes, physical_name
+from vibropipe.words.vocabulary import (
+    STEADY,
+    attributes,
+    drawn_by,
+    physical_attributes,
+    physical_name,
+)
 
 Background = Callable[[Callable[[], None]], None]
 _START = re.compile(r"x0 = (\S+).*, v0 = (\S+)")
@@ -131,7 +137,8 @@ def _swept(
     options: dict[str, Any] = {}
     if start and follow is None and not {"x0", "v0"} & over.keys() and "m" not in dataset.coords:
         options = {"x0": None if "support" in start[0] else float(start[1]), "v0": float(start[2])}
-    outputs = [name for name in OUTPUTS if _MARKS.get(name, "") in dataset]
+    shown = {STEADY[name].output for name in drawn_by("sweep") if name in dataset}
+    outputs = [name for name in OUTPUTS if name in shown]
     rows = int(np.prod([len(values) for values in over.values()])) * (
         2 if follow and follow[1] == "both" else 1
     )
@@ -140,16 +147,6 @@ def _swept(
         harmonics=dataset.sizes.get("harmonic", 1), **options,
     )  # fmt: skip
     return assemble(list(blocks), over, follow)
-
-
-# A quantity of each output, by which a dataset shows that it has the output.
-_MARKS = {
-    "harmonics": "displacement_mean",
-    "impacts": "impact_velocity_max",
-    "stability": "floquet_multiplier",
-    "energy": "energy_input",
-    "lyapunov": "lyapunov_exponent",
-}
 
 
 class WhatIf:

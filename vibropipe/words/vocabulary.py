@@ -1,27 +1,17 @@
-"""Every quantity that a dataset can hold: dimensions, units, long name, symbol (`quantities.toml`).
+"""Names, symbols, units and attributes of quantities and of what is derived from them, made from their records.
 
-Datasets, figures, reports and documents take names and symbols from here, so that they agree everywhere. No stored
-number depends on this module.
+Datasets, figures, reports and documents take them from here, so that they agree everywhere.
 """
 
 from __future__ import annotations
 
 import hashlib
-import tomllib
 from collections.abc import Container, Mapping
-from dataclasses import dataclass, field, replace
-from enum import IntEnum
-from pathlib import Path
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
-from vibropipe.words.bifurcations import Bifurcation, BranchEnd
-from vibropipe.words.boundaries import Meeting
-from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
-from vibropipe.words.exciter import PARAMETERS
-from vibropipe.words.measurements import Outcome, Passed
-from vibropipe.words.regimes import Chaos, Regime
-from vibropipe.words.status import Status
-from vibropipe.words.units import DIMENSIONS, plain_units
+from vibropipe.words.quantities import QUANTITIES, Quantity
+from vibropipe.words.units import plain_units
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -59,103 +49,8 @@ UNDEFINED = (
 """What NaN says in a sensitivity."""
 
 
-def _members(kind: type[IntEnum]) -> dict[str, int]:
-    return {member.name.lower(): int(member) for member in kind}
-
-
-REGIMES: Mapping[str, int] = _members(Regime)
-FLAGS: Mapping[str, Mapping[str, int]] = {
-    "regime": REGIMES,
-    "status": _members(Status),
-    "outcome": _members(Outcome),
-    "support": {"support_1": 1, "support_2": 2},
-    "chaos": _members(Chaos),
-    "stable": {"unstable": 0, "stable": 1},
-    "admissible": {"inadmissible": 0, "admissible": 1},
-    "passed": _members(Passed),
-    "bifurcation_kind": _members(Bifurcation),
-    "end_reason": _members(BranchEnd),
-    "border": {"inside": 0, "at_border": 1},
-    "attractor_change": {"vanishes": 0, "appears": 1},
-    "boundary_kind": {
-        name: code for name, code in _members(Bifurcation).items() if code < Bifurcation.END
-    },
-    "meeting_kind": _members(Meeting),
-    "meeting_ends": {"goes_on": 0, "ends": 1},
-    "design_result": _members(DesignResult),
-    "tolerance_result": _members(ToleranceResult),
-    "fit_result": _members(FitResult),
-    "parameter_result": _members(FoundResult),
-}
-"""Names of integer values."""
-
-
-@dataclass(frozen=True)
-class Quantity:
-    """One entry of the table; `quantities.toml` defines the fields."""
-
-    long_name: str
-    symbol: str
-    dims: tuple[str, ...] = ()
-    units: str = "1"
-    plain: str = ""
-    flags: Mapping[str, int] | None = None
-    sample_dimension: str | None = None
-    dimension: str = ""
-    si: Mapping[str, str] = field(default_factory=dict)
-    comment: str = ""
-
-    def in_si(self) -> Quantity:
-        """Return the entry in a dataset in SI."""
-        symbol = self.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
-        dims = tuple(PHYSICAL_NAMES.get(dim, dim) for dim in self.dims)
-        units = DIMENSIONS[self.dimension].units if self.dimension else self.units
-        words: dict[str, Any] = {key: text for key, text in self.si.items() if key != "name"}
-        return replace(self, **{"symbol": symbol, "dims": dims, "units": units, **words})
-
-
-def _of_each_parameter(name: str, words: dict[str, Any]) -> dict[str, dict[str, Any]]:
-    """Return the entries of the table for one whose name stands for a quantity of each parameter."""
-    if "{}" not in name:
-        return {name: words}
-    entries = {}
-    for each in PARAMETERS:
-        # beside another noun the name of a parameter has no remark, "0 if rigid"
-        noun = each.long_name if name == "{}" else each.long_name.partition(",")[0]
-        entry = {
-            **words,
-            **{"symbol": each.symbol, "plain": each.plain, "units": each.units},
-            "long_name": words["long_name"].format(noun),
-            "dimension": each.dimension if each.units == "1" else "",
-        }
-        if each.physical is not None and each.physical.name != each.name:
-            si = {key: getattr(each.physical, key) for key in ("symbol", "plain", "long_name")}
-            si = {key: text for key, text in si.items() if text}
-            if "long_name" in si:
-                si["long_name"] = words["long_name"].format(si["long_name"])
-            entry["si"] = {"name": name.format(each.physical.name), **si}
-        entries[name.format(each.name)] = entry
-    return entries
-
-
-def _table() -> dict[str, Quantity]:
-    """Return the quantities of `quantities.toml`."""
-    text = Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8")
-    return {
-        each: Quantity(
-            dims=tuple(entry.pop("dims", "").split()),
-            flags=FLAGS.get(entry.pop("flags", "")),
-            **entry,
-        )
-        for subject in tomllib.loads(text).values()
-        for name, words in subject.items()
-        for each, entry in _of_each_parameter(name, dict(words)).items()
-    }
-
-
-_TABLE = _table()
 PHYSICAL_NAMES: Mapping[str, str] = {
-    name: entry.si["name"] for name, entry in _TABLE.items() if "name" in entry.si
+    name: entry.si["name"] for name, entry in QUANTITIES.items() if "name" in entry.si
 }
 """Names in a dataset in SI, of the quantities that have another one there."""
 
@@ -163,7 +58,7 @@ PHYSICAL_NAMES: Mapping[str, str] = {
 def _vocabulary() -> dict[str, Quantity]:
     """Return the table, each quantity with its own name in SI right after it."""
     entries: dict[str, Quantity] = {}
-    for name, entry in _TABLE.items():
+    for name, entry in QUANTITIES.items():
         entries[name] = entry
         if name in PHYSICAL_NAMES:
             entries[PHYSICAL_NAMES[name]] = entry.in_si()
@@ -174,6 +69,36 @@ VOCABULARY: Mapping[str, Quantity] = _vocabulary()
 PLAIN_SYMBOLS: Mapping[str, str] = {
     name: entry.plain for name, entry in VOCABULARY.items() if entry.plain
 }
+
+STEADY: Mapping[str, Quantity] = {
+    name: entry for name, entry in QUANTITIES.items() if entry.output is not None
+}
+"""Quantities of steady states, in the order of files."""
+OF_CONTACT: Mapping[str, str] = {
+    entry.largest_of: name for name, entry in STEADY.items() if entry.largest_of
+}
+"""Those of each contact with a soft support, over `impact`, and the largest of a steady state, over `support`."""
+OF_SOFT = tuple(OF_CONTACT.values())
+ENERGIES = tuple(name for name, entry in STEADY.items() if entry.output == "energy")
+EVENTS: Mapping[str, tuple[str, ...]] = {
+    dim: tuple(name for name, each in QUANTITIES.items() if each.dims == (dim,) and each.dimension)
+    for dim, entry in QUANTITIES.items()
+    if entry.axis == "events"
+}
+"""Lists of events of a motion, by their coordinate: times, velocities and the like, the time first."""
+
+
+def row_dims(name: str) -> tuple[str, ...]:
+    """Return the dimensions that a quantity of steady states has in rows of them."""
+    dims = QUANTITIES[name].dims
+    return (
+        dims if "impact" in dims else ("row", *("phase" if dim == "tau" else dim for dim in dims))
+    )
+
+
+def drawn_by(kind: str) -> tuple[str, ...]:
+    """Return the quantities that a study can ask the pictures of a kind of scene to show."""
+    return tuple(name for name, entry in QUANTITIES.items() if kind in entry.drawn)
 
 
 def quantity(name: str) -> Quantity:
@@ -237,7 +162,7 @@ def _sensitivity(base: Quantity) -> Quantity:
 
 def dimensions_hash() -> str:
     """Return a hash (16 hex digits) of what datasets in SI depend on in the table: dimensions and names."""
-    dimensions = {name: entry.dimension for name, entry in _TABLE.items() if entry.dimension}
+    dimensions = {name: entry.dimension for name, entry in QUANTITIES.items() if entry.dimension}
     text = repr((sorted(dimensions.items()), sorted(PHYSICAL_NAMES.items())))
     return hashlib.sha256(text.encode()).hexdigest()[:16]
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Any, ClassVar, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -22,6 +22,12 @@ from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem, required
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS, without_absent
+from vibropipe.words.vocabulary import drawn_by
+
+if TYPE_CHECKING:
+    Shown = str
+else:
+    Shown = Literal[drawn_by("backbone")]
 
 
 class BackboneFigure(FigureOptions):
@@ -34,10 +40,7 @@ class BackboneFigure(FigureOptions):
     )
     show: Annotated[
         list[
-            Literal[
-                "displacement_mean", "displacement_amplitude", "velocity_mean",
-                "velocity_amplitude", "tau_bar", "omega_bar",
-            ]
+            Shown
         ],
         AfterValidator(each_once),
     ] = Field(

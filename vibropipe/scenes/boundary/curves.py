@@ -22,7 +22,7 @@ from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.vocabulary import FLAGS
+from vibropipe.words.quantities import FLAGS
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
 CROSSED, BETWEEN = (

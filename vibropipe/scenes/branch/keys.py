@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Iterator
-from typing import Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
@@ -25,6 +25,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName,
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.vocabulary import drawn_by
 
 Switch = Literal["flip", "pitchfork", "grazing"]
 _NUMBER = {"type": "number"}
@@ -55,22 +56,17 @@ class Along(StudyModel):
     ] = Field(description="Value up to which the branch is followed; a list of two for both ways.")
 
 
+if TYPE_CHECKING:
+    Shown = str
+else:
+    Shown = Literal[drawn_by("branch")]
+
+
 class BranchFigure(FigureOptions):
     """Options of the picture of branches."""
 
     show: Annotated[
-        list[
-            Literal[
-                "displacement_mean",
-                "displacement_amplitude",
-                "impact_velocity",
-                "impact_velocity_max",
-                "support_force_max",
-                "support_depth_max",
-                "contact_duration_max",
-                "impacts_per_period",
-            ]
-        ],
+        list[Shown],
         AfterValidator(each_once),
     ] = Field(
         default=["displacement_amplitude", "impact_velocity_max"],

@@ -13,13 +13,6 @@ from vibropipe.figures.motion_words import orbit_texts
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
 from vibropipe.words.vocabulary import quantity
 
-SHORT_TEXT = {
-    "impact_velocity_max": "largest velocity before impact",
-    "support_force_max": "largest force",
-    "support_depth_max": "largest depth",
-    "contact_duration_max": "longest contact",
-    "impacts_per_period": "impacts per period",
-}
 SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
 
 
@@ -68,7 +61,7 @@ def panels_of(
             text = in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array)
             panels.append(Panel(text, values, free))
         elif "support" in entry.dims:
-            text = SHORT_TEXT.get(name, entry.long_name)
+            text = entry.short or entry.long_name
             supports = dataset["support"].values.tolist()
             are_alike = both_alike(dataset, array)
             for support in supports[:1] if are_alike else supports:

@@ -14,17 +14,11 @@ from vibropipe.figures.text import REST, format_number, in_brackets, symbol_of, 
 from vibropipe.figures.units import unit_text
 from vibropipe.solve.shown_units import shown_unit
 from vibropipe.words.designs import DesignResult
+from vibropipe.words.quantities import QUANTITIES
 from vibropipe.words.vocabulary import PHYSICAL_NAMES
 
 # Quantities shown where no goal names any.
 USUAL = ("displacement_mean", "displacement_amplitude_1", "impact_velocity_max_1")
-# Short words of quantities that goals often name; all others have their long names.
-WORDS = {
-    "displacement_mean": "mean displacement",
-    "displacement_amplitude": "amplitude",
-    "impact_velocity_max": "largest impact velocity",
-    "impacts_per_period": "impacts per period",
-}
 INNER = ("support", "harmonic", "multiplier")
 ENDS = ("target", "lower", "upper")
 
@@ -75,7 +69,8 @@ class Part(NamedTuple):
 
 def in_words(variable: str, long_name: str, dim: str = "", label: int = 0) -> str:
     """Return a quantity in words, with the support or harmonic that it is of."""
-    name = WORDS.get(variable, long_name or variable.replace("_", " "))
+    short = QUANTITIES[variable].short if variable in QUANTITIES else ""
+    name = short or long_name or variable.replace("_", " ")
     if dim == "harmonic":
         return f"{name.removeprefix('harmonic ')} of harmonic {label}"
     at = " at" if dim == "support" else ","

@@ -27,9 +27,9 @@ from vibropipe.scenes.keys.problems import (
 )
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import check_soft
-from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.spelling import did_you_mean
+from vibropipe.words.vocabulary import OF_SOFT
 
 EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
 OF_SUPPORTS = ("l", "delta", "k1", "k2", "h1", "h2")

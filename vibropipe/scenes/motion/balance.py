@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from textwrap import fill
 from typing import Any
 
 import numpy as np
@@ -21,42 +22,36 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.words.vocabulary import label
+from vibropipe.words.vocabulary import ENERGIES, STEADY, label
 
 LEFT, BELOW, BETWEEN, SPECTRUM = 1.75, 1.0, 0.5, 6.6  # cm
 FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
+LETTERS = 9  # of a line below a bar
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
     "energy": "from start to end of the motion",
     "orbit_energy": "per forcing period of the steady state",
-}
-# Terms of a balance, in the order of the bars; what is fed in or stored counts positive.
-SIGNS = {"input": 1, "damping": -1, "impact": -1, "friction": -1, "change": 1}
-TEXTS = {
-    "input": "work of\nthe force",
-    "damping": "damping",
-    "friction": "friction",
-    "change": "stored",
 }
 
 
 def energy_terms(dataset: xr.Dataset, form: str) -> list[tuple[str, xr.DataArray, float]]:
     """Return (text, variable, value) of the energies of a motion or of its orbit; losses count negative."""
     terms = []
-    for name, sign in SIGNS.items():
-        full = f"{form}_{name}"
-        if full not in dataset:
+    for name in ENERGIES:
+        entry, full = STEADY[name], name.replace("energy", form, 1)
+        if full not in dataset or not entry.short:
             continue
-        array = dataset[full]
+        array, sign = dataset[full], -1 if entry.is_loss else 1
         # Soft supports have a friction of 0, and an orbit stores nothing.
-        is_needless = name == "friction" or full == "orbit_energy_change"
+        is_needless = entry.effect or full == "orbit_energy_change"
         if is_needless and not np.nan_to_num(array).any():
             continue
+        words = entry.short.removeprefix("loss by ").removeprefix("loss at ")
         if array.ndim == 0:
-            terms.append((TEXTS[name], array, sign * float(array)))
+            terms.append((fill(words, LETTERS), array, sign * float(array)))
             continue
         for support, value in zip(dataset["support"].values, array.values, strict=True):
-            terms.append((f"impacts on\nsupport {support}", array, sign * float(value)))
+            terms.append((f"{words} on\nsupport {support}", array, sign * float(value)))
     return terms
 
 
@@ -111,7 +106,7 @@ def energy_title(dataset: xr.Dataset) -> str:
     """Write which loss takes most of the work of the force; empty without such work."""
     form = next(form for form in reversed(FORMS) if energy_terms(dataset, form))
     terms = {text.replace("\n", " "): value for text, _, value in energy_terms(dataset, form)}
-    work = terms.pop(TEXTS["input"].replace("\n", " "), 0.0)
+    work = terms.pop(STEADY["energy_input"].short, 0.0)
     losses = {text: -value for text, value in terms.items() if value < 0.0}
     if work <= 0.0 or not losses:
         return ""

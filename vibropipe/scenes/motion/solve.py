@@ -11,29 +11,26 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.checks import span_in_turns
-from vibropipe.solve.motion.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion.run import MotionRequest
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import stored
 from vibropipe.solve.rows.steady import steady_state
-from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.outputs import OF_ORBIT, OF_STEADY_STATE
 from vibropipe.words.progress import Progress, WorkCount, part_of
+from vibropipe.words.quantities import QUANTITIES
 from vibropipe.words.status import Status
+from vibropipe.words.vocabulary import ERROR_SUFFIX
 
 if TYPE_CHECKING:
     from vibropipe.scenes.motion.keys import MotionScene
 
 # Names that a motion and its steady state share -> their names for the steady state.
 OF_THE_ORBIT = {
-    name: f"orbit_{name}"
-    for name in (
-        "impact", "impact_phase", "impact_period", "impact_support", "impact_velocity", "error",
-        "impact_velocity_after", *OF_CONTACT,
-        "impact_phase_error", "impact_velocity_error",
-        *TERMS, FRICTION_TERM, *(f"{term}_error" for term in (*TERMS, FRICTION_TERM)),
-    )
-}  # fmt: skip
+    name + suffix: f"orbit_{name}{suffix}"
+    for name in QUANTITIES
+    for suffix in ("", ERROR_SUFFIX)
+    if f"orbit_{name}" in QUANTITIES
+}
 
 
 def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:

@@ -58,7 +58,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.words.contacts import OF_SOFT
+from vibropipe.words.vocabulary import OF_SOFT
 
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.
 HIGH_SHARE, HIGH = 0.99, 2.0

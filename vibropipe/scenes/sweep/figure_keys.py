@@ -12,45 +12,16 @@ from vibropipe.scenes.keys.checks import check_shown
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NameRule
-from vibropipe.words.contacts import OF_SOFT
+from vibropipe.words.vocabulary import STEADY, drawn_by
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
 
-Shown = Literal[
-    "displacement_mean",
-    "displacement_amplitude",
-    "velocity_mean",
-    "velocity_amplitude",
-    "impact_velocity_max",
-    "support_force_max",
-    "support_depth_max",
-    "contact_duration_max",
-    "impacts_per_period",
-    "period_multiple",
-    "floquet_multiplier",
-    "lyapunov_exponent",
-    "energy_input",
-    "energy_damping",
-    "energy_impact",
-    "energy_friction",
-    "impact_velocity",
-    "displacement_strobe",
-    "poincare_displacement",
-    "poincare_velocity",
-]
-# Outputs that quantities and pictures need, by the start of the name of a quantity; one of them suffices.
-QUANTITY_NEEDS: Mapping[str, tuple[str, ...]] = {
-    "displacement_mean": ("harmonics",),
-    "displacement_amplitude": ("harmonics",),
-    "velocity_": ("harmonics",),
-    "impact_velocity": ("impacts",),
-    **dict.fromkeys(OF_SOFT, ("impacts",)),
-    "floquet": ("stability",),
-    "lyapunov": ("lyapunov",),
-    "energy": ("energy",),
-    "poincare": ("poincare",),
-}
+if TYPE_CHECKING:
+    Shown = str
+else:
+    Shown = Literal[drawn_by("sweep")]
+# Outputs that pictures need; one of them suffices.
 PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
     "quantities": ("harmonics", "impacts", "stability", "lyapunov", "energy"),
     "section": ("poincare",),
@@ -59,7 +30,7 @@ PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
     "energy": ("energy",),
 }
 # Quantities with several points for each row, which only the bifurcation diagram shows, and all that it shows.
-POINTS = ("impact_velocity", "poincare_displacement", "poincare_velocity")
+POINTS = tuple(name for name in drawn_by("sweep") if {"impact", "visit"} & {*STEADY[name].dims})
 IN_DIAGRAM = (*POINTS, "displacement_strobe", "lyapunov_exponent")
 
 
@@ -129,7 +100,7 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
         if not shown_by & {*pictures} and (pictures or shown_by == {"bifurcation"}):
             must = f"must leave out {name} unless pictures have {' or '.join(sorted(shown_by))}"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
-        for start, needed in QUANTITY_NEEDS.items():
-            if name.startswith(start) and not outputs & set(needed):
-                must = f"must leave out {name} unless outputs have {' or '.join(needed)}"
-                yield Problem(("figure", "show"), repr(str(name)), must=must)
+        output = STEADY[name].output
+        if output and output not in outputs:
+            must = f"must leave out {name} unless outputs have {output}"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)

@@ -14,8 +14,9 @@ from vibropipe.figures.motion_words import is_unstable
 from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
+from vibropipe.words.quantities import REGIMES
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import REGIMES
+from vibropipe.words.vocabulary import ENERGIES, STEADY, drawn_by
 
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 DEFAULT_SHOW = (
@@ -24,23 +25,14 @@ DEFAULT_SHOW = (
     "impact_velocity_max",
     "impacts_per_period",
 )
-ENERGY_SHOW = ("energy_input", "energy_damping", "energy_impact", "energy_friction")
+ENERGY_SHOW = tuple(name for name in drawn_by("sweep") if name in ENERGIES)
 MAX_HARMONICS = 3
 LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
 SYMBOL_LETTERS = 3
-# Quantities that may be negative; the axis of any other starts at zero.
-SIGNED = {
-    "displacement_mean",
-    "displacement_strobe",
-    "poincare_displacement",
-    "poincare_velocity",
-    "velocity_mean",
-    "energy_input",
-    "energy_residual",
-    "lyapunov_exponent",
-}
+# Quantities that may be negative; the axis of any other starts at zero. Of complex ones the magnitude is drawn.
+SIGNED = {name for name, entry in STEADY.items() if entry.is_signed and not entry.is_complex}
 # Numbers that are counted.
-COUNTED = {"period_multiple", "impacts_per_period"}
+COUNTED = {name for name, entry in STEADY.items() if entry.goal == "law"}
 # Quantities whose sign matters: a line marks their zero.
 WITH_ZERO_LINE = {"lyapunov_exponent"}
 
@@ -186,8 +178,8 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
 
 def is_shown(dataset: xr.Dataset, name: str) -> bool:
     """Return whether a dataset has a quantity; a loss by friction of 0 in all rows is none, as with soft supports."""
-    is_loss = name == "energy_friction"
-    return name in dataset and not (is_loss and not np.nan_to_num(dataset[name].values).any())
+    needs_effect = name in STEADY and STEADY[name].is_loss and STEADY[name].effect
+    return name in dataset and not (needs_effect and not np.nan_to_num(dataset[name].values).any())
 
 
 def series_words(dataset: xr.Dataset, series: Series) -> str:

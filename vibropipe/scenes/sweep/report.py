@@ -17,19 +17,14 @@ from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
 from vibropipe.scenes.sweep.followed import differing_rows
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
-from vibropipe.scenes.sweep.quantities import is_map, is_shown
+from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import series
 
 MAX_ROWS = 8  # of a table
 DIGITS = 3
 MAX_QUESTION = 110  # letters, a line of the report
-ENERGIES = {
-    "energy_input": "work of the force",
-    "energy_damping": "loss by damping",
-    "energy_impact": "loss at impacts",
-    "energy_friction": "loss by friction",
-}
 
 
 def tables(datasets: Datasets) -> list[Table]:
@@ -182,7 +177,7 @@ def together_table(label: str, dataset: xr.Dataset) -> Table | None:
 
 def energy_table(label: str, dataset: xr.Dataset) -> Table | None:
     """Return the range of each energy over the rows with an orbit and over aperiodic rows; friction if there is any."""
-    names = {name: words for name, words in ENERGIES.items() if is_shown(dataset, name)}
+    names = {name: STEADY[name].short for name in ENERGY_SHOW if is_shown(dataset, name)}
     if "energy_input" not in names:
         return None
     kinds = {

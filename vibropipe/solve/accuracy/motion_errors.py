@@ -24,11 +24,10 @@ from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row
 from vibropipe.physics.start import within_room
 from vibropipe.solve.accuracy.rounding import rounding_errors
-from vibropipe.solve.motion.energy import FRICTION_TERM, TERMS
 from vibropipe.solve.motion.motion_dataset import to_variables
 from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver, run_motion
-from vibropipe.words.contacts import OF_CONTACT
 from vibropipe.words.parameters import PARAMETERS, of_effect
+from vibropipe.words.vocabulary import ENERGIES, EVENTS
 
 COPIES = 3
 SAFETY = 2.0
@@ -37,15 +36,6 @@ PERTURBED = (*PARAMETERS, "x", "v")
 
 Variables = dict[str, Any]
 Errors = dict[str, np.ndarray]
-# Variables of contacts with an error, by dimension; contacts are matched by the first.
-CONTACT_COLUMNS = {
-    "impact": ("impact_tau", "impact_velocity", "impact_velocity_after", *OF_CONTACT),
-    "rest": ("rest_start", "rest_end"),
-    "grazing": ("grazing_tau",),
-    "turn": ("turn_tau",),
-    "stick": ("stick_start", "stick_end"),
-}
-ENERGIES = (*TERMS, FRICTION_TERM)
 
 
 class Scales(NamedTuple):
@@ -199,7 +189,7 @@ def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors
         if name in variables and name in others:
             own = errors.get(name, 0.0)
             differences[name] = distance(variables[name][1], others[name][1]) + own
-    for kind, names in CONTACT_COLUMNS.items():
+    for kind, names in EVENTS.items():  # matched by the first, their times
         support_name = f"{kind}_support"
         time = names[0]
         if time not in variables:

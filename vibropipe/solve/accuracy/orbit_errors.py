@@ -23,7 +23,7 @@ from vibropipe.orbits.sensitivity.errors import (
 from vibropipe.physics.derivatives import H
 from vibropipe.physics.effects import CALL_FOR_PIECES
 from vibropipe.physics.exciter import Parameters
-from vibropipe.words.vocabulary import ERROR_SUFFIX
+from vibropipe.words.vocabulary import ERROR_SUFFIX, row_dims
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 # Factor of the root mean square of four samples, which may happen to be small.
@@ -51,35 +51,32 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
         `<name>_error` over the dimensions of `<name>`, float32.
     """
     e, has_pieces = SAFETY * rows.e_row, np.any(parameters[:, PIECES] != 0.0, axis=1)
-    labelled: Variables = {
-        "displacement_strobe": (("row",), e[:, X]),
-        "velocity_strobe": (("row",), e[:, V]),
-    }
+    errors_of = {"displacement_strobe": e[:, X], "velocity_strobe": e[:, V]}
     if rows.amplitudes.size > 0:
         errors = _harmonics(rows, e, nu, parameters[:, H], has_pieces)
         size = np.abs(rows.amplitudes[:, 1:])
-        labelled["displacement_mean"] = (("row",), errors[:, 0])
-        labelled["displacement_amplitude"] = (("row", "harmonic"), 2.0 * errors[:, 1:])
+        errors_of["displacement_mean"] = errors[:, 0]
+        errors_of["displacement_amplitude"] = 2.0 * errors[:, 1:]
         with np.errstate(divide="ignore", invalid="ignore"):
             turned = np.where(errors[:, 1:] > 0.0, errors[:, 1:] / size, 0.0)
         # A phase of nothing is any.
-        labelled["displacement_phase"] = (("row", "harmonic"), np.minimum(turned, np.pi))
+        errors_of["displacement_phase"] = np.minimum(turned, np.pi)
     if rows.multipliers.size > 0:
         errors = _multipliers(rows, e[:, TRACE])
         # The determinant along pieces is a difference of products that a stick makes equal.
         errors += np.where(has_pieces, e[:, TRACE], 0.0)[:, None]
-        labelled["floquet_multiplier"] = (("row", "multiplier"), errors)
+        errors_of["floquet_multiplier"] = errors
     if rows.impact_count.size > 0:
-        labelled["impact_phase"] = (("impact",), SAFETY * rows.e_impacts[:, 0])
-        labelled["impact_velocity"] = (("impact",), SAFETY * rows.e_impacts[:, 1])
+        errors_of["impact_phase"] = SAFETY * rows.e_impacts[:, 0]
+        errors_of["impact_velocity"] = SAFETY * rows.e_impacts[:, 1]
         speeds = e[:, SPEED_1:TURN]
         is_struck = ~np.isnan(rows.impact_velocity_max)
-        labelled["impact_velocity_max"] = (("row", "support"), np.where(is_struck, speeds, np.nan))
+        errors_of["impact_velocity_max"] = np.where(is_struck, speeds, np.nan)
     # An error beyond float32, of an orbit of enormous multipliers, is infinite.
     with np.errstate(over="ignore"):
         return {
-            name + ERROR_SUFFIX: (dims, values.astype(np.float32))
-            for name, (dims, values) in labelled.items()
+            name + ERROR_SUFFIX: (row_dims(name), values.astype(np.float32))
+            for name, values in errors_of.items()
         }
 
 

@@ -13,13 +13,16 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import support_positions
 from vibropipe.solve.rows.label import Variables
 from vibropipe.words.status import Status
-from vibropipe.words.vocabulary import ERROR_SUFFIX
+from vibropipe.words.vocabulary import ERROR_SUFFIX, STEADY
 
-# Quantities of each kind whose errors count; velocities of harmonics follow from displacements.
-KINDS = {
-    "displacement": ("displacement_strobe", "displacement_mean", "displacement_amplitude"),
-    "velocity": ("velocity_strobe", "impact_velocity_max"),
-    "number": ("floquet_multiplier",),
+# What the errors of a quantity of rows are relative to, by its dimension.
+KINDS = {"length": "displacement", "velocity": "velocity", "": "number"}
+# Quantities whose errors count, those of impacts and phases apart; velocities of harmonics follow from displacements.
+COUNTED = {
+    name: KINDS[entry.dimension]
+    for name, entry in STEADY.items()
+    if entry.has_error and entry.dimension in KINDS and "impact" not in entry.dims
+    if entry.units != "rad"
 }
 
 
@@ -34,17 +37,14 @@ def row_errors(parameters: np.ndarray, variables: Variables) -> np.ndarray:
     """
     scales = row_scales(parameters, variables)
     error = np.zeros(len(parameters))
-    for kind, names in KINDS.items():
+    for name, kind in COUNTED.items():
+        if name + ERROR_SUFFIX not in variables:
+            continue
         scale = np.minimum(1.0, scales.get(kind, np.ones(len(error))))
-        for name in names:
-            if name + ERROR_SUFFIX not in variables:
-                continue
-            values = variables[name + ERROR_SUFFIX][1].astype(float)
-            largest = (
-                np.nan_to_num(values, nan=0.0, posinf=np.inf).reshape(len(error), -1).max(axis=1)
-            )
-            with np.errstate(divide="ignore", invalid="ignore"):
-                error = np.maximum(error, np.where(largest > 0, largest / scale, 0.0))
+        values = variables[name + ERROR_SUFFIX][1].astype(float)
+        largest = np.nan_to_num(values, nan=0.0, posinf=np.inf).reshape(len(error), -1).max(axis=1)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            error = np.maximum(error, np.where(largest > 0, largest / scale, 0.0))
     has_orbit = np.isfinite(variables["displacement_strobe" + ERROR_SUFFIX][1])
     return np.where(has_orbit, error, np.inf)
 

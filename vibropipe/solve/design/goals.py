@@ -12,10 +12,10 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
-from vibropipe.solve.rows.named import NOT_NEGATIVE, STD, Named, named
-from vibropipe.words.contacts import OF_SOFT
+from vibropipe.solve.rows.named import STD, Named, named
 from vibropipe.words.exciter import POSITIVE
 from vibropipe.words.units import MINUS
+from vibropipe.words.vocabulary import OF_SOFT
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9
@@ -184,8 +184,7 @@ def _ends(argument: str, value: Any) -> tuple[float, float]:
 
 
 def _check_sign(argument: str, quantity: Named, high: float) -> None:
-    is_size = quantity.variable in NOT_NEGATIVE and not quantity.derived
-    if (is_size or quantity.derived == STD) and high < 0:
+    if quantity.is_never_negative and high < 0:
         must = f"must be >= 0, since {quantity.name} is never negative"
         raise ParameterError(argument, high, must=must)
 

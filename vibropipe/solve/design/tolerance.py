@@ -17,30 +17,21 @@ from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.gradient import values_and_jacobian
 from vibropipe.solve.rows.label import Variables
-from vibropipe.solve.rows.named import Named, labels, named
+from vibropipe.solve.rows.named import SMOOTH, Named, labels, named
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
-from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.exciter import POSITIVE
 from vibropipe.words.progress import Progress
-from vibropipe.words.vocabulary import describe, quantity
+from vibropipe.words.vocabulary import STEADY, describe, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
 OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 # Quantities whose spread is computed.
-SPREAD = (
-    "displacement_mean",
-    "displacement_amplitude",
-    "displacement_phase",
-    "velocity_amplitude",
-    "velocity_phase",
-    "impact_velocity_max",
-    *OF_SOFT,
-    "energy_input",
-    "energy_damping",
-    "energy_impact",
-    "energy_friction",
+SPREAD = tuple(
+    name
+    for name in SMOOTH
+    if STEADY[name].output in OUTPUTS and not (STEADY[name].is_constant or STEADY[name].is_complex)
 )
 SAMPLES, SAMPLES_LIMITS = 4096, (16, 10**7)
 # Standard deviations that the worst case reaches to.

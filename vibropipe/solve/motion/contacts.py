@@ -7,7 +7,7 @@ import numpy as np
 from vibropipe.march.log import COUNTS, GRAZINGS, IMPACTS, RESTS, Log
 from vibropipe.march.piece_log import AT, CAUSE, SLIP, STICK, TURN, PieceLog
 from vibropipe.physics.exciter import Exciter
-from vibropipe.words.contacts import OF_CONTACT
+from vibropipe.words.vocabulary import OF_CONTACT
 
 # Columns of impacts, rests and grazings by variable, each in order of time.
 Contacts = dict[str, np.ndarray]

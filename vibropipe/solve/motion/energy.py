@@ -19,10 +19,6 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.solve.motion.contacts import Contacts, log_of, tail_speeds
 
-# Variables of a balance, in the order of its terms; the last is the residual.
-TERMS = ("energy_input", "energy_damping", "energy_impact", "energy_change", "energy_residual")
-FRICTION_TERM = "energy_friction"
-
 
 def work_of_flights(
     exciter: Exciter,
@@ -128,7 +124,12 @@ def balance(
     further: dict[str, object] = {}
     if has_friction:
         residual -= work[4]
-        further = {FRICTION_TERM: ((), work[4])}
-    values = (work[0], work[1], work[2:4], stored, residual)
-    named = zip(TERMS, values, strict=True)
-    return {**{name: (("support",) if np.ndim(of) else (), of) for name, of in named}, **further}
+        further = {"energy_friction": ((), work[4])}
+    return {
+        "energy_input": ((), work[0]),
+        "energy_damping": ((), work[1]),
+        "energy_impact": (("support",), work[2:4]),
+        "energy_change": ((), stored),
+        "energy_residual": ((), residual),
+        **further,
+    }

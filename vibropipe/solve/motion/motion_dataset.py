@@ -14,8 +14,7 @@ from vibropipe.physics.start import start_text
 from vibropipe.solve.motion.energy import balance, support_energy
 from vibropipe.solve.motion.run import MotionRequest, MotionResult
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.words.contacts import OF_CONTACT
-from vibropipe.words.vocabulary import describe
+from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -61,8 +60,7 @@ def to_dataset(
 def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) -> dict[str, Any]:
     """Return the result of a motion as (dimensions, values) by name."""
     variables: dict[str, Any] = {
-        name: ("impact" if name in OF_CONTACT else name.split("_")[0], values)
-        for name, values in run.contacts.items()
+        name: (quantity(name).dims, values) for name, values in run.contacts.items()
     }
     variables["displacement_end"] = ((), run.end[0])
     variables["velocity_end"] = ((), run.end[1])

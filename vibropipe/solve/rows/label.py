@@ -10,11 +10,10 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
-from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC
+from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC, columns_of
 from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
-from vibropipe.words.contacts import OF_CONTACT
-from vibropipe.words.vocabulary import PARAMETER
+from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -43,47 +42,47 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     nu = np.where(m == 1, rows.frequency, parameters[:, 0])
     # The section of an unsolved row is its start, not a result.
     section = np.where(solved, rows.section, np.nan)
-    variables: Variables = {
-        "regime": (("row",), rows.regime),
-        "status": (("row",), rows.status),
-        "period_multiple": (("row",), m),
-        "impacts_per_period": (
-            ("row", "support"),
-            np.where(solved, rows.impacts / np.maximum(m, 1)[:, None], np.nan),
-        ),
-        "impacts_per_orbit": (("row", "support"), rows.impacts),
-        "rests_per_orbit": (("row", "support"), rows.rests),
-        "grazings_per_orbit": (("row", "support"), rows.grazings),
-        "base_frequency": (("row",), np.where(m > 0, rows.frequency, nu)),
-        "residual": (("row",), rows.residual),
-        "periods_to_settle": (("row",), rows.settled_after),
-        "displacement_strobe": (("row",), section[:, 0]),
-        "velocity_strobe": (("row",), section[:, 1]),
-        "window_periods": (("row",), rows.window_periods),
-        "chaos": (("row",), rows.chaos),
+    values = {
+        "regime": rows.regime,
+        "status": rows.status,
+        "period_multiple": m,
+        "impacts_per_period": np.where(solved, rows.impacts / np.maximum(m, 1)[:, None], np.nan),
+        "impacts_per_orbit": rows.impacts,
+        "rests_per_orbit": rows.rests,
+        "grazings_per_orbit": rows.grazings,
+        "base_frequency": np.where(m > 0, rows.frequency, nu),
+        "residual": rows.residual,
+        "periods_to_settle": rows.settled_after,
+        "displacement_strobe": section[:, 0],
+        "velocity_strobe": section[:, 1],
+        "window_periods": rows.window_periods,
+        "chaos": rows.chaos,
     }
     if rows.amplitudes.size > 0:
-        variables |= _harmonics(rows.amplitudes, nu)
+        values |= _harmonics(rows.amplitudes, nu)
     if rows.multipliers.size > 0:
         radius = np.abs(rows.multipliers).max(axis=1)
-        variables["floquet_multiplier"] = (("row", "multiplier"), rows.multipliers)
-        variables["stable"] = (("row",), (radius < 1).astype(np.int8))
+        values |= {"floquet_multiplier": rows.multipliers, "stable": (radius < 1).astype(np.int8)}
     if rows.impact_count.size > 0:
-        variables |= _impacts(rows)
+        values |= _impacts(rows)
     if rows.energy.size > 0:
-        variables |= _energy(rows.energy, np.maximum(np.where(m > 0, m, rows.window_periods), 1))
+        values |= _energy(rows.energy, np.maximum(np.where(m > 0, m, rows.window_periods), 1))
     if rows.motion.size > 0:
-        variables["displacement"] = (("row", "phase"), rows.motion[:, 0])
-        variables["velocity"] = (("row", "phase"), rows.motion[:, 1])
+        values |= {"displacement": rows.motion[:, 0], "velocity": rows.motion[:, 1]}
     if rows.subharmonics.size > 0:
-        values = rows.subharmonics[:, 1:]
-        for part, of in (("amplitude", 2 * np.abs(values)), ("phase", np.angle(values))):
-            variables[f"subharmonic_displacement_{part}"] = (("row", "subharmonic"), of)
+        values["subharmonic_displacement_amplitude"] = 2 * np.abs(rows.subharmonics[:, 1:])
+        values["subharmonic_displacement_phase"] = np.angle(rows.subharmonics[:, 1:])
     if rows.poincare.size > 0:
-        variables["poincare_displacement"] = (("row", "visit"), rows.poincare[:, 0])
-        variables["poincare_velocity"] = (("row", "visit"), rows.poincare[:, 1])
+        values["poincare_displacement"] = rows.poincare[:, 0]
+        values["poincare_velocity"] = rows.poincare[:, 1]
     if rows.exponent.size > 0:
-        variables["lyapunov_exponent"] = (("row",), rows.exponent[:, 0])
+        values["lyapunov_exponent"] = rows.exponent[:, 0]
+    outputs = {STEADY[name].output for name in values}
+    for name, entry in STEADY.items():
+        if entry.function is not None and entry.output in outputs:
+            values[name] = entry.function(values, columns_of(parameters))
+    variables: Variables = {name: (row_dims(name), array) for name, array in values.items()}
+    if rows.exponent.size > 0:
         variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
     if rows.e_row.size > 0:
         variables |= label_errors(rows, nu, parameters)
@@ -92,68 +91,68 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
     return variables
 
 
-def _harmonics(amplitudes: np.ndarray, nu: np.ndarray) -> Variables:
+def _harmonics(amplitudes: np.ndarray, nu: np.ndarray) -> dict[str, np.ndarray]:
     """Return amplitudes and phases of x = mean + sum A_k cos(k nu tau + phase_k) from X_k.
 
     Those of x' come from i k nu X_k, since x is continuous through impacts.
     """
     multiples = np.arange(amplitudes.shape[1])
     rates = 1j * multiples[None, :] * nu[:, None] * amplitudes
-    variables: Variables = {}
-    for name, values in (("displacement", amplitudes), ("velocity", rates)):
-        variables[f"{name}_mean"] = (("row",), values[:, 0].real)
-        variables[f"{name}_amplitude"] = (("row", "harmonic"), 2 * np.abs(values[:, 1:]))
-        variables[f"{name}_phase"] = (("row", "harmonic"), np.angle(values[:, 1:]))
-    return variables
+    values = {}
+    for name, of in (("displacement", amplitudes), ("velocity", rates)):
+        values[f"{name}_mean"] = of[:, 0].real
+        values[f"{name}_amplitude"] = 2 * np.abs(of[:, 1:])
+        values[f"{name}_phase"] = np.angle(of[:, 1:])
+    return values
 
 
-def _impacts(rows: RowResults) -> Variables:
-    """Return the variables of impacts: positions are split into the forcing period and the phase in it."""
+def _impacts(rows: RowResults) -> dict[str, np.ndarray]:
+    """Return the quantities of impacts: positions are split into the forcing period and the phase in it."""
     position = rows.impact_position
     whole = np.floor(position)
-    variables: Variables = {
-        "row_size": (("row",), rows.impact_count),
-        "impact_phase": (("impact",), position - whole),
-        "impact_period": (("impact",), whole.astype(np.int32)),
-        "impact_support": (("impact",), rows.impact_support),
-        "impact_velocity": (("impact",), rows.impact_velocity),
-        "impact_velocity_max": (("row", "support"), rows.impact_velocity_max),
+    values = {
+        "row_size": rows.impact_count,
+        "impact_phase": position - whole,
+        "impact_period": whole.astype(np.int32),
+        "impact_support": rows.impact_support,
+        "impact_velocity": rows.impact_velocity,
+        "impact_velocity_max": rows.impact_velocity_max,
     }
-    return variables | _contacts(rows) if rows.contacts.shape[1] > 0 else variables
+    return values | _contacts(rows) if rows.contacts.shape[1] > 0 else values
 
 
-def _contacts(rows: RowResults) -> Variables:
-    """Return the variables of contacts with soft supports, and the largest of each row and support.
+def _contacts(rows: RowResults) -> dict[str, np.ndarray]:
+    """Return the quantities of contacts with soft supports, and the largest of each row and support.
 
     One is NaN where the support is rigid or not struck, and where a contact of the row is not known.
     """
-    variables: Variables = {"impact_velocity_after": (("impact",), rows.contacts[:, 0])}
+    values = {"impact_velocity_after": rows.contacts[:, 0]}
     largest = np.full((rows.impact_count.size, 2, len(OF_CONTACT)), -np.inf)
     owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
     with np.errstate(invalid="ignore"):
         np.maximum.at(largest, (owner, rows.impact_support - 1), rows.contacts[:, 1:])
     largest[np.isneginf(largest)] = np.nan
     for column, (name, name_of_largest) in enumerate(OF_CONTACT.items()):
-        variables[name] = (("impact",), rows.contacts[:, 1 + column])
-        variables[name_of_largest] = (("row", "support"), largest[:, :, column])
-    return variables
+        values[name] = rows.contacts[:, 1 + column]
+        values[name_of_largest] = largest[:, :, column]
+    return values
 
 
-def _energy(sums: np.ndarray, periods: np.ndarray) -> Variables:
+def _energy(sums: np.ndarray, periods: np.ndarray) -> dict[str, np.ndarray]:
     """Return the energies per forcing period, from their sums (`RowResults`) over the periods (rows,)."""
     energy = sums / periods[:, None]
     losses = energy[:, 1] + energy[:, 2] + energy[:, 3]
-    further: Variables = {}
+    further = {}
     if energy.shape[1] > 5:
         losses = losses + energy[:, 4]
-        further["energy_friction"] = (("row",), energy[:, 4])
+        further["energy_friction"] = energy[:, 4]
     return {
-        "energy_input": (("row",), energy[:, 0]),
-        "energy_damping": (("row",), energy[:, 1]),
-        "energy_impact": (("row", "support"), energy[:, 2:4]),
+        "energy_input": energy[:, 0],
+        "energy_damping": energy[:, 1],
+        "energy_impact": energy[:, 2:4],
         **further,
-        "energy_change": (("row",), energy[:, -1]),
-        "energy_residual": (("row",), energy[:, 0] - losses - energy[:, -1]),
+        "energy_change": energy[:, -1],
+        "energy_residual": energy[:, 0] - losses - energy[:, -1],
     }
 
 

@@ -4,52 +4,23 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Iterable
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
-from vibropipe.words.contacts import OF_SOFT
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, quantity
+from vibropipe.words.quantities import Quantity
+from vibropipe.words.vocabulary import OF_SOFT, SENSITIVITY_SUFFIX, STEADY, quantity
 
 if TYPE_CHECKING:
     from vibropipe.solve.rows.label import Variables
 
-# Quantities that depend smoothly on the parameters -> the output that has them, "" for every row.
-SMOOTH: Mapping[str, str] = {
-    "displacement_strobe": "",
-    "velocity_strobe": "",
-    "displacement_mean": "harmonics",
-    "velocity_mean": "harmonics",
-    "displacement_amplitude": "harmonics",
-    "displacement_phase": "harmonics",
-    "velocity_amplitude": "harmonics",
-    "velocity_phase": "harmonics",
-    "subharmonic_displacement_amplitude": "subharmonics",
-    "impact_velocity_max": "impacts",
-    **dict.fromkeys(OF_SOFT, "impacts"),
-    "floquet_multiplier": "stability",
-    "lyapunov_exponent": "lyapunov",
-    "energy_input": "energy",
-    "energy_damping": "energy",
-    "energy_impact": "energy",
-    "energy_friction": "energy",
-}
-# Whole numbers and fractions that belong to the law of motion.
-OF_LAW = ("period_multiple", "impacts_per_period", "impacts_per_orbit", "rests_per_orbit")
-# Quantities that are never negative.
-NOT_NEGATIVE = (
-    *OF_LAW,
-    "displacement_amplitude",
-    "velocity_amplitude",
-    "subharmonic_displacement_amplitude",
-    "impact_velocity_max",
-    *OF_SOFT,
-)
-PERIODIC = ("displacement_phase", "velocity_phase")
+# Quantities that a design may take, those that depend smoothly on the parameters first, and those of the law of motion.
+SMOOTH = tuple(name for name, entry in STEADY.items() if entry.goal == "smooth")
+OF_LAW = tuple(name for name, entry in STEADY.items() if entry.goal == "law")
 # What is derived from a quantity: its standard deviation, or its derivative by a parameter.
 STD, SENSITIVITY = "std", "sensitivity"
 # The largest index of each dimension.
@@ -90,6 +61,18 @@ class Named(NamedTuple):
         return self.variable in Parameters._fields
 
     @property
+    def entry(self) -> Quantity:
+        """The record of the quantity."""
+        return quantity(self.variable)
+
+    @property
+    def is_never_negative(self) -> bool:
+        """Whether it, or its standard deviation, is never negative."""
+        return self.derived == STD or not (
+            self.is_parameter or self.derived or self.entry.is_signed
+        )
+
+    @property
     def is_of_law(self) -> bool:
         """Whether it belongs to the law of motion, so that it has no derivative."""
         return self.variable in OF_LAW
@@ -108,7 +91,7 @@ class Named(NamedTuple):
             return parameters[:, Parameters._fields.index(self.variable)]
         if self.variable not in variables and self.variable in OF_SOFT:
             return np.full(len(parameters), np.nan)  # all supports are rigid
-        if self.variable not in variables and self.variable == "energy_friction":
+        if self.variable not in variables and self.entry.is_loss:
             return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
@@ -125,13 +108,13 @@ class Named(NamedTuple):
     def difference(self, one: Any, two: Any) -> Any:
         """Return one - two, of phases between -pi and pi."""
         difference = np.asarray(one) - np.asarray(two)
-        if self.variable in PERIODIC and not self.derived:
+        if self.entry.units == "rad" and not (self.is_parameter or self.derived):
             return np.remainder(difference + np.pi, 2 * np.pi) - np.pi
         return difference
 
     def scale(self, half: float) -> float:
         """Return the size to which its errors are relative if it is zero; half is l."""
-        return float(half ** LENGTHS.get(quantity(self.variable).dimension, 0))
+        return float(half ** LENGTHS.get(self.entry.dimension, 0))
 
 
 def named(name: Any, argument: str) -> Named:
@@ -150,11 +133,11 @@ def named(name: Any, argument: str) -> Named:
         derived, parameter = "", ""
         if match := re.fullmatch(r"_(std|sensitivity)(_\d+)?(?:_([A-Za-z]\w*))?", tail):
             derived, tail, parameter = match[1], match[2] or "", match[3] or ""
-            has_derivative = variable not in OF_SOFT  # designs take differences
+            has_derivative = STEADY[variable].has_derivative or STEADY[variable].goal == "law"
             if (derived == SENSITIVITY) != (parameter in Parameters._fields) or not has_derivative:
                 break
         index = _index(name, variable, tail, argument)
-        if (variable == "floquet_multiplier") != bool(part):
+        if STEADY[variable].is_complex != bool(part):
             break
         return Named(name, variable, index, part, derived, parameter)
     raise _unknown(name, argument)
@@ -192,7 +175,7 @@ def _unknown(name: str, argument: str) -> ParameterError:
 def labels(variable: str, harmonics: int = 3) -> list[str]:
     """Return the names with index of all parts of a quantity."""
     dims = quantity(variable).dims
-    parts = ("_re", "_im") if variable == "floquet_multiplier" else ("",)
+    parts = ("_re", "_im") if STEADY[variable].is_complex else ("",)
     sizes = {**SIZES, "harmonic": harmonics, "subharmonic": harmonics}
     ends = [f"_{n}" for n in range(1, sizes[dims[0]] + 1)] if dims else [""]
     return [variable + end + part for end in ends for part in parts]
@@ -200,7 +183,8 @@ def labels(variable: str, harmonics: int = 3) -> list[str]:
 
 def outputs_of(names: Iterable[Named]) -> tuple[str, ...]:
     """Return the outputs that have some quantities, and stability."""
-    wanted = {SMOOTH.get(name.variable, "") for name in names} | {"stability"}
+    wanted = {STEADY[name.variable].output for name in names if name.variable in STEADY}
+    wanted.add("stability")
     return tuple(name for name in OUTPUTS if name in wanted)
 
 

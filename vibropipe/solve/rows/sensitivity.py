@@ -11,7 +11,7 @@ from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
-from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX
+from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, row_dims
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
@@ -46,35 +46,35 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         `<name>_sensitivity` over the dimensions of `<name>` and `parameter`.
     """
     nu = parameters[:, Parameters._fields.index("nu")]
-    labelled: Variables = {
-        "displacement_strobe": (("row",), rows.d_section[:, 0]),
-        "velocity_strobe": (("row",), rows.d_section[:, 1]),
+    values = {
+        "displacement_strobe": rows.d_section[:, 0],
+        "velocity_strobe": rows.d_section[:, 1],
     }
     if rows.d_amplitudes.size > 0:
-        labelled |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
+        values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
     if rows.d_multipliers.size > 0:
-        labelled["floquet_multiplier"] = (("row", "multiplier"), rows.d_multipliers)
+        values["floquet_multiplier"] = rows.d_multipliers
     if rows.impact_count.size > 0:
-        labelled["impact_phase"] = (("impact",), rows.d_impacts[:, 0])
-        labelled["impact_velocity"] = (("impact",), rows.d_impacts[:, 1])
-        labelled["impact_velocity_max"] = (("row", "support"), rows.d_velocity_max)
+        values["impact_phase"] = rows.d_impacts[:, 0]
+        values["impact_velocity"] = rows.d_impacts[:, 1]
+        values["impact_velocity_max"] = rows.d_velocity_max
     if rows.d_energy.size > 0:
         # Per forcing period, as the energies.
         energy = rows.d_energy / np.maximum(rows.period_multiple, 1)[:, None, None]
-        labelled["energy_input"] = (("row",), energy[:, 0])
-        labelled["energy_damping"] = (("row",), energy[:, 1])
-        labelled["energy_impact"] = (("row", "support"), energy[:, 2:4])
+        values["energy_input"] = energy[:, 0]
+        values["energy_damping"] = energy[:, 1]
+        values["energy_impact"] = energy[:, 2:4]
         if energy.shape[1] > 4:
-            labelled["energy_friction"] = (("row",), energy[:, 4])
+            values["energy_friction"] = energy[:, 4]
     if rows.d_subharmonics.size > 0:
         amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
-        labelled["subharmonic_displacement_amplitude"] = (("row", "subharmonic"), amplitude)
-        labelled["subharmonic_displacement_phase"] = (("row", "subharmonic"), phase)
+        values["subharmonic_displacement_amplitude"] = amplitude
+        values["subharmonic_displacement_phase"] = phase
     if rows.d_exponent.size > 0:
-        labelled["lyapunov_exponent"] = (("row",), rows.d_exponent)
-    derivatives = {
-        name + SENSITIVITY_SUFFIX: ((*dims, PARAMETER), values)
-        for name, (dims, values) in labelled.items()
+        values["lyapunov_exponent"] = rows.d_exponent
+    derivatives: Variables = {
+        name + SENSITIVITY_SUFFIX: ((*row_dims(name), PARAMETER), array)
+        for name, array in values.items()
     }
     return _with_dampings(derivatives, parameters, rows.impact_count)
 
@@ -109,21 +109,22 @@ def _with_dampings(
     return derivatives
 
 
-def _harmonics(amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray) -> Variables:
+def _harmonics(
+    amplitudes: np.ndarray, derivatives: np.ndarray, nu: np.ndarray
+) -> dict[str, np.ndarray]:
     """Return the derivatives of means, amplitudes and phases of displacement and velocity."""
     mean = derivatives[:, 0].real
     amplitude, phase = _polar(amplitudes[:, 1:], derivatives[:, 1:])
     multiples = np.arange(1, amplitudes.shape[1])[None, :, None]
     rate = (multiples * nu[:, None, None]) * amplitude
     rate[:, :, NU] += multiples[:, :, 0] * 2 * np.abs(amplitudes[:, 1:])
-    dims = ("row", "harmonic")
     return {
-        "displacement_mean": (("row",), mean),
-        "displacement_amplitude": (dims, amplitude),
-        "displacement_phase": (dims, phase),
-        "velocity_mean": (("row",), 0.0 * mean),
-        "velocity_amplitude": (dims, rate),
-        "velocity_phase": (dims, phase),
+        "displacement_mean": mean,
+        "displacement_amplitude": amplitude,
+        "displacement_phase": phase,
+        "velocity_mean": 0.0 * mean,
+        "velocity_amplitude": rate,
+        "velocity_phase": phase,
     }
 
 

@@ -1,0 +1,211 @@
+"""Every quantity that a dataset can hold, once, as a record (`quantities.toml`) that all other modules read.
+
+Stored numbers depend on `facts` of these records alone; their texts may change without a new result.
+"""
+
+from __future__ import annotations
+
+import tomllib
+from collections.abc import Callable, Mapping
+from dataclasses import dataclass, field, replace
+from enum import IntEnum
+from pathlib import Path
+from typing import Any
+
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd
+from vibropipe.words.boundaries import Meeting
+from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
+from vibropipe.words.exciter import PARAMETERS
+from vibropipe.words.measurements import Outcome, Passed
+from vibropipe.words.regimes import Chaos, Regime
+from vibropipe.words.status import Status
+from vibropipe.words.units import DIMENSIONS
+
+
+def _members(kind: type[IntEnum]) -> dict[str, int]:
+    return {member.name.lower(): int(member) for member in kind}
+
+
+REGIMES: Mapping[str, int] = _members(Regime)
+FLAGS: Mapping[str, Mapping[str, int]] = {
+    "regime": REGIMES,
+    "status": _members(Status),
+    "outcome": _members(Outcome),
+    "support": {"support_1": 1, "support_2": 2},
+    "chaos": _members(Chaos),
+    "stable": {"unstable": 0, "stable": 1},
+    "admissible": {"inadmissible": 0, "admissible": 1},
+    "passed": _members(Passed),
+    "bifurcation_kind": _members(Bifurcation),
+    "end_reason": _members(BranchEnd),
+    "border": {"inside": 0, "at_border": 1},
+    "attractor_change": {"vanishes": 0, "appears": 1},
+    "boundary_kind": {
+        name: code for name, code in _members(Bifurcation).items() if code < Bifurcation.END
+    },
+    "meeting_kind": _members(Meeting),
+    "meeting_ends": {"goes_on": 0, "ends": 1},
+    "design_result": _members(DesignResult),
+    "tolerance_result": _members(ToleranceResult),
+    "fit_result": _members(FitResult),
+    "parameter_result": _members(FoundResult),
+}
+"""Names of integer values."""
+
+
+@dataclass(frozen=True)
+class Quantity:
+    """A quantity of a dataset.
+
+    Attributes
+    ----------
+    long_name, symbol, plain : str
+        As in datasets and on axes; as matplotlib mathtext, and as plain text where sentences need it.
+    dims : tuple of str
+        Its dimensions in the smallest dataset that holds it. Swept dimensions (or `row` in a shard) come before them,
+        and a motion over one orbit runs over `phase` in place of `tau`.
+    units : str
+        Lengths are in the unit chosen for l, times in 1/p with p = sqrt(C/m), eqs. (2)-(4).
+    flags : mapping of str to int, optional
+        The names of its integer values.
+    sample_dimension : str, optional
+        Of a count per row, the dimension of what it counts (CF).
+    dimension : str
+        Its physical dimension (`words.units.DIMENSIONS`), as that of its error; "" of a pure number.
+    si : mapping of str to str
+        Its name in a dataset in SI, if another one, and its words there.
+    comment : str
+        An attribute in datasets.
+    axis : str
+        Of a coordinate: "parts" of a quantity, which are columns of a table, or "events", listed one after the other.
+    output : str, optional
+        Of a steady state, the output that has it, "" of every row; else None.
+    effect : str
+        Of a steady state, the effect without which none has it.
+    bytes : int
+        Of a number on disk.
+    is_signed, is_complex, is_constant, is_loss : bool
+        Whether it may be negative, is complex, is the same in all steady states, or is energy that is lost.
+    has_error, has_derivative : bool
+        Whether steady states have an estimate of its error, and its derivatives by the parameters.
+    largest_of : str
+        The quantity of impacts of which it is the largest at a support.
+    goal : str
+        Whether a design may take it: "smooth" in the parameters, or a whole number or fraction of the "law" of motion.
+    short : str
+        Two to four words, where the long name would be too long.
+    drawn : tuple of str
+        The kinds of scenes whose pictures show it if a study asks for it.
+    function : callable, optional
+        Of a quantity that others give: takes the quantities of the rows and their parameters, both by name, and returns
+        its values (rows, *dims).
+    """
+
+    long_name: str
+    symbol: str
+    dims: tuple[str, ...] = ()
+    units: str = "1"
+    plain: str = ""
+    flags: Mapping[str, int] | None = None
+    sample_dimension: str | None = None
+    dimension: str = ""
+    si: Mapping[str, str] = field(default_factory=dict)
+    comment: str = ""
+    axis: str = ""
+    output: str | None = None
+    effect: str = ""
+    bytes: int = 8
+    is_signed: bool = False
+    is_complex: bool = False
+    is_constant: bool = False
+    is_loss: bool = False
+    has_error: bool = False
+    has_derivative: bool = False
+    largest_of: str = ""
+    goal: str = ""
+    short: str = ""
+    drawn: tuple[str, ...] = ()
+    function: Callable[[Mapping[str, Any], Mapping[str, Any]], Any] | None = None
+
+    def in_si(self) -> Quantity:
+        """Return the record in a dataset in SI."""
+        symbol = self.symbol.replace(r"\nu\tau", r"\omega t").replace(r"\tau", "t")
+        dims = tuple(QUANTITIES[dim].si.get("name", dim) for dim in self.dims)
+        units = DIMENSIONS[self.dimension].units if self.dimension else self.units
+        words: dict[str, Any] = {key: text for key, text in self.si.items() if key != "name"}
+        return replace(self, **{"symbol": symbol, "dims": dims, "units": units, **words})
+
+    def of_the_orbit(self) -> Quantity:
+        """Return the record of the same of the steady state of a motion."""
+        where = "of the steady state" if self.output == "energy" else "in the orbit"
+        dims = tuple("orbit_impact" if dim == "impact" else dim for dim in self.dims)
+        long_name = f"{self.long_name} {where}"
+        return replace(self, long_name=long_name, dims=dims, output=None, goal="", drawn=())
+
+
+def _of_each_parameter(name: str, words: dict[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return the entries of the table for one whose name stands for a quantity of each parameter."""
+    if "{}" not in name:
+        return {name: words}
+    entries = {}
+    for each in PARAMETERS:
+        # beside another noun the name of a parameter has no remark, "0 if rigid"
+        noun = each.long_name if name == "{}" else each.long_name.partition(",")[0]
+        entry = {
+            **words,
+            **{"symbol": each.symbol, "plain": each.plain, "units": each.units},
+            "long_name": words["long_name"].format(noun),
+            "dimension": each.dimension if each.units == "1" else "",
+        }
+        if each.physical is not None and each.physical.name != each.name:
+            si = {key: getattr(each.physical, key) for key in ("symbol", "plain", "long_name")}
+            si = {key: text for key, text in si.items() if text}
+            if "long_name" in si:
+                si["long_name"] = words["long_name"].format(si["long_name"])
+            entry["si"] = {"name": name.format(each.physical.name), **si}
+        entries[name.format(each.name)] = entry
+    return entries
+
+
+def _table() -> dict[str, Quantity]:
+    """Return the quantities of `quantities.toml`, and those that a motion has of its steady state."""
+    text = Path(__file__).with_name("quantities.toml").read_text(encoding="utf-8")
+    table = {
+        each: Quantity(
+            dims=tuple(entry.pop("dims", "").split()),
+            drawn=tuple(entry.pop("drawn", "").split()),
+            flags=FLAGS.get(entry.pop("flags", "")),
+            **entry,
+        )
+        for subject in tomllib.loads(text).values()
+        for name, words in subject.items()
+        for each, entry in _of_each_parameter(name, dict(words)).items()
+    }
+    of_orbit = {
+        f"orbit_{name}": entry.of_the_orbit()
+        for name, entry in table.items()
+        if entry.output == "energy" or (entry.output == "impacts" and entry.dims == ("impact",))
+    }
+    return {**table, **{name: entry for name, entry in of_orbit.items() if name not in table}}
+
+
+QUANTITIES: dict[str, Quantity] = _table()
+"""The order of quantities in files."""
+
+
+def facts() -> str:
+    """Return what stored numbers depend on in the records."""
+    return repr(
+        [
+            (
+                name,
+                entry.dims,
+                entry.output,
+                entry.largest_of,
+                entry.has_error,
+                entry.has_derivative,
+            )
+            for name, entry in QUANTITIES.items()
+            if entry.output is not None
+        ]
+    )

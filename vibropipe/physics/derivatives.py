@@ -18,14 +18,16 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.turns import sincos_turns
 from vibropipe.words.exciter import EFFECTS
-from vibropipe.words.parameters import PARAMETERS, of_effect
+from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, of_effect
 
 _FURTHER = [each.name for each in EFFECTS if not each.is_common and each.is_marched]
 OF_SECOND = of_effect("second_harmonic")
 """Those of the second harmonic."""
 OF_PIECES = of_effect(*(each.name for each in EFFECTS if each.refusal))
 """Those of soft supports and friction."""
-DIFFERENTIATED = tuple(name for name in PARAMETERS if name not in of_effect(*_FURTHER))
+DIFFERENTIATED = tuple(
+    name for name in PARAMETERS if name not in {*of_effect(*_FURTHER), *THROUGH_OTHERS}
+)
 """The parameters by which all motions are differentiated, in the order of derivatives."""
 ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES)
 N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED)

@@ -17,7 +17,7 @@ from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.exciter import EFFECTS, Effect
-from vibropipe.words.parameters import of_effect
+from vibropipe.words.parameters import acting, of_effect
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import NamedFields
@@ -98,6 +98,7 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
     ParameterError
         If the parameters have an effect that is not computed.
     """
+    values = acting(values)
     for name, effect in NOT_COMPUTED.items():
         if not pieces and occurs(values.get(name, 0.0)):
             largest = float(np.abs(values[name]).max())
@@ -191,7 +192,7 @@ def effects_of(
         If the parameters have an effect that is not computed.
     """
     further = all_effects(values, pieces=True)
-    p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in values.items()}
+    p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in acting(values).items()}
     # A constant load moves the equilibrium, from which x and the supports count.
     load = p.pop("load", np.zeros(1))
     offset = {"low": p["delta"].min() - load.max(), "high": p["delta"].max() - load.min()}

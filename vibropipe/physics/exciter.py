@@ -30,7 +30,10 @@ from vibropipe.words.parameters import (
     MIRRORED,
     PARAMETERS,
     PHYSICAL,
+    THROUGH_OTHERS,
     WITHOUT_UNITS,
+    Acted,
+    acting,
     without_absent,
 )
 
@@ -71,6 +74,11 @@ class Parameters(_Row):
 
 class _Unstated(float):
     """A parameter that was left out: copies of its exciter with other parameters leave it out, too."""
+
+
+def _own(value: float) -> float:
+    """Return the value of a parameter as it is stated."""
+    return value.stated if isinstance(value, Acted) else float(value)
 
 
 def _is_unstated(value: float) -> bool:
@@ -192,12 +200,16 @@ class Exciter(_OfRecords, _Written):
             ...
 
     def __post_init__(self) -> None:
-        given = {name: getattr(self, name) for name in FOLLOWING}
-        left_out = [name for name, value in given.items() if value is None or _is_unstated(value)]
+        following = {name: getattr(self, name) for name in FOLLOWING}
+        left_out = [
+            name for name, value in following.items() if value is None or _is_unstated(value)
+        ]
         for name in left_out:
             object.__setattr__(self, name, DEFAULTS[name])
         for name, entry in PARAMETERS.items():
-            object.__setattr__(self, name, number_within(name, getattr(self, name), entry.range))
+            given = getattr(self, name)
+            own = given.stated if isinstance(given, Acted) else given
+            object.__setattr__(self, name, number_within(name, own, entry.range))
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
             allowed = (
                 "at least 1e-15 |delta| so that the supports are distinct floating-point numbers"
@@ -213,6 +225,10 @@ class Exciter(_OfRecords, _Written):
             object.__setattr__(self, "nu", _Unstated(self.nu))
         for R, k, h in SUPPORTS:
             self._set_damping(R, k, h, h in left_out)
+        for name, value in acting(vars(self)).items() if THROUGH_OTHERS else ():
+            own = getattr(self, name)
+            if value != own and name not in THROUGH_OTHERS:
+                object.__setattr__(self, name, Acted(value, own))
 
     def _set_damping(self, R: str, k: str, h: str, is_left_out: bool) -> None:
         """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""
@@ -282,7 +298,7 @@ class Exciter(_OfRecords, _Written):
         check_together(given, si, {"R1": R1, "R2": R2})
         exciter = cls(R1=R1, R2=R2, **numbers, **non_dimensional(si))
         object.__setattr__(exciter, "_written", given)
-        odd = unit_warning(exciter._numbers()._asdict())
+        odd = unit_warning(exciter.numbers()._asdict())
         if odd:
             is_number = not (isinstance(l, str) or hasattr(l, "units"))
             metres = "; numbers are in metres: write l='8 mm' for millimetres" if is_number else ""
@@ -326,14 +342,16 @@ class Exciter(_OfRecords, _Written):
     def parameters(self) -> Parameters:
         """Return the parameters as kernels read them; ParameterError for a force without a frequency."""
         self.check_frequency()
-        return self._numbers()
+        numbers = {name: float(value) for name, value in vars(self).items()}
+        return Parameters(**{**numbers, **dict.fromkeys(THROUGH_OTHERS, 0.0)})
 
-    def _numbers(self) -> Parameters:
-        return Parameters(**{name: float(value) for name, value in vars(self).items()})
+    def numbers(self) -> Parameters:
+        """Return the parameters as they are stated."""
+        return Parameters(**{name: _own(value) for name, value in vars(self).items()})
 
     def stated(self) -> dict[str, float]:
         """Return the parameters that datasets hold: those of further effects only where the effect is present."""
-        return without_absent(self._numbers()._asdict())
+        return without_absent(self.numbers()._asdict())
 
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
         """Return a start as floats, on a support that it is within rounding of (`start_at`).

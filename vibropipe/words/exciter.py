@@ -6,6 +6,7 @@ Stored numbers depend on `facts` of these records alone; their texts may change 
 from __future__ import annotations
 
 import math
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -122,6 +123,9 @@ class Parameter:
         Whether an exciter knows that it was left out: it then only counts periods, or follows from others.
     units : str
         Of its values without units of length: "rad" of an angle.
+    acts : callable, optional
+        How it acts, if through others and on no code of kernels: takes the values of all parameters by name, numbers or
+        arrays, and returns those of the others that it changes.
     name : str
         As in Python, studies and files, the name that the record is assigned to.
     """
@@ -140,6 +144,7 @@ class Parameter:
     twin: str = ""
     follows: bool = False
     units: str = "1"
+    acts: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None
     name: str = ""
 
     def __set_name__(self, owner: type, name: str) -> None:

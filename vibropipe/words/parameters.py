@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Literal, NamedTuple
+from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
 from vibropipe.words.exciter import (
     EFFECTS,
@@ -30,9 +30,19 @@ else:
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }
+THROUGH_OTHERS = {name: entry.acts for name, entry in PARAMETERS.items() if entry.acts is not None}
+"""Parameters that act through others."""
+
+FOLLOWED = tuple(name for name in PARAMETERS if name not in THROUGH_OTHERS)
+"""Parameters along which orbits and bifurcations can be followed."""
+
 _FURTHER_EFFECTS = {each.name for each in EFFECTS if not each.is_common}
-FURTHER = tuple(name for name, entry in PARAMETERS.items() if entry.effect in _FURTHER_EFFECTS)
-"""Parameters of effects beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from 0."""
+FURTHER = tuple(
+    name
+    for name, entry in PARAMETERS.items()
+    if entry.effect in _FURTHER_EFFECTS or name in THROUGH_OTHERS
+)
+"""Parameters beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from 0."""
 
 FOLLOWING = tuple(name for name, entry in PARAMETERS.items() if entry.follows)
 """Parameters that an exciter knows to be left out."""
@@ -57,6 +67,29 @@ FORCES = tuple(
     n for n in of_effect("forcing", "second_harmonic") if PARAMETERS[n].dimension == "force"
 )
 """Amplitudes of the harmonics of the force."""
+
+
+class Acted(float):
+    """The value of a parameter that another one acts on; `stated` is its own."""
+
+    stated: float
+
+    def __new__(cls, value: float, stated: float = 0.0) -> Acted:  # noqa: D102
+        self = super().__new__(cls, value)
+        self.stated = stated
+        return self
+
+
+def acting(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters by name, numbers or arrays, as kernels see them: what acts through others is absent then."""
+    seen = dict(values)
+    if any(isinstance(value, Acted) for value in seen.values()):
+        return seen
+    for name, acts in THROUGH_OTHERS.items():
+        if name in seen:
+            seen |= acts(seen)
+            seen[name] = 0.0 * seen[name]
+    return seen
 
 
 def without_absent(values: Mapping[str, float]) -> dict[str, float]:

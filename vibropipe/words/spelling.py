@@ -12,7 +12,7 @@ from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
 _SPELLED = (*PARAMETERS, "tau", "omega")
-GREEK = {name: PLAIN_SYMBOLS[name] for name in _SPELLED if PLAIN_SYMBOLS[name] != name}
+GREEK = {name: PLAIN_SYMBOLS[name] for name in _SPELLED if not PLAIN_SYMBOLS[name].isascii()}
 _TO_LATIN = str.maketrans(
     {"₁": "1", "₂": "2", "φ": "phi"} | {s: name for name, s in GREEK.items() if len(s) == 1}
 )

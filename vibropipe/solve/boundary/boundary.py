@@ -19,7 +19,7 @@ from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, pa
 from vibropipe.solve.branch.branch import KEEP_SYMMETRY, is_symmetric
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.sweep.sweep import solve_shard
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
@@ -153,8 +153,8 @@ def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:
 def _check_along(along: tuple[str, str]) -> tuple[str, str]:
     """Return the names of both parameters, or raise a ParameterError."""
     names = () if isinstance(along, str) else tuple(along)
-    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= set(PARAMETERS):
-        raise ParameterError("along", along, f"two of {', '.join(PARAMETERS)}")
+    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= set(FOLLOWED):
+        raise ParameterError("along", along, f"two of {', '.join(FOLLOWED)}")
     return names[0], names[1]
 
 

@@ -23,7 +23,7 @@ from vibropipe.solve.checks import check_outputs, check_soft, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG, TWINS
+from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG, TWINS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -195,8 +195,8 @@ def _problem(
     exciter: Exciter, along: str, to: Any, at: Sequence[float], max_step: float
 ) -> tuple[Problem, tuple[float, ...]]:
     """Return what is followed and in which directions; ParameterError for values that are not allowed."""
-    if along not in PARAMETERS:
-        raise ParameterError("along", along, f"one of {', '.join(PARAMETERS)}")
+    if along not in FOLLOWED:
+        raise ParameterError("along", along, f"one of {', '.join(FOLLOWED)}")
     own = getattr(exciter, along)
     ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
     if len(ends) == 1:

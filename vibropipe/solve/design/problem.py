@@ -90,7 +90,7 @@ class Problem:
 
     def parameters(self, shares: np.ndarray) -> np.ndarray:
         """Return the parameters (n, p) of points (n, k) in shares of the ranges."""
-        rows = np.tile(np.array(self.exciter.parameters()), (len(shares), 1))
+        rows = np.tile(np.array(self.exciter.numbers()), (len(shares), 1))
         rows[:, self.columns] = self.low + shares * self.width
         return rows
 

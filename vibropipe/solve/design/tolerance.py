@@ -109,7 +109,7 @@ def tolerance(
     check_whole("harmonics", harmonics, HARMONICS)
     reach = number_within("worst", worst, POSITIVE)
     exciter.check_start(x0, v0)
-    base = np.array(exciter.parameters())
+    base = np.array(exciter.numbers())
 
     def from_start(rows: np.ndarray) -> Points:
         return solve_points(clipped(rows), (x0, v0), OUTPUTS, harmonics, progress)

@@ -7,7 +7,7 @@ import numpy as np
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import support_positions
 from vibropipe.solve.rows.label import Variables, ragged_indices
-from vibropipe.solve.rows.row_results import PHASES
+from vibropipe.solve.rows.row_results import PHASES, acting_rows
 from vibropipe.words.regimes import Regime
 
 OUTPUTS = ("impacts", "motion")
@@ -31,7 +31,7 @@ def _row(
 ) -> np.ndarray:
     from scipy.interpolate import CubicHermiteSpline
 
-    p = Parameters(*parameters)
+    p = Parameters(*acting_rows(parameters[None])[0])
     x, v = (variables[name][1][row] for name in ("displacement", "velocity"))
     grid = np.arange(PHASES + 1) / PHASES * m
     position, support, velocity = _impacts(variables, row)

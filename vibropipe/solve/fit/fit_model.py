@@ -75,7 +75,7 @@ class Model:
 
     def _rows(self, points: np.ndarray) -> np.ndarray:
         """Return all parameters (n * rows, p) at values (n, k) of those to be found; a motion is one row."""
-        base = np.tile(np.array(self.exciter.parameters()), (len(points), 1))
+        base = np.tile(np.array(self.exciter.numbers()), (len(points), 1))
         base[:, self.columns] = points
         if self.data.names:
             base = np.repeat(base, len(self.data.values), axis=0)
@@ -114,7 +114,7 @@ class Model:
         A neighbour with another law of motion is left out: the derivative is one-sided, or 0 with none on either side.
         So it is of motions without an orbit, whose means over chaos have no derivative.
         """
-        k, base = len(point), np.array(self.exciter.parameters())
+        k, base = len(point), np.array(self.exciter.numbers())
         base[self.columns] = point
         steps = np.diag(parameter_steps(base, self.columns, STEP))
         rows = self._rows(np.vstack([point, point - steps, point + steps]))

@@ -40,6 +40,7 @@ from vibropipe.physics.start import row_starts
 from vibropipe.solve.rows.row_results import (
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
+    acting_rows,
     add_load,
     compact_impacts,
     concatenate_solutions,
@@ -152,7 +153,7 @@ class _Solver:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
         solved: list[list[RowResults]] = []
         for first, stop in pairwise(ends):
-            parameter_sets = self.parameters(first, stop)
+            parameter_sets = [acting_rows(values) for values in self.parameters(first, stop)]
             start = self.start(first, stop) if callable(self.start) else self.start
             seeds = [row_starts(values, *start) for values in parameter_sets]
             if solved:  # the chain continues

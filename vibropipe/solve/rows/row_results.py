@@ -14,6 +14,7 @@ from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import THROUGH_OTHERS, acting
 
 # Samples of an orbit of the output `motion`.
 PHASES = 256
@@ -111,6 +112,13 @@ def new_rows(
 def columns_of(parameters: np.ndarray) -> dict[str, np.ndarray]:
     """Return parameters (rows, parameters) by name, as `physics.effects` takes them."""
     return dict(zip(Parameters._fields, parameters.T, strict=True))
+
+
+def acting_rows(parameters: np.ndarray) -> np.ndarray:
+    """Return parameters (rows, parameters) as kernels see them."""
+    if not THROUGH_OTHERS:
+        return parameters
+    return np.column_stack([*acting(columns_of(parameters)).values()])
 
 
 def from_equilibrium(states: np.ndarray, load: np.ndarray) -> np.ndarray:

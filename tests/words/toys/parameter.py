@@ -1,0 +1,14 @@
+"""A parameter: how much the supports have worn, which takes its share of both restitutions."""
+
+from vibropipe.words.exciter import FRACTION, PARAMETERS, Parameter
+
+
+def restitutions(values):
+    return {name: values[name] * (1.0 - values["wear"]) for name in ("R1", "R2")}
+
+
+WEAR = Parameter(
+    name="wear", range=FRACTION, default=0.0, symbol="$w$", plain="w", long_name="wear of the supports",
+    words="wear", key="Share of the restitutions that wear has taken", acts=restitutions,
+)  # fmt: skip
+PARAMETERS.append(WEAR)

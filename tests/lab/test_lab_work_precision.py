@@ -28,8 +28,8 @@ from vibropipe.lab.work_precision_methods import (
     newmark_crude,
 )
 from vibropipe.march.grid import newmark_grid
-from vibropipe.words.status import Status
 from vibropipe.words.measurements import Outcome
+from vibropipe.words.status import Status
 
 SYMMETRIC = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 6)
 CHATTER = BenchmarkMotion(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.2, R1=0.7, R2=0.7), 0.0, 0.0, 2)

@@ -38,6 +38,7 @@ MADE = {
     "branch": lambda: vp.branch(exciter(), "nu", (0.9, 1.2)),
     "boundary": lambda: vp.boundary(exciter(), of="grazing", **BOX),
     "basins": lambda: vp.basins(exciter(), np.linspace(-0.4, 0.5, 5), np.linspace(-1, 1, 5), starts=16),
+    "attractors": lambda: vp.attractors(exciter(), starts=16),
     "design": lambda: vp.design(exciter(), vary={"delta": (-0.2, 0.2)}, target={"displacement_mean": -0.03}),
     "tolerance": lambda: vp.tolerance(exciter(), {"delta": 0.01}, samples=64),
     "identify": lambda: vp.identify(exciter(), measured=MEASURED, vary={"f": (0.3, 0.7)}),
@@ -48,7 +49,8 @@ MADE = {
 SHOWS = {
     "motion": r"velocity $\dot{x}$", "steady state": "frequency of excitation", "sweep": "frequency of excitation",
     "both ways": "frequency of excitation", "map": "amplitude of excitation", "branch": "frequency of excitation",
-    "boundary": "amplitude of excitation", "basins": "velocity", "design": r"$\delta$ = −0.04",
+    "boundary": "amplitude of excitation", "basins": "velocity", "attractors": "at the section",
+    "design": r"$\delta$ = −0.04",
     "tolerance": "deviation of", "identify": "misfit", "free motion": "eigenfrequency",
     "backbone": "period of free vibration",
 }  # fmt: skip
@@ -206,6 +208,15 @@ def test_a_scene_and_a_file_are_drawn_as_by_their_study(results):
         assert "(mm)" in labels(figure)
     all_panels = vp.plot(vp.load(results / "response.nc"), "curves")
     assert len(of_file.axes) == len(of_node.axes) < len(all_panels.axes)
+
+
+def test_a_dataset_alone_is_drawn_without_the_other_scenes_of_its_study(results):
+    alone, with_backbone = (
+        vp.plot(vp.load(results / "response.nc")),
+        vp.plot(results / "response.nc"),
+    )
+    assert len(alone.axes) == len(with_backbone.axes)
+    assert len(alone.axes[0].lines) < len(with_backbone.axes[0].lines)
 
 
 def test_python_chooses_units(made):

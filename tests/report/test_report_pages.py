@@ -192,7 +192,7 @@ def test_a_scene_with_a_caption_of_its_own_keeps_the_title_of_its_picture(solved
     assert scene.title == ""
     _, _, datasets = solved
     entries = report_data(study_of({"a_b": scene}), {"a_b": datasets["free"]}, {})
-    assert entries["hero"]["title"].startswith("Both supports are struck, at ")
+    assert entries["hero"]["title"].startswith("Both supports are struck, hardest at ")
     bare = datasets["free"].drop_dims(["impact", "grazing", "rest"], errors="ignore")
     entries = report_data(study_of({"a_b": scene}), {"a_b": bare}, {})
     assert entries["hero"]["title"] == "A b"

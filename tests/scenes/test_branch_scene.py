@@ -373,3 +373,15 @@ def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
     assert any(low < flip < high for low, high in intervals for flip in flips)
     together = together_answer(dataset, list(stretches_of(dataset)))
     assert together.rest.startswith("Among those followed here, at least two are stable from ν = ")
+
+
+@pytest.mark.parametrize(
+    ("ends", "where"),
+    [
+        ((0.6, 1.1), "at ν = 0.7336, a grazing."),
+        ((1.5, 2.0), "at ν = 2, where the branch is followed no further."),
+    ],
+)
+def test_the_hardest_impact_says_what_lies_at_the_end_of_a_branch(ends, where):
+    exciter = vp.Exciter(l=0.5, nu=sum(ends) / 2, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+    assert branch_answers(vp.branch(exciter, "nu", ends))[-1].lead.endswith(where)

@@ -9,8 +9,14 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
-from vibropipe.scenes.sweep.answers import answers, mean_answer, sweep_answers
-from vibropipe.scenes.sweep.captions import follow_text
+from vibropipe.scenes.sweep.answers import (
+    answers,
+    border_text,
+    impacts_answer,
+    mean_answer,
+    sweep_answers,
+)
+from vibropipe.scenes.sweep.captions import energy_title, follow_text
 from vibropipe.scenes.sweep.jumps import jumps_of
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.report import tables
@@ -265,3 +271,30 @@ def test_lines_and_coexisting_motions_are_tables():
     twice["displacement_amplitude"][1, 4] = 0.3
     together = tables({"response": twice})[1]
     assert [row[1:] for row in together.rows] == [["1.3", "1.6"], ["0.9", "0.9"]]
+
+
+def test_a_row_without_a_result_is_not_counted_as_one_without_impacts():
+    dataset = sweep(31)
+    dataset["regime"][:] = Regime.TWO_SIDED
+    dataset["regime"][[0, 7]] = Regime.UNRESOLVED
+    assert impacts_answer(dataset).lead == "Impacts occur in all rows with a result along ν."
+    dataset["regime"][3] = Regime.NO_IMPACT
+    assert impacts_answer(dataset).lead == "Impacts occur in some rows along ν."
+    dataset["regime"][0] = Regime.TWO_SIDED
+    lead = "Impacts occur up to both ends of the range of ν, but not in all rows."
+    assert impacts_answer(dataset).lead == lead
+    dataset["regime"][:] = Regime.NO_IMPACT
+    dataset["regime"][7] = Regime.UNRESOLVED
+    assert border_text(dataset, "nu") == ""
+
+
+def test_the_title_of_energies_counts_the_orbits_whose_impacts_take_most():
+    dataset = sweep(31)
+    struck = dataset["regime"] < Regime.APERIODIC
+    lost = xr.where(struck, 1.0, np.nan).expand_dims(support=[1, 2])
+    dataset = dataset.assign(energy_impact=lost, energy_input=xr.where(struck, 3.0, np.nan))
+    text = "Impacts take most of the work of the force in {} with impacts"
+    assert energy_title(dataset) == text.format("all orbits")
+    dataset["energy_input"][0] = 5.0
+    amount = int(struck.sum())
+    assert energy_title(dataset) == text.format(f"{amount - 1} of {amount} orbits")

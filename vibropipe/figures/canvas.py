@@ -28,6 +28,7 @@ from matplotlib.text import Text
 from matplotlib.ticker import FuncFormatter, MaxNLocator
 
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
+from vibropipe.figures.text import format_number
 from vibropipe.figures.units import RAISED
 
 CM_PER_INCH = 2.54
@@ -196,9 +197,7 @@ def plain_ticks(axis: Axis, most: int) -> None:
     """Put at most about `most` ticks on round numbers of a linear axis, written without trailing zeros."""
     if axis.get_scale() == "linear":
         axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
-        axis.set_major_formatter(
-            FuncFormatter(lambda value, _: f"{value + 0.0:.6g}".replace("-", "−"))
-        )
+        axis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 6)))
 
 
 def colour_bar(

@@ -30,6 +30,7 @@ if TYPE_CHECKING:
     Source = xr.Dataset | xr.DataTree | str | PathLike[str]
 
 SHOWN = "shown"  # the dataset among others, where it has no name
+OWN = {"show", "pictures"}  # options of a study that name no other scene
 
 
 def plot(
@@ -143,6 +144,8 @@ def _options(
     """Return the options of the pictures, and the datasets of other scenes that they name."""
     model: Any = kind.keys.model_fields["figure"].annotation
     own = {} if picture is not None else _options_of_study(data)
+    if own and any(_beside(source, name) is None for name in model(**own).shown_scenes()):
+        own = {name: own[name] for name in OWN & own.keys()}
     others: dict[str, xr.Dataset] = {}
     values = {**own, **given}
     for name, value in given.items():
@@ -162,7 +165,13 @@ def _options(
     _check_shown(data, model, getattr(options, "show", ()))
     for name in options.shown_scenes():
         if name not in others:
-            others[name] = _beside(source, name)
+            found = _beside(source, name)
+            if found is None:
+                must = (
+                    f"must be a dataset or a path, since {name!r} is a scene that is not known here"
+                )
+                raise ParameterError("options", name, must=must, got="")
+            others[name] = found
     return options, others
 
 
@@ -178,8 +187,8 @@ def _options_of_study(data: xr.Dataset) -> dict[str, Any]:
     return dict(figure.model_dump(exclude_unset=True))
 
 
-def _beside(source: Any, name: str) -> xr.Dataset:
-    """Return the dataset of another scene of the study from which a dataset comes."""
+def _beside(source: Any, name: str) -> xr.Dataset | None:
+    """Return the dataset of another scene of the study from which a dataset comes; None where it is not known."""
     import xarray as xr
 
     if isinstance(source, xr.DataTree) and source.parent is not None and name in source.parent:
@@ -189,8 +198,7 @@ def _beside(source: Any, name: str) -> xr.Dataset:
         and (path := Path(source).with_name(f"{name}.nc")).exists()
     ):
         return load(path)
-    must = f"must be a dataset or a path, since {name!r} is a scene that is not known here"
-    raise ParameterError("options", name, must=must, got="")
+    return None
 
 
 def _refused(problem: Problem) -> ParameterError:

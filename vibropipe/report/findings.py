@@ -128,3 +128,22 @@ def extent_text(mask: xr.DataArray, part: bool = False) -> str:
         else:
             texts.append(range_text(array, kept))
     return ", ".join(texts)
+
+
+def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
+    """Write the point of a largest value, and what is an end of a range: ν = 1 and, at the end of its range, f = 2."""
+    dims = dataset["regime"].dims
+    ends = [
+        name
+        for name in dims
+        if dataset.sizes[name] > 2
+        and not is_text(dataset[name])
+        and top[name].item() in (dataset[name].min().item(), dataset[name].max().item())
+    ]
+    inner = [name for name in dims if name not in ends]
+    if not ends:
+        return point_text(top, dims)
+    where = "the end of its range" if len(ends) == 1 else "the ends of their ranges"
+    if len(ends) == len(dims):
+        return f"{point_text(top, ends)}, {where}"
+    return f"{point_text(top, inner)} and, at {where}, {point_text(top, ends)}"

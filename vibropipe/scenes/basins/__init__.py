@@ -11,5 +11,5 @@ KIND = Kind(
     check_among=check_branches,
     can_be_cut=True,
     packages=("scipy",),
-    holds=lambda data: "attractor" in data,
+    holds=lambda data: "basin_share" in data,
 )

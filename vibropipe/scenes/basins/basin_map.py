@@ -79,7 +79,10 @@ Edges = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
-    """Draw the attractor of each start with the motions beside, the periods until it has settled, or both."""
+    """Draw the attractor of each start with the motions beside, the periods until it has settled, or both.
+
+    Of attractors without a map of starts, their states at the section take its place.
+    """
     show = show or ("attractor",)
     has_map, has_times = "attractor" in show, "periods_to_attractor" in show
     lower = TIMES_CM + LOW if has_map and has_times else 0.0
@@ -87,6 +90,10 @@ def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     note = parameter_line(dataset)
     figure = new_canvas(LOW + lower + tall + GAP + note_height(note))
     top_note(figure, note, LEFT)
+    if "x0" not in dataset.dims:
+        draw_states(axes(figure, LEFT, LOW, MAP_CM, TALL_CM), dataset)
+        draw_motions(figure, dataset, LOW)
+        return figure
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
     if has_map:
         ax = axes(figure, LEFT, LOW + lower, MAP_CM, TALL_CM)
@@ -106,6 +113,17 @@ def name_axes(ax: Axes, dataset: xr.Dataset, edges: Edges) -> None:
     ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
     ax.set(xlabel=axis_label(dataset["x0"]), ylabel=axis_label(dataset["v0"]))
     frame(ax)
+
+
+def draw_states(ax: Axes, dataset: xr.Dataset) -> None:
+    """Draw the states of attractors at the section with their letters."""
+    for index, letter in letters_of(dataset).items():
+        states = states_of(dataset, index)
+        ax.plot(*states.T, **marker_of(dataset, index), zorder=4)
+        ax.annotate(letter, states[0], (11, 11), textcoords="offset points", **LETTER_STYLE)
+    ax.margins(0.15)
+    ax.set(xlabel=axis_label(dataset["poincare_displacement"]))
+    ax.set(ylabel=axis_label(dataset["poincare_velocity"]))
 
 
 def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | None = None) -> None:

@@ -139,7 +139,7 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         every = max(1, present.size // MARKS)
         marked = present[(rank * every // 3) % every :: every]
         style = {**marker_of(dataset, index), "markersize": 4.0, "markerfacecolor": colours[index]}
-        ax.plot(values[marked], own[marked], zorder=3, **style)
+        ax.plot(values[marked], own[marked], zorder=3, clip_on=False, **style)
         middle = present[(present.size * (1 + rank % 3)) // 4]
         label_region(ax, values[middle], own[middle], letters[index], weight="bold")
 

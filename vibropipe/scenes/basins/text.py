@@ -171,8 +171,13 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     if knocks[index] < step_of(dataset):
         rest = f"Beside its states, the map (steps of {step} in velocity) has starts that settle elsewhere."
         return [Answer(lead, rest)]
-    knock = with_units(speed, knock_text(knocks[index], step_of(dataset)))
-    rest = f"By the map, it survives knocks up to at least {knock} in velocity (steps of {step})."
+    told = {each: knock_text(knock, step_of(dataset)) for each, knock in knocks.items()}
+    ties = [letters_of(dataset)[each] for each in told if told[each] == told[index]]
+    it = "it survives"
+    if len(ties) > 1:
+        lead, it = f"Motions {series(ties)} are lost equally easily.", "they survive"
+    knock = with_units(speed, told[index])
+    rest = f"By the map, {it} knocks up to at least {knock} in velocity (steps of {step})."
     return [Answer(lead, rest)]
 
 

@@ -161,6 +161,8 @@ def cascade_answer(dataset: xr.Dataset) -> Answer | None:
 
 def kinds_answer(dataset: xr.Dataset) -> Answer | None:
     """Write how many bifurcations of each kind there are."""
+    if not dataset.sizes["bifurcation"] and dataset.sizes["point"]:
+        return Answer("No bifurcation is found on the branches.")
     places = {kind: at for kind, at in places_of(dataset).items() if kind in PLURALS}
     if not places:
         return None
@@ -184,6 +186,16 @@ def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
     return f"near {symbol_text(axis)} = {value_text(axis, value, digits)}"
 
 
+def end_text(dataset: xr.Dataset, value: float) -> str:
+    """Write which bifurcation lies at an end of what is followed, or that it is an end; empty inside."""
+    axis = dataset[followed(dataset)]
+    if value not in (float(axis.min()), float(axis.max())):
+        return ""
+    reach = SAME * float(np.ptp(axis.values))
+    near = [kind for kind, at in places_of(dataset).items() if (np.abs(at - value) <= reach).any()]
+    return f", a {near[0]}" if near else ", where the branch is followed no further"
+
+
 def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     """Write the largest impact velocity of the stable points and its place."""
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
@@ -194,8 +206,7 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     point = int(velocity.max("support").argmax("point"))
     value = float(axis.values[point])
     beside = over_text(dataset, float(dataset[over][point])) if over else ""
-    is_end = value in (float(axis.min()), float(axis.max()))
-    end = ", at the end of the range" if is_end else ""
+    end = end_text(dataset, value)
     both = velocity.isel(point=point).values
     where = (
         "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"

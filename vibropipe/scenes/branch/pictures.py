@@ -29,7 +29,7 @@ def title_branches(
         return f"Each of {amount_text(len(places), 'flip')} along {symbol} doubles the period"
     number = sum(len(intervals) for intervals in coexistence(dataset).values())
     if not number:
-        return ""
+        return f"All orbits along {symbol} are stable" if (dataset["stable"] == 1).all() else ""
     if swept(dataset):
         which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
         return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"

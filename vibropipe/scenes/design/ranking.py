@@ -34,6 +34,7 @@ from vibropipe.scenes.design.workshop import (
     PARTS,
     held_too_wide,
     is_lost,
+    kept_words,
     lost_text,
     nominal,
     percent,
@@ -273,9 +274,11 @@ def title_designs(dataset: xr.Dataset) -> str:
     if has_yield(dataset):
         if lost := lost_text(dataset):
             return lost.rstrip(".")
-        least = percent(float(dataset["yield"].values.min()))
+        share = float(dataset["yield"].values.min())
+        some = f"{'At least ' * (n > 1)}{percent(share)} of" if share < 1.0 else "All"
         whose = "each design keep" if n > 1 else "the design keep"
-        return f"{'At least ' * (n > 1)}{least} of {PARTS} of {whose} all that is wanted"
+        told, *left_out = kept_words(dataset).split(" (")
+        return f"{some} {PARTS} of {whose} {told if left_out else 'all that is wanted'}"
     if len(objectives(dataset)) == 2:
         return "The designs of the front, in its order"
     if n == 1:

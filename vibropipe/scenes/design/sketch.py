@@ -136,7 +136,8 @@ def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:
     tight = held_too_wide(dataset, 0)
     given = dataset.attrs.get("scatter") == "given"
     columns = ((TABLE + 2.9, "may be off by"), (WIDE - 0.05, "workshop" if given else "assumed"))
-    for x, head in columns:
+    has_found = bool(toleranced(dataset))
+    for x, head in columns[0 if has_found else 1 :]:
         ax.text(x, 2.35, head, ha="right", weight="bold", fontsize=SMALL)
     ax.plot([TABLE, WIDE - 0.05], [2.26, 2.26], color=INK, lw=0.5)
     for n, name in enumerate(names):
@@ -146,7 +147,8 @@ def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:
         text = shown_tolerance(dataset, name, 0) if name in toleranced(dataset) else DASH
         weight = "bold" if name in tight else "normal"
         off = plus_minus(dataset, name, text)
-        ax.text(columns[0][0], y, off, ha="right", va="center", color=colour, weight=weight)
+        if has_found:
+            ax.text(columns[0][0], y, off, ha="right", va="center", color=colour, weight=weight)
         std = float(dataset[f"{name}_std"]) if f"{name}_std" in dataset else np.nan
         held = plus_minus(dataset, name, format_number(std, 3))
         ax.text(columns[1][0], y, held, ha="right", va="center", color=GREY)

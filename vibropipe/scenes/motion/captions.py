@@ -116,7 +116,7 @@ def speeds_text(speeds: Sequence[NDArray[np.float64]]) -> str:
     tops = [float(each.max()) for each in speeds]
     if all(each.max() - each.min() <= SAME * each.max() for each in speeds):
         return f"at {' and '.join(dict.fromkeys(map(format_number, tops)))}"
-    return f"at up to {' and '.join(dict.fromkeys(at_most(top, 4) for top in tops))}"
+    return f"hardest at {' and '.join(dict.fromkeys(map(format_number, tops)))}"
 
 
 def describe_impacts(dataset: xr.Dataset) -> str:

@@ -188,7 +188,7 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     if "displacement_amplitude" in dataset:
         scale = largest(of_orbits(dataset, "displacement_amplitude").isel(harmonic=0))
     if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
-        return Answer("The constant part of displacement is zero throughout.")
+        return Answer("The constant part of displacement of every orbit is zero.")
     rises = rising_text(mean, top, dataset["regime"].dims)
     lead = f"The constant part of displacement reaches {value_text(top, top, DIGITS)}."
     if rises:

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import LEGEND_LINE, legend_below, panel, zero_line
+from vibropipe.figures.canvas import LEGEND_LINE, legend_below, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
@@ -40,6 +40,7 @@ from vibropipe.scenes.sweep.layout import (
     fitting_panels,
     lay_out,
     spot_axes,
+    write_spot_titles,
 )
 from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
@@ -131,14 +132,8 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         x_of[spot.part["index"].values] = spot.part[along].values
         draw_diagram(ax, points[spot.panel], x_of, spot.panel)
         words = title_of(dataset, spot.panel, spot.width)
-        two = spot.title and len(panels) > 1
-        panel(
-            ax,
-            letter if len(layout.spots) > 1 and not spot.title else "",
-            spot.title or words,
-            words if two else "",
-            indent=-0.5,
-        )
+        has_letter = len(layout.spots) > 1 == len(layout.bars)
+        write_spot_titles(ax, spot, letter if has_letter else "", words)
     finish(layout, drawn, draw_bars(layout, rows, along, None), dataset, along)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure

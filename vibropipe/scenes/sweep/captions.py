@@ -17,9 +17,9 @@ from vibropipe.figures.text import (
     reasons_text,
     sentences,
 )
-from vibropipe.report.findings import is_text, largest, point_text, value_text
+from vibropipe.report.findings import largest, place_text, value_text
 from vibropipe.scenes.sweep.followed import LEFT_EARLY, differing_rows
-from vibropipe.scenes.sweep.laws import regions_of
+from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import LABELLED, MAX_MAPS, drawn_panels, value_norm
@@ -60,6 +60,9 @@ def describe_sweep(
     return sentences(
         f"Steady states against {plain_symbol_of(dataset[along])}"
         + (f" for {lines}{shades}" if lines else ""),
+        "Blue, from dark to light: first and further harmonics"
+        if any(len(panel.series) > 1 and panel.series[0].dim == "harmonic" for panel in panels)
+        else "",
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
         follow_text(dataset, arrows=bool(quantities)),
@@ -113,26 +116,6 @@ def of_orbits(dataset: xr.Dataset, own: Series) -> xr.DataArray:
     return own.of(with_impacts_per_period(dataset)).where(dataset["regime"] < Regime.APERIODIC)
 
 
-def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
-    """Write the point of a largest value, and whether it is an end of a range: ν = 3, an end of its range."""
-    dims = dataset["regime"].dims
-    ends = [
-        name
-        for name in dims
-        if dataset.sizes[name] > 2
-        and not is_text(dataset[name])
-        and top[name].item() in (dataset[name].min().item(), dataset[name].max().item())
-    ]
-    inner = [name for name in dims if name not in ends]
-    if not ends:
-        return point_text(top, dims)
-    range_of = "its range" if len(ends) == 1 else "their ranges"
-    last = "an end" if len(ends) == 1 else "ends"
-    return ", ".join(
-        filter(None, [point_text(top, inner), point_text(top, ends), f"{last} of {range_of}"])
-    )
-
-
 def exponent_title(exponent: xr.DataArray) -> str:
     """Return whether rows in which perturbations decay lie between rows in which they grow, along a line."""
     if exponent.ndim != 1:
@@ -142,6 +125,20 @@ def exponent_title(exponent: xr.DataArray) -> str:
     if growing.size and (signs[growing[0] : growing[-1]] < 0).any():
         return "Between rows in which perturbations grow lie some in which they decay"
     return ""
+
+
+def energy_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return in how many orbits with impacts these take most of the work of the force; empty without impacts."""
+    lost = dataset["energy_impact"].sum("support")
+    struck = (dataset["regime"] < Regime.APERIODIC) & (lost > 0.0)
+    most = struck & (lost > 0.5 * dataset["energy_input"])
+    total, amount = int(struck.sum()), int(most.sum())
+    if not total:
+        return ""
+    share = share_text(amount, total)
+    some = f"{share} orbits" if " of " in share else f"{share} of the orbits"
+    orbits = {total: "all orbits", 0: "no orbit"}.get(amount, some)
+    return f"Impacts take most of the work of the force in {orbits} with impacts"
 
 
 def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:

@@ -21,7 +21,6 @@ from vibropipe.figures.canvas import (
     axes,
     legend_below,
     note,
-    panel,
     plain_ticks,
     zero_line,
 )
@@ -44,6 +43,7 @@ from vibropipe.scenes.sweep.layout import (
     fitting_panels,
     lay_out,
     spot_axes,
+    write_spot_titles,
 )
 from vibropipe.scenes.sweep.lines import draw_line, draw_strips, lines_of
 from vibropipe.scenes.sweep.quantities import (
@@ -97,7 +97,7 @@ def draw_sweep(
     layout = lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
     first: dict[Panel, Axes] = {}
     drawn: list[tuple[Spot, Axes]] = []
-    letters = iter("abcdefghijklmnopqrstuvwxyz")
+    letters, is_multiple = iter("abcdefghijklmnopqrstuvwxyz"), len(layout.bars) > 1
     for spot in layout.spots:
         ax = spot_axes(layout.figure, spot, along, first.get(spot.panel))
         first.setdefault(spot.panel, ax)
@@ -105,11 +105,10 @@ def draw_sweep(
         draw_panel(
             ax, spot, along, lines_dim, backbone, arrows=len(drawn) == 1 or lines_dim is None
         )
-        has_letter = len(layout.spots) > 1 and not spot.title
+        has_letter = len(layout.spots) > 1 and not is_multiple
         ax.tick_params(labelleft=not spot.is_inner)
-        words = spot.panel.title(dataset, spot.width - (1.2 if spot.title else 0.2))
-        panel(ax, next(letters, "") if has_letter else "", words if not spot.title else spot.title,
-              words if spot.title and len(panels) > 1 else "", indent=-0.5)  # fmt: skip
+        words = spot.panel.title(dataset, spot.width - 0.2)
+        write_spot_titles(ax, spot, next(letters, "") if has_letter else "", words)
     scale_ordinates(first, dataset)
     finish(layout, drawn, draw_bars(layout, dataset, along, lines_dim), dataset, along)
     if lines_dim is not None and drawn:

@@ -9,13 +9,15 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import WIDE, axes, new_canvas
+from vibropipe.figures.canvas import BODY, WIDE, axes, new_canvas
+from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.scenes.sweep.map_layout import combination_text
 from vibropipe.scenes.sweep.quantities import Panel, combinations, evenly
 
 LEFT, RIGHT, BETWEEN = 1.55, 0.25, 1.0  # cm left of the panels, right of them, between columns
 TITLE, LABELS = 0.62, 1.0  # cm above a panel, below the lowest axes
+HEAD = 0.45  # cm of the combination above several panels
 MAIN_CM, SIDE_CM = 8.6, 4.6  # widths of the large panel and of those beside it
 BAR_CM, BARS_GAP = 0.36, 0.25  # height of a bar of regimes, gap above the bars
 MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
@@ -38,6 +40,7 @@ class Spot:
     height: float
     title: str = ""
     is_inner: bool = False  # right of another one that has the same ordinate
+    head: str = ""  # above the title
 
 
 @dataclass(frozen=True)
@@ -167,7 +170,8 @@ def _multiples(
     down = -(-len(found) // across)
     gap = 0.55
     width = (WIDE - LEFT - RIGHT - (across - 1) * gap) / across
-    own = LABELS + lines * BAR_CM + BARS_GAP  # below the panels of a row
+    own = LABELS + lines * BAR_CM + BARS_GAP  # beside the panels of a row
+    own += HEAD * (len(panels) > 1)
     room = (20.0 - foot - down * (own + 0.4)) / (down * max(1, len(panels)))
     height = min(SMALL_CM, room - TITLE)
     rise = max(1, len(panels)) * (height + TITLE) + own + 0.3
@@ -179,11 +183,20 @@ def _multiples(
         bottom = foot + (down - 1 - row) * rise
         part = dataset.isel(one)
         bars.append(Bars(part, left, bottom, width, column == 0))
-        for k, panel in enumerate(panels):
+        for k, each in enumerate(panels):
             at = bottom + BARS_GAP + (len(panels) - 1 - k) * (height + TITLE)
-            title = combination_text(dataset, one)
-            spots.append(Spot(panel, part, left, at, width, height, title, column > 0))
+            text = combination_text(dataset, one)
+            title, head = (text, "") if len(panels) == 1 else ("", text * (k == 0))
+            spots.append(Spot(each, part, left, at, width, height, title, column > 0, head))
     return Layout(figure, spots, bars)
+
+
+def write_spot_titles(ax: Axes, spot: Spot, letter: str, words: str) -> None:
+    """Write a letter and the title of a panel, its own or `words`, and its head above."""
+    write_title(ax, letter, spot.title or words, indent=-0.5)
+    if spot.head:
+        y = 1 + (0.2 + HEAD) / spot.height
+        ax.text(0, y, spot.head, fontsize=BODY, weight="bold", transform=ax.transAxes)
 
 
 def spot_axes(figure: Figure, spot: Spot, along: str, shared: Axes | None = None) -> Axes:

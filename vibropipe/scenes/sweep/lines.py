@@ -37,7 +37,7 @@ DIRECTION_SIGNS = {"up": "↑", "down": "↓"}
 ROW_MARKS: dict[str, dict[str, Any]] = {
     "multiple": {"marker": "o", "markersize": 2.6, "markerfacecolor": "white", "markeredgewidth": 0.6},
     "unstable": {"marker": "x", "markersize": 3.0, "markeredgewidth": 0.7},
-    "no_orbit": {"marker": ".", "markersize": 2.4, "markeredgewidth": 0.0},
+    "no_orbit": {"marker": ".", "markersize": 3.6, "markeredgewidth": 0.0},
 }  # fmt: skip
 
 

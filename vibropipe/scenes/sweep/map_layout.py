@@ -135,16 +135,24 @@ HATCH_CELLS = 250  # cells of a side that are enough for the shape of a hatched 
 
 
 def draw_hatch(
-    ax: Axes, x: np.ndarray, y: np.ndarray, mask: np.ndarray, hatch: str, colour: str
+    ax: Axes,
+    x: np.ndarray,
+    y: np.ndarray,
+    mask: np.ndarray,
+    hatch: str,
+    colour: str,
+    is_map: bool = True,
 ) -> None:
-    """Hatch a region; of a fine grid, every n-th cell gives the shape."""
+    """Hatch a region, on a map up to its frame; of a fine grid, every n-th cell gives the shape."""
     if not hatch or min(mask.shape) < 2:
         return
     rows, columns = (max(1, size // HATCH_CELLS) for size in mask.shape)
-    shape = mask[::rows, ::columns].astype(float)
-    hatched = ax.contourf(
-        x[::columns], y[::rows], shape, levels=[0.5, 1.5], colors="none", hatches=[hatch]
-    )
+    shape, x, y = mask[::rows, ::columns].astype(float), x[::columns], y[::rows]
+    if is_map:
+        ends = [sorted(ax.get_xlim()), sorted(ax.get_ylim())]
+        x, y = (np.array([a, *v, b]) for v, (a, b) in zip((x, y), ends, strict=True))
+        shape = np.pad(shape, 1, mode="edge")
+    hatched = ax.contourf(x, y, shape, levels=[0.5, 1.5], colors="none", hatches=[hatch])
     hatched.set_edgecolor(colour)
     hatched.set_linewidth(0.0)
     hatched.set_rasterized(mask.size > MANY_CELLS)

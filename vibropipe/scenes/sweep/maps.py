@@ -221,7 +221,7 @@ def stripe(ax: Axes, norm: Normalize) -> None:
     """Hatch the negative part of a scale as on its map."""
     high = norm.vmax or 1.0
     ends = (np.array([0.0, 1.0]), np.array([-high, -STRIPED_FROM * high]))
-    draw_hatch(ax, *ends, np.ones((2, 2), bool), "-----", HAIRLINE)
+    draw_hatch(ax, *ends, np.ones((2, 2), bool), "-----", HAIRLINE, is_map=False)
 
 
 def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:

@@ -167,8 +167,11 @@ def rows_title(rows: Rows, what: str) -> str:
 
 def describe_rows(dataset: xr.Dataset, what: str, rows: Rows) -> str:
     """Return the caption of pictures of single rows: what is drawn, at which parameters."""
-    places = series(
-        f"{law.words} at " + ", ".join(plain_value(row[str(n)]) for n in dataset["regime"].dims)
-        for row, law in rows
-    )
+    dims = [str(name) for name in dataset["regime"].dims]
+    found: dict[str, list[str]] = {}
+    for row, law in rows:
+        place = ", ".join(plain_value(row[name]) for name in dims)
+        known = found.setdefault(law.words, [])
+        known.append(place.partition(" = ")[2] or place if known and len(dims) == 1 else place)
+    places = "; ".join(f"{words} at {series(at)}" for words, at in found.items())
     return sentences(what, f"Rows drawn: {places}" if places else "")

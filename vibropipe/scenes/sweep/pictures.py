@@ -16,6 +16,7 @@ from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
     describe_sweep,
+    energy_title,
     map_title,
     quantities_title,
     sweep_title,
@@ -107,5 +108,6 @@ PICTURES = (
         describe_sweep,
         lambda dataset: "energy_input" in dataset,
         lambda options, others: {"show": ENERGY_SHOW},
+        energy_title,
     ),
 )

@@ -20,8 +20,8 @@ from vibropipe.words.exciter import EFFECTS, Effect
 from vibropipe.words.parameters import acting, of_effect
 
 if TYPE_CHECKING:
-    from vibropipe.physics.exciter import NamedFields
     from vibropipe.words.exciter import OfEffects
+    from vibropipe.words.parameters import NamedFields
 
 # Effects without machine code of their own.
 BY_PARAMETER = {each.name: each for each in EFFECTS if not each.is_marched}

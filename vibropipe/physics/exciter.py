@@ -5,14 +5,12 @@ from __future__ import annotations
 import functools
 import math
 import warnings
-from collections import namedtuple
 from collections.abc import Collection, Mapping
-from dataclasses import dataclass, field, make_dataclass, replace
+from dataclasses import MISSING, dataclass, field, make_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
 from vibropipe.physics.parameter_error import (
-    as_float,
     check_keywords,
     number_within,
     required,
@@ -20,13 +18,17 @@ from vibropipe.physics.parameter_error import (
 )
 from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
-from vibropipe.physics.si import non_dimensional
-from vibropipe.physics.start import start_at, start_room, support_positions
-from vibropipe.words.exciter import FINITE, FRACTION
+from vibropipe.physics.si import (
+    FREQUENCY_REQUIRED,
+    NO_DAMPING,
+    TWICE_DAMPED,
+    check_together,
+    non_dimensional,
+)
+from vibropipe.physics.start import checked_start, support_positions
 from vibropipe.words.parameters import (
     DEFAULTS,
     FOLLOWING,
-    FURTHER,
     MIRRORED,
     PARAMETERS,
     PHYSICAL,
@@ -34,77 +36,17 @@ from vibropipe.words.parameters import (
     WITHOUT_UNITS,
     Acted,
     acting,
+    stated_value,
     without_absent,
 )
+from vibropipe.words.parameters import Parameters as Parameters
 
 if TYPE_CHECKING:
-    from typing import Self
-
     from vibropipe.words.exciter import OfExciter
-
-NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
-# A restitution of 1 states nothing: it is the value of a support without one.
-TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
-BESIDE_SLOPE = "must be left out unless slope stands beside it"
-FREQUENCY_REQUIRED = "is required beside {} ({})"
-
-
-if TYPE_CHECKING:
-
-    class NamedFields(tuple[Any, ...]):
-        """What a named tuple has beside its fields, which are made from records."""
-
-        _fields: tuple[str, ...]
-
-        def __new__(cls, *values: Any, **named: Any) -> Self: ...  # noqa: D102
-        def _asdict(self) -> dict[str, Any]: ...
-        def _replace(self, **named: Any) -> Self: ...
-
-    class _Row(NamedFields, OfExciter): ...
-
-else:
-    _Row = namedtuple("Parameters", PARAMETERS, defaults=list(DEFAULTS.values())[-len(FURTHER) :])
-
-
-class Parameters(_Row):
-    """Parameters of one row as kernels read them, in the order of `PARAMETERS`; one compiled kernel serves all rows."""
-
-    __slots__ = ()
 
 
 class _Unstated(float):
     """A parameter that was left out: copies of its exciter with other parameters leave it out, too."""
-
-
-def _own(value: float) -> float:
-    """Return the value of a parameter as it is stated."""
-    return value.stated if isinstance(value, Acted) else float(value)
-
-
-def _is_unstated(value: float) -> bool:
-    return isinstance(value, _Unstated)
-
-
-def check_together(
-    given: Mapping[str, Any], si: Mapping[str, float], restitution: Mapping[str, float]
-) -> None:
-    """Raise a ParameterError, in physical words, if parameters do not go together."""
-    force = next((name for name in ("F", "F2") if si.get(name, 0.0) != 0.0), None)
-    if force is not None and "omega" not in si:
-        allowed = "an angular frequency in rad/s, or text with its unit"
-        must = FREQUENCY_REQUIRED.format(force, allowed)
-        raise ParameterError("omega", None, allowed, must=must, got="")
-    if "gravity" in si and "slope" not in si:
-        raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
-    for R, C, H in (("R1", "C1", "H1"), ("R2", "C2", "H2")):
-        if si.get(H, 0.0) > 0.0 and si.get(C, 0.0) == 0.0:
-            raise ParameterError(H, given[H], must=NO_DAMPING.format(C))
-        if H not in si or not number_within(R, restitution[R], FRACTION) < 1.0:
-            continue
-        numbers = non_dimensional({name: si[name] for name in ("m", "C", C, H) if name in si})
-        k, h = (numbers.get(PHYSICAL[name].non_dimensional, 0.0) for name in (C, H))
-        if not is_contact_damping(h, restitution[R], k):
-            raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))
 
 
 class _Written:
@@ -142,11 +84,8 @@ def _telling_keywords(cls: type[Exciter]) -> type[Exciter]:
 def _fields() -> list[Any]:
     """Return the fields of an exciter: the required parameter first; those left out are numbers once it is made."""
     defaults = {**DEFAULTS, **dict.fromkeys(FOLLOWING)}
-    required = [(name, float) for name in PARAMETERS if name not in DEFAULTS]
-    others = [
-        (name, float, field(default=defaults[name])) for name in PARAMETERS if name in DEFAULTS
-    ]
-    return [*required, *others]
+    names = sorted(PARAMETERS, key=defaults.__contains__)
+    return [(name, float, field(default=defaults.get(name, MISSING))) for name in names]
 
 
 if TYPE_CHECKING:
@@ -202,13 +141,14 @@ class Exciter(_OfRecords, _Written):
     def __post_init__(self) -> None:
         following = {name: getattr(self, name) for name in FOLLOWING}
         left_out = [
-            name for name, value in following.items() if value is None or _is_unstated(value)
+            name
+            for name, value in following.items()
+            if value is None or isinstance(value, _Unstated)
         ]
         for name in left_out:
             object.__setattr__(self, name, DEFAULTS[name])
         for name, entry in PARAMETERS.items():
-            given = getattr(self, name)
-            own = given.stated if isinstance(given, Acted) else given
+            own = stated_value(getattr(self, name))
             object.__setattr__(self, name, number_within(name, own, entry.range))
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
             allowed = (
@@ -307,7 +247,7 @@ class Exciter(_OfRecords, _Written):
 
     def states(self, name: str) -> bool:
         """Return whether nu, h1 or h2 is stated, and does not only count periods or follow from a restitution."""
-        return not _is_unstated(getattr(self, name))
+        return not isinstance(getattr(self, name), _Unstated)
 
     def check_frequency(self, varied: Collection[str] = ()) -> None:
         """Raise a ParameterError if there is a force, stated or `varied`, and no frequency."""
@@ -347,7 +287,9 @@ class Exciter(_OfRecords, _Written):
 
     def numbers(self) -> Parameters:
         """Return the parameters as they are stated."""
-        return Parameters(**{name: _own(value) for name, value in vars(self).items()})
+        return Parameters(
+            **{name: float(stated_value(value)) for name, value in vars(self).items()}
+        )
 
     def stated(self) -> dict[str, float]:
         """Return the parameters that datasets hold: those of further effects only where the effect is present."""
@@ -373,16 +315,4 @@ class Exciter(_OfRecords, _Written):
         ParameterError
             If the start is not finite or lies beyond a rigid support.
         """
-        v = number_within("v0", v0, FINITE)
-        x = None
-        if x0 is not None:
-            allowed = (
-                f"a finite number from {self.lower!r} to {self.upper!r} (between the supports)"
-            )
-            x = as_float("x0", x0, allowed)
-            least, most = start_room(self)
-            if (x > self.upper and self.k1 > 0.0) or (x < self.lower and self.k2 > 0.0):
-                return number_within("x0", x, FINITE), v
-            if not least <= x <= most:
-                raise ParameterError("x0", x, allowed)
-        return float(start_at(self.l, self.delta, x, v, self.load)), v
+        return checked_start(self, x0, v0)

@@ -4,8 +4,18 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping
+from typing import Any
 
+from vibropipe.physics.parameter_error import ParameterError, number_within
+from vibropipe.physics.restitution import is_contact_damping
+from vibropipe.words.exciter import FRACTION
 from vibropipe.words.parameters import PHYSICAL, STANDARD_GRAVITY
+
+NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
+# A restitution of 1 states nothing: it is the value of a support without one.
+TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
+BESIDE_SLOPE = "must be left out unless slope stands beside it"
+FREQUENCY_REQUIRED = "is required beside {} ({})"
 
 
 def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
@@ -43,3 +53,25 @@ def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
 def eigenfrequency(m: float, C: float) -> float:
     """Return p = sqrt(C/m), eq. (3), in rad/s."""
     return math.sqrt(C / m)
+
+
+def check_together(
+    given: Mapping[str, Any], si: Mapping[str, float], restitution: Mapping[str, float]
+) -> None:
+    """Raise a ParameterError, in physical words, if parameters do not go together."""
+    force = next((name for name in ("F", "F2") if si.get(name, 0.0) != 0.0), None)
+    if force is not None and "omega" not in si:
+        allowed = "an angular frequency in rad/s, or text with its unit"
+        must = FREQUENCY_REQUIRED.format(force, allowed)
+        raise ParameterError("omega", None, allowed, must=must, got="")
+    if "gravity" in si and "slope" not in si:
+        raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
+    for R, C, H in (("R1", "C1", "H1"), ("R2", "C2", "H2")):
+        if si.get(H, 0.0) > 0.0 and si.get(C, 0.0) == 0.0:
+            raise ParameterError(H, given[H], must=NO_DAMPING.format(C))
+        if H not in si or not number_within(R, restitution[R], FRACTION) < 1.0:
+            continue
+        numbers = non_dimensional({name: si[name] for name in ("m", "C", C, H) if name in si})
+        k, h = (numbers.get(PHYSICAL[name].non_dimensional, 0.0) for name in (C, H))
+        if not is_contact_damping(h, restitution[R], k):
+            raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))

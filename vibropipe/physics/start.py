@@ -7,6 +7,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.parameter_error import ParameterError, as_float, number_within
+from vibropipe.words.exciter import FINITE
 from vibropipe.words.parameters import PARAMETERS
 
 if TYPE_CHECKING:
@@ -61,6 +63,23 @@ def start_at(half: Any, delta: Any, x0: Any, v0: Any, load: Any = 0.0) -> Any:
     x = np.where((to_upper <= rounding) & (to_upper <= to_lower), upper, x)
     x = np.where((to_lower <= rounding) & (to_lower < to_upper), lower, x)
     return x if np.ndim(v0) == 0 else np.where(v0 == 0.0, x, flying)
+
+
+def checked_start(exciter: Exciter, x0: float | None, v0: float) -> tuple[float, float]:
+    """Return a start as floats, on a support that it is within rounding of: `Exciter.check_start`."""
+    v = number_within("v0", v0, FINITE)
+    x = None
+    if x0 is not None:
+        allowed = (
+            f"a finite number from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
+        )
+        x = as_float("x0", x0, allowed)
+        least, most = start_room(exciter)
+        if (x > exciter.upper and exciter.k1 > 0.0) or (x < exciter.lower and exciter.k2 > 0.0):
+            return number_within("x0", x, FINITE), v
+        if not least <= x <= most:
+            raise ParameterError("x0", x, allowed)
+    return float(start_at(exciter.l, exciter.delta, x, v, exciter.load)), v
 
 
 def room(exciter: Exciter) -> tuple[float, float]:

@@ -9,10 +9,11 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
 from vibropipe.physics.parameter_error import as_float, check_keys
 from vibropipe.physics.restitution import SUPPORTS
+from vibropipe.physics.si import TWICE_DAMPED
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS

@@ -12,8 +12,8 @@ from typing import Any
 
 from pydantic import TypeAdapter, ValidationError
 
-from vibropipe.physics.exciter import BESIDE_SLOPE, ParameterError
-from vibropipe.physics.si import eigenfrequency, non_dimensional
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.si import BESIDE_SLOPE, eigenfrequency, non_dimensional
 from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule, as_number

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections import namedtuple
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
@@ -69,6 +70,32 @@ FORCES = tuple(
 """Amplitudes of the harmonics of the force."""
 
 
+if TYPE_CHECKING:
+    from typing import Self
+
+    from vibropipe.words.exciter import OfExciter
+
+    class NamedFields(tuple[Any, ...]):
+        """What a named tuple has beside its fields, which are made from records."""
+
+        _fields: tuple[str, ...]
+
+        def __new__(cls, *values: Any, **named: Any) -> Self: ...  # noqa: D102
+        def _asdict(self) -> dict[str, Any]: ...
+        def _replace(self, **named: Any) -> Self: ...
+
+    class _Row(NamedFields, OfExciter): ...
+
+else:
+    _Row = namedtuple("Parameters", PARAMETERS, defaults=list(DEFAULTS.values())[-len(FURTHER) :])
+
+
+class Parameters(_Row):
+    """Parameters of one row as kernels read them, in the order of `PARAMETERS`; one compiled kernel serves all rows."""
+
+    __slots__ = ()
+
+
 class Acted(float):
     """The value of a parameter that another one acts on; `stated` is its own."""
 
@@ -78,6 +105,11 @@ class Acted(float):
         self = super().__new__(cls, value)
         self.stated = stated
         return self
+
+
+def stated_value(value: Any) -> Any:
+    """Return the own value of a parameter that another one may act on."""
+    return value.stated if isinstance(value, Acted) else value
 
 
 def acting(values: Mapping[str, Any]) -> dict[str, Any]:

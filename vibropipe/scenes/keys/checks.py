@@ -12,8 +12,9 @@ from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
 from vibropipe.physics.effects import all_effects, has_soft_support, occurs
-from vibropipe.physics.exciter import TWICE_DAMPED, Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS as PAIRED
+from vibropipe.physics.si import TWICE_DAMPED
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects

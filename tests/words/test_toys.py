@@ -1,6 +1,6 @@
 """A fact stands once: a parameter is its record and its equation, a quantity its record and its function.
 
-Both are registered from the folder `toys` and go from YAML to the PDF, in a process of their own, since all other
+An effect that acts through parameters is its record. They are registered from the folder `toys` and go from YAML to the PDF, in a process of their own, since all other
 modules make their lists from the records when they are imported.
 """
 
@@ -102,6 +102,21 @@ def test_both_stand_in_figure_and_report(folder):
     assert "w = 0.2" in text  # the caption of the motion
 
 
+def test_an_effect_is_named_where_it_occurs(folder):
+    worn = vp.load(folder / "results/toy/worn.nc")
+    assert worn.attrs["effects"].split()[-1] == "wear"
+    text = " ".join(" ".join(page_texts(folder / "results/toy/report.pdf")).split())
+    assert "wear takes its share of both restitutions" in text
+    without = STUDY.replace(
+        "outputs: [impacts]\n    figure",
+        "outputs: [impacts]\n    effects: [damping, forcing]\n    figure",
+    )
+    folder.joinpath("without.yaml").write_text(without)
+    done = run(folder, "plan without.yaml")
+    assert done.returncode != 0
+    assert "wear unless wear = 0" in done.stderr
+
+
 def test_a_wrong_value_is_refused_in_words_of_the_record(folder):
     folder.joinpath("toy.yaml").write_text(STUDY.replace("stop: 0.5", "stop: 1.5"))
     done = run(folder, "plan toy.yaml")
@@ -114,7 +129,7 @@ def test_a_wrong_value_is_refused_in_words_of_the_record(folder):
 def test_keys_schema_goals_and_units_are_made_from_the_records(tmp_path):
     script = (
         "import json\n"
-        "from toys import parameter, quantity\n"
+        "from toys import effect, parameter, quantity\n"
         "from vibropipe.study import json_schema, table_of_keys\n"
         "from vibropipe.solve.rows.named import named\n"
         "from vibropipe.words.vocabulary import physical_attributes\n"

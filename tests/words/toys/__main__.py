@@ -3,7 +3,7 @@
 import shlex
 import sys
 
-from toys import parameter, quantity  # noqa: F401  (before the program makes lists of records)
+from toys import effect, parameter, quantity  # noqa: F401  (before the program makes lists of records)
 from vibropipe.cli import main
 
 for command in sys.argv[1:]:

@@ -9,6 +9,6 @@ def restitutions(values):
 
 WEAR = Parameter(
     name="wear", range=FRACTION, default=0.0, symbol="$w$", plain="w", long_name="wear of the supports",
-    words="wear", key="Share of the restitutions that wear has taken", acts=restitutions,
+    words="wear", key="Share of the restitutions that wear has taken", effect="wear", acts=restitutions,
 )  # fmt: skip
 PARAMETERS.append(WEAR)

@@ -1,7 +1,7 @@
 """A fact stands once: a parameter is its record and its equation, a quantity its record and its function.
 
-An effect that acts through parameters is its record. They are registered from the folder `toys` and go from YAML to the PDF, in a process of their own, since all other
-modules make their lists from the records when they are imported.
+An effect that acts through parameters is its record. They are registered from the folder `toys` and go from YAML to the
+PDF, in a process of their own, since all other modules make their lists from the records when they are imported.
 """
 
 from __future__ import annotations

@@ -29,6 +29,7 @@ from vibropipe.physics.start import checked_start, support_positions
 from vibropipe.words.parameters import (
     DEFAULTS,
     FOLLOWING,
+    FORCES,
     MIRRORED,
     PARAMETERS,
     PHYSICAL,
@@ -251,7 +252,7 @@ class Exciter(_OfRecords, _Written):
 
     def check_frequency(self, varied: Collection[str] = ()) -> None:
         """Raise a ParameterError if there is a force, stated or `varied`, and no frequency."""
-        forces = (name for name in ("f", "f2") if name in varied or getattr(self, name) != 0.0)
+        forces = (name for name in FORCES if name in varied or getattr(self, name) != 0.0)
         force = None if self.states("nu") or "nu" in varied else next(forces, None)
         if force is not None:
             allowed = PARAMETERS["nu"].range.text

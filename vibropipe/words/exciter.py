@@ -67,6 +67,8 @@ class Effect:
         Why calls that do not compute it refuse its parameters: "dry friction is"; "" where all compute it.
     sentence : str
         What a report says of it in the line on the model; "" if the equation says it.
+    occurs : str
+        Of one with quantities of its own, where these are: "a support is soft".
     name : str
         As in studies and files, the name that the record is assigned to.
     """
@@ -78,6 +80,7 @@ class Effect:
     is_marched: bool = True
     refusal: str = ""
     sentence: str = ""
+    occurs: str = ""
     name: str = ""
 
     def __set_name__(self, owner: type, name: str) -> None:
@@ -193,10 +196,12 @@ class OfEffects:
     soft: int | None = _effect(
         "k = 0 on the supports included", ("k1", "k2"), calls=("k1", "k2"),
         refusal="soft supports are", sentence="soft supports push with a spring and a damper",
+        occurs="a support is soft",
     )
     friction: int | None = _effect(
         "friction = 0", ("friction",), calls=("friction",),
         refusal="dry friction is", sentence="dry friction acts against the velocity",
+        occurs="friction is above 0",
     )
     second_harmonic: int | None = _effect("f2 = 0", ("f2",), calls=("f2",))
     # fmt: on

@@ -11,7 +11,7 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
-from vibropipe.physics.effects import all_effects, has_soft_support, occurs
+from vibropipe.physics.effects import all_effects, has_effect
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS as PAIRED
 from vibropipe.physics.si import TWICE_DAMPED
@@ -28,9 +28,10 @@ from vibropipe.scenes.keys.problems import (
 )
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import check_soft
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.exciter import EFFECTS as RECORDS
+from vibropipe.words.parameters import FORCES, PARAMETERS
+from vibropipe.words.quantities import QUANTITIES
 from vibropipe.words.spelling import did_you_mean
-from vibropipe.words.vocabulary import OF_SOFT
 
 EXCITER: tuple[KeyPath, ...] = tuple(("exciter", name) for name in PARAMETERS)
 OF_SUPPORTS = ("l", "delta", "k1", "k2", "h1", "h2")
@@ -49,14 +50,10 @@ class Check(NamedTuple):
 def check_shown(show: Collection[str], values: Mapping[str, Any]) -> Iterator[Problem]:
     """Check that pictures show quantities of an effect only where parameters, with all their values, have it."""
     for name in show:
-        if name == "energy_friction" and not occurs(values.get("friction", 0.0)):
-            effect = "friction is above 0"
-        elif name in OF_SOFT and not has_soft_support(values):
-            effect = "a support is soft"
-        else:
-            continue
-        must = f"must leave out {name} unless {effect}"
-        yield Problem(("figure", "show"), repr(str(name)), must=must)
+        effect = next((each for each in RECORDS if each.name == QUANTITIES[name].effect), None)
+        if effect is not None and not has_effect(effect, values):
+            must = f"must leave out {name} unless {effect.occurs}"
+            yield Problem(("figure", "show"), repr(str(name)), must=must)
 
 
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:
@@ -83,7 +80,7 @@ def check_together(scene: BaseScene) -> Iterator[Problem]:
     grids = scene.over_arrays()
     is_forced = any(
         grids[name].any() if name in grids else name in varied or given.get(name, 0.0) != 0.0
-        for name in ("f", "f2")
+        for name in FORCES
     )
     if is_forced and "nu" not in names:
         yield frequency_required(("exciter", "nu"))

@@ -16,7 +16,7 @@ from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
-from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS
 
 
 class MotionKeys(StudyModel):
@@ -85,7 +85,7 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
             yield required((*path, "exciter", "l"), PARAMETERS["l"].range.text, where)
             continue
         own = {**shared, **motion.exciter.explicit()}
-        if "nu" not in own and any(own.get(force, 0.0) != 0.0 for force in ("f", "f2")):
+        if "nu" not in own and any(own.get(force, 0.0) != 0.0 for force in FORCES):
             yield frequency_required((*path, "exciter", "nu"))
             continue
         try:

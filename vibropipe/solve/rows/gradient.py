@@ -8,9 +8,10 @@ from typing import Protocol
 import numpy as np
 
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.rows.named import Named
+from vibropipe.solve.rows.named import LENGTHS, Named
 from vibropipe.solve.rows.points import Points, clipped
 from vibropipe.solve.rows.sensitivity import differentiated
+from vibropipe.words.parameters import PARAMETERS
 
 # Steps of central differences over the size of a parameter: orbits are known to some 1e-13, and the error of a
 # difference is least near the cube root.
@@ -30,10 +31,8 @@ class Solve(Protocol):
 
 def parameter_steps(parameters: np.ndarray, columns: Sequence[int], step: float) -> np.ndarray:
     """Return steps (columns,) of differences, relative to a parameter or, if it is small, to its scale."""
-    half = parameters[Parameters._fields.index("l")]
-    scales = np.array(
-        [half if Parameters._fields[column] in ("f", "delta", "l") else 1.0 for column in columns]
-    )
+    half, records = parameters[Parameters._fields.index("l")], [*PARAMETERS.values()]
+    scales = np.array([half ** LENGTHS.get(records[n].dimension, 0) for n in columns])
     return step * np.maximum(np.abs(parameters[list(columns)]), 0.1 * scales)
 
 

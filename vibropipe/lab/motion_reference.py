@@ -22,6 +22,7 @@ from vibropipe.lab.work_precision_methods import (
     effects_of_motion,
 )
 from vibropipe.words.measurements import Outcome
+from vibropipe.words.vocabulary import drawn_by
 
 HARMONICS = 4
 # Impacts slower than this fraction of the fastest count as chatter, in which methods need not agree.
@@ -30,7 +31,7 @@ SLOW_IMPACT_RATIO = 0.05
 # has the shorter ones), from which one was passed over or added: that makes it a whole interval, while within a chatter
 # lags change by up to half of one.
 MAX_LAG_CHANGE = 0.9
-ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
+ERRORS = drawn_by("accuracy")
 
 
 class Pairs(NamedTuple):

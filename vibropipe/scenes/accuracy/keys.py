@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import Annotated, Literal
+from typing import TYPE_CHECKING, Annotated, Literal
 
 from pydantic import AfterValidator, Field
 
@@ -13,12 +13,19 @@ from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motion
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.values import Name, NumberRange
 from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod, is_installed
+from vibropipe.words.vocabulary import drawn_by
 
 Methods = Annotated[list[ComparedMethod], Field(min_length=1), AfterValidator(each_once)]
 Steps = Annotated[int, NumberRange(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
 Accuracy = Annotated[float, NumberRange(*ACCURACY)]
 BY_STEPS = ("crude", "newmark", "solve_nivp")
+
+
+if TYPE_CHECKING:
+    Shown = str
+else:
+    Shown = Literal[drawn_by("accuracy")]
 
 
 class AccuracyFigure(FigureOptions):
@@ -32,7 +39,7 @@ class AccuracyFigure(FigureOptions):
     )
 
     show: Annotated[
-        list[Literal["error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics"]],
+        list[Shown],
         AfterValidator(each_once),
     ] = Field(default=[], description="Errors of which the largest is drawn (default: all).")
 

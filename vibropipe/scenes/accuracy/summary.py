@@ -9,8 +9,9 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.words.measurements import Outcome
+from vibropipe.words.vocabulary import drawn_by
 
-ERRORS = ("error_end", "error_impact_tau", "error_impact_velocity", "error_harmonics")
+ERRORS = drawn_by("accuracy")
 # Largest error of a run that counts as having solved its motion at all.
 LARGEST_ERROR = 1.0
 

@@ -27,14 +27,9 @@ from vibropipe.scenes.accuracy.summary import (
     times_to_errors,
 )
 from vibropipe.words.measurements import OWN_METHODS, Outcome
+from vibropipe.words.vocabulary import quantity
 from vibropipe.words.wording import count, series
 
-ERROR_TEXT = {
-    "error_end": "end state",
-    "error_impact_tau": "impact times",
-    "error_impact_velocity": "impact velocities",
-    "error_harmonics": "harmonics",
-}
 # Errors of the table of times.
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
 TEN_DIGITS = 1e-10
@@ -49,7 +44,7 @@ def left_out_text(dataset: xr.Dataset, show: Collection[str]) -> str:
 
 def compared_text(dataset: xr.Dataset, show: Collection[str]) -> str:
     """Write which errors are compared."""
-    texts = [ERROR_TEXT[name] for name in errors_in(of_errors(dataset, show))]
+    texts = [quantity(name).short for name in errors_in(of_errors(dataset, show))]
     return f"of {series(texts)}" if len(texts) == 1 else f"the largest of {series(texts)}"
 
 

@@ -21,7 +21,7 @@ UNSOLVED_HEADING = "Which rows and motions have no orbit, or no result?"
 TITLE = "Rows and motions to look at"
 NOTE = "With the ranges of the parameters in which they lie."
 DASHES = " A dash: one motion, or no range."
-WIDTHS = ("3cm", "auto", "auto", "3.6cm", "1fr")
+WIDTHS = ("2.7cm", "auto", "auto", "3.9cm", "1fr")
 
 
 def unsolved_table(datasets: Datasets) -> Table | None:

@@ -43,7 +43,7 @@ _REMEDIES = {
         "`tau_end`, raise `max_impacts`, or keep R further from 1."
     ),
     Status.MAX_PERIODS: (
-        "No periodic orbit was found within the period limit; outputs are averages over the last forcing periods."
+        "No orbit was found within the period limit; outputs are averages over the last forcing periods."
     ),
     Status.ROOT_BOUND: (
         "The search for an impact reached its limit. Raise `steps_per_period`, or check that the parameters are "

@@ -39,11 +39,14 @@ COMMANDS = (
     "simulate --l 0.5 --nu 1.2 --f 0.8 --wear 0.2 --tau-end 20",
 )  # fmt: skip
 
+FOLDERS = os.pathsep.join([str(Path(__file__).parent), os.environ.get("PYTHONPATH", "")])
+ENVIRONMENT = {**os.environ, "PYTHONPATH": FOLDERS}
+
 
 def run(folder: Path, *commands: str) -> subprocess.CompletedProcess[str]:
     return subprocess.run(
         [sys.executable, "-m", "toys", *commands], cwd=folder, capture_output=True, text=True,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)}, check=False,
+        env=ENVIRONMENT, check=False,
     )  # fmt: skip
 
 
@@ -140,7 +143,7 @@ def test_keys_schema_goals_and_units_are_made_from_the_records(tmp_path):
     )
     done = subprocess.run(
         [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
-        env={**os.environ, "PYTHONPATH": str(Path(__file__).parent)},
+        env=ENVIRONMENT,
     )  # fmt: skip
     schema, table, is_never_negative, units, spread = json.loads(done.stdout)
     assert "Share of the restitutions that wear has taken (0)." in schema
@@ -148,6 +151,29 @@ def test_keys_schema_goals_and_units_are_made_from_the_records(tmp_path):
     assert "Share of the restitutions that wear has taken (0)." in table
     assert (is_never_negative, units) == (False, "m s-1")
     assert "impact_difference" in spread
+
+
+def test_a_parameter_acts_once_on_copies_and_on_numbers(tmp_path):
+    script = (
+        "import json, pickle\n"
+        "from dataclasses import replace\n"
+        "from toys import effect, parameter, quantity\n"
+        "import vibropipe as vp\n"
+        "from vibropipe.physics.exciter import Exciter\n"
+        "worn = vp.Exciter(l=1.0, R1=0.5, wear=0.5)\n"
+        "copies = worn, replace(worn, nu=2.0), pickle.loads(pickle.dumps(worn)), worn.mirrored().mirrored()\n"
+        "again = Exciter(**worn.parameters()._asdict())\n"
+        "print(json.dumps([[e.R1 for e in (*copies, again)], [e.stated()['R1'] for e in copies],\n"
+        "                  [e.wear for e in (*copies, again)], replace(worn, wear=0.0).R1,\n"
+        "                  worn == copies[2], worn.numbers().R1, worn.parameters().wear]))\n"
+    )
+    done = subprocess.run(
+        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
+        env=ENVIRONMENT,
+    )  # fmt: skip
+    assert json.loads(done.stdout) == [
+        [0.25] * 5, [0.5] * 4, [0.5] * 4 + [0.0], 0.5, True, 0.5, 0.0,
+    ]  # fmt: skip
 
 
 def test_without_the_folder_neither_is_known(tmp_path):

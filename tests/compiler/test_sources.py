@@ -32,7 +32,6 @@ print(*(name for name in sys.modules if name.split(".")[0] == "vibropipe"))
 NUMBERS = (
     "words/regimes.py",
     "words/parameters.py",
-    "words/effects.py",
     "words/outputs.py",
     "words/status.py",
     "physics/saltation.py",
@@ -51,6 +50,7 @@ MEASUREMENTS = {
 }
 NEITHER = (
     "words/exciter.py",
+    "words/quantities.py",
     "words/vocabulary.py",
     "words/quantities.toml",
     "figures/style.py",

@@ -15,7 +15,7 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE, combine, motion
 from vibropipe.physics.load import Force
 from vibropipe.physics.turns import TWO_PI
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.parameters import COMMON_EFFECTS
 
 FORCED = Parameters(1.0, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 GRID: StepGrid = exact_grid(ALL_EFFECTS, FORCED)

@@ -22,7 +22,7 @@ from vibropipe.march.loop import march
 from vibropipe.march.state import State, departure_mode, initial_state
 from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
 from vibropipe.physics.flow import DEGREE
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.parameters import COMMON_EFFECTS
 
 # name of the absent effects: parameters, start (x0, v0), effects present
 FORCED = {"l": 0.5, "nu": 1.1, "f": 0.45, "h": 0.1, "delta": 0.01, "R1": 0.6, "R2": 0.8}

@@ -14,7 +14,7 @@ import pytest
 from comparisons import parameters_of, reference
 
 import vibropipe as vp
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.parameters import COMMON_EFFECTS
 from vibropipe.words.status import Status
 
 MOTIONS = list(reference("motions"))

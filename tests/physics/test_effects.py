@@ -20,7 +20,7 @@ from vibropipe.physics.effects import (
     missing_effect,
     resolve_effects,
 )
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.parameters import COMMON_EFFECTS
 
 FORCED = {"nu": 1.0, "f": -1.0, "h": 0.2, "l": 0.5, "delta": 0.0, "R1": 0.7, "R2": 0.7}
 FAR_2 = {"l": 100.0, "delta": -99.5}  # support 1 at 0.5, support 2 at -199.5

@@ -12,8 +12,7 @@ from hypothesis import strategies as st
 
 import vibropipe as vp
 from vibropipe.physics import closed_orbits as closed
-from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.boundaries import Meeting
+from vibropipe.words.bifurcations import Bifurcation, Meeting
 from vibropipe.words.regimes import Regime
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)

@@ -9,8 +9,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.orbits.boundaries.pieces import search
-from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.boundaries import Meeting
+from vibropipe.words.bifurcations import Bifurcation, Meeting
 
 SOFT = vp.Exciter(l=0.5, h=0.1, nu=1.0, f=0.5, k1=50.0, k2=50.0, h1=1.0, h2=1.0)
 RUBBED = vp.Exciter(l=0.5, h=0.1, nu=1.0, f=0.5, R1=0.7, R2=0.7, friction=0.1)

@@ -13,7 +13,7 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.motion.run import MotionRequest, closed_form_solver, run_motion
 from vibropipe.solve.sweep.sweep import solve_shard
-from vibropipe.words.effects import COMMON_EFFECTS
+from vibropipe.words.parameters import COMMON_EFFECTS
 from vibropipe.words.status import Status
 
 FORCED = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7}

@@ -8,8 +8,8 @@ import pytest
 
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import StudyError, load_study
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.parameters import EFFECT_NAMES
 
 TEXT = """
 title: Cost

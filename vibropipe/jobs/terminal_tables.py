@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING
 
 from vibropipe.jobs.drawing import figures_of
 from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.words.effects import COMMON_EFFECTS
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import COMMON_EFFECTS, PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.wording import aligned, count, method_text, series
 

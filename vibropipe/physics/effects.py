@@ -15,9 +15,8 @@ import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.words.effects import EFFECT_NAMES
 from vibropipe.words.exciter import EFFECTS, Effect
-from vibropipe.words.parameters import acting, of_effect
+from vibropipe.words.parameters import EFFECT_NAMES, acting, of_effect
 
 if TYPE_CHECKING:
     from vibropipe.words.exciter import OfEffects

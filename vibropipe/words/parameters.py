@@ -1,4 +1,4 @@
-"""Names of the parameters of the exciter, with and without units, made from their records (`words.exciter`)."""
+"""Names of the parameters of the exciter, with and without units, and of its effects, made from their records."""
 
 from __future__ import annotations
 
@@ -16,6 +16,15 @@ from vibropipe.words.exciter import (
     described,
 )
 from vibropipe.words.exciter import PARAMETERS as RECORDS
+
+EFFECT_NAMES = tuple(each.name for each in EFFECTS)
+if TYPE_CHECKING:
+    Effect = str
+else:
+    Effect = Literal[EFFECT_NAMES]
+
+COMMON_EFFECTS = tuple(each.name for each in EFFECTS if each.is_common)
+"""Effects of eqs. (5), (6), which kernels have unless effects are stated; further ones only where they are present."""
 
 STARTS = ("x0", "v0")
 """Parts of a start, which a sweep takes like parameters."""

@@ -12,8 +12,7 @@ from enum import IntEnum
 from pathlib import Path
 from typing import Any
 
-from vibropipe.words.bifurcations import Bifurcation, BranchEnd
-from vibropipe.words.boundaries import Meeting
+from vibropipe.words.bifurcations import Bifurcation, BranchEnd, Meeting
 from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
 from vibropipe.words.exciter import PARAMETERS
 from vibropipe.words.measurements import Outcome, Passed

@@ -12,7 +12,7 @@ from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import Problem, one_of
 from vibropipe.scenes.keys.values import Name
-from vibropipe.words.effects import EFFECT_NAMES
+from vibropipe.words.parameters import EFFECT_NAMES
 from vibropipe.words.spelling import did_you_mean
 
 

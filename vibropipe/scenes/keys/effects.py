@@ -13,7 +13,7 @@ from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull
-from vibropipe.words.effects import Effect
+from vibropipe.words.parameters import Effect
 from vibropipe.words.wording import method_text
 
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]

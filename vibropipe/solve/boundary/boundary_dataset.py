@@ -19,7 +19,7 @@ from vibropipe.solve.boundary.boundary_of_pieces import label_points
 from vibropipe.solve.branch.branch_dataset import solve_points
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
-from vibropipe.words.boundaries import Meeting
+from vibropipe.words.bifurcations import Meeting
 from vibropipe.words.parameters import without_absent
 from vibropipe.words.vocabulary import describe
 

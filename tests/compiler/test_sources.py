@@ -13,6 +13,7 @@ from vibropipe.compiler import sources
 from vibropipe.compiler.sources import PACKAGE, SOLVERS, WORDS, closure, file_hash, source_hash
 from vibropipe.scenes.registry import kinds
 from vibropipe.words.exciter import EFFECTS, PARAMETERS, Range
+from vibropipe.words.quantities import QUANTITIES
 
 SOLVING = """
 import sys
@@ -98,7 +99,7 @@ def test_a_solving_process_imports_hashed_modules_only():
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
-    codes = "measurements", "bifurcations", "boundaries", "designs"
+    codes = "measurements", "bifurcations", "designs"
     named = {f"vibropipe.words.{name}" for name in codes}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 
@@ -133,6 +134,7 @@ def test_a_changed_regime_code_changes_the_hash(package):
         {"effect": "rest"},
         {"sign": -1},
         {"dimension": "rate"},
+        {"acts": lambda values: {"h": 2 * values["nu"]}},
     ],
 )
 def test_a_changed_fact_of_a_parameter_changes_the_hash(monkeypatch, change):
@@ -149,6 +151,23 @@ def test_a_changed_text_of_a_parameter_changes_no_hash(monkeypatch):
     monkeypatch.setattr("vibropipe.words.exciter.PARAMETERS", parameters)
     monkeypatch.setattr("vibropipe.words.exciter.EFFECTS", effects)
     assert source_hash(SOLVERS) == before
+
+
+@pytest.mark.parametrize(
+    ("change", "is_fact"),
+    [
+        ({"output": "energy"}, True),
+        ({"dims": ("harmonic",)}, True),
+        ({"has_error": False}, True),
+        ({"function": lambda quantities, parameters: quantities["velocity_mean"]}, True),
+        ({"long_name": "middle", "short": "middle", "drawn": (), "is_signed": False}, False),
+    ],
+)
+def test_facts_of_a_quantity_change_the_hash_and_its_texts_do_not(monkeypatch, change, is_fact):
+    before = source_hash(SOLVERS)
+    changed = replace(QUANTITIES["displacement_mean"], **change)
+    monkeypatch.setitem(QUANTITIES, "displacement_mean", changed)
+    assert (source_hash(SOLVERS) != before) == is_fact
 
 
 def test_every_kernel_is_hashed_or_belongs_to_a_measurement():

@@ -5,6 +5,7 @@ Stored numbers depend on `facts` of these records alone; their texts may change 
 
 from __future__ import annotations
 
+import inspect
 import math
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass
@@ -301,13 +302,18 @@ PARAMETERS: list[Parameter] = [
 """The order of parameters in rows of numbers, tables and files."""
 
 
+def source_of(function: Callable[..., Any] | None) -> str:
+    """Return the source of a function of a record, "" without one."""
+    return "" if function is None else inspect.getsource(function)
+
+
 def facts() -> str:
     """Return what stored numbers depend on in the records: all but texts."""
     effects = [(each.name, each.is_common, each.calls, each.is_marched) for each in EFFECTS]
     parameters = [
         (
             *(each.name, each.range, each.default, each.effect, each.sign, each.twin, each.follows),
-            *(each.physical and each.physical.name, each.dimension),
+            *(each.physical and each.physical.name, each.dimension, source_of(each.acts)),
         )
         for each in PARAMETERS
     ]

@@ -9,12 +9,13 @@ import tomllib
 from collections.abc import Callable, Mapping
 from dataclasses import dataclass, field, replace
 from enum import IntEnum
+from operator import attrgetter
 from pathlib import Path
 from typing import Any
 
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd, Meeting
 from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
-from vibropipe.words.exciter import PARAMETERS
+from vibropipe.words.exciter import PARAMETERS, source_of
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
@@ -194,17 +195,6 @@ QUANTITIES: dict[str, Quantity] = _table()
 
 def facts() -> str:
     """Return what stored numbers depend on in the records."""
-    return repr(
-        [
-            (
-                name,
-                entry.dims,
-                entry.output,
-                entry.largest_of,
-                entry.has_error,
-                entry.has_derivative,
-            )
-            for name, entry in QUANTITIES.items()
-            if entry.output is not None
-        ]
-    )
+    facts_of = attrgetter("dims", "output", "largest_of", "has_error", "has_derivative")
+    rows = [(name, each) for name, each in QUANTITIES.items() if each.output is not None]
+    return repr([(name, *facts_of(each), source_of(each.function)) for name, each in rows])

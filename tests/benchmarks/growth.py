@@ -171,7 +171,7 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
     block_dask_import()  # as jobs do
 
     from vibropipe.scenes.sweep.cut import row_range, store
-    from vibropipe.scenes.sweep.plan import block_rows
+    from vibropipe.scenes.sweep.keys import block_rows
     from vibropipe.scenes.sweep.solve import solve_in_blocks
 
     numba.set_num_threads(threads)

@@ -58,7 +58,7 @@ NEITHER = (
     "report/parts.py",
     "study/models.py",
     "scenes/motion/keys.py",
-    "scenes/sweep/plan.py",
+    "scenes/sweep/keys.py",
     "scenes/sweep/cut.py",
     "scenes/accuracy/pictures.py",
     "cli/commands.py",

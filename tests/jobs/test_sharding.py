@@ -13,10 +13,9 @@ from vibropipe.jobs import sharding
 from vibropipe.jobs.solving import join_to_file, origin, solve_to_file
 from vibropipe.orbits import window
 from vibropipe.scenes import costs
-from vibropipe.scenes.sweep import plan
+from vibropipe.scenes.sweep import keys as keys_of
 from vibropipe.scenes.sweep.cut import row_range
-from vibropipe.scenes.sweep.keys import SweepScene
-from vibropipe.scenes.sweep.plan import SECONDS_PER_ROW
+from vibropipe.scenes.sweep.keys import SECONDS_PER_ROW, SweepScene
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve.rows import row_results
 from vibropipe.store import StoreError, load, write
@@ -60,7 +59,7 @@ def sweep_of(*arguments: object, **keys: object) -> SweepScene:
 
 
 def test_kernels_and_plan_agree_on_the_room_of_a_row():
-    assert plan.MAX_IMPACTS_KEPT == row_results.ORBIT_LOG_CAPACITY
+    assert keys_of.MAX_IMPACTS_KEPT == row_results.ORBIT_LOG_CAPACITY
     assert costs.SIZES["tau"] == row_results.PHASES
     assert costs.SUBHARMONICS == row_results.SUBHARMONICS_PER_HARMONIC
     assert costs.SIZES["visit"] == window.LISTED_PERIODS
@@ -71,13 +70,13 @@ def test_kernels_and_plan_agree_on_the_room_of_a_row():
 def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
     monkeypatch.setenv(sharding.SHARD_VARIABLE, str(seconds))
     scene = sweep_of(grid, 0.7, **keys)
-    shards = sharding.shard_count(plan.plan(scene))
+    shards = sharding.shard_count(keys_of.plan(scene))
     sizes = []
     for shard in range(1, shards + 1):
         start, stop = row_range(scene, shard, shards)
         sizes.append(stop - start)
     assert sum(sizes) == scene.row_count
-    assert plan.block_rows(scene) * plan.row_memory(scene) <= plan.BLOCK_BYTES
+    assert keys_of.block_rows(scene) * keys_of.row_memory(scene) <= keys_of.BLOCK_BYTES
     if shards < sharding.MAX_SHARDS:
         assert max(sizes) * SECONDS_PER_ROW <= seconds + SECONDS_PER_ROW
 
@@ -89,7 +88,7 @@ def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, sec
 def test_rows_take_no_more_memory_than_planned(grid, R, keys):
     scene = sweep_of(grid, R, points=4, **keys)
     solved = solve_rows(scene, 0, scene.row_count)
-    assert solved["row_size"].values.mean() <= plan.max_impacts(scene)
+    assert solved["row_size"].values.mean() <= keys_of.max_impacts(scene)
     fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
     planned = costs.steady_bytes(scene.outputs, scene.harmonics, 0)
     assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)
@@ -143,7 +142,7 @@ def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, mo
     study = tmp_path / "t.yaml"
     study.write_text(json.dumps(study_of(grid, R, **keys)))
     scene = sweep_of(grid, R, **keys)
-    shards = sharding.shard_count(plan.plan(scene))
+    shards = sharding.shard_count(keys_of.plan(scene))
     command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
     folder = Path(growth.__file__).parent
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)

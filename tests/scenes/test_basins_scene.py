@@ -26,8 +26,7 @@ from vibropipe.scenes.basins.attractors import (
 )
 from vibropipe.scenes.basins.basin_map import draw_basins, spot_beside_mark
 from vibropipe.scenes.basins.cut import join, row_range, store
-from vibropipe.scenes.basins.keys import BasinsFigure
-from vibropipe.scenes.basins.plan import plan
+from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.report import answers, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,

@@ -3,8 +3,7 @@
 A kind is a package with the following modules. All but `keys` are imported on first use, so that a command that
 only reads studies loads neither kernels nor matplotlib.
 
-`keys`      the model of its keys and the checks that involve several keys (`CHECKS`)
-`plan`      `plan(scene) -> Work`: its cost
+`keys`      the model of its keys, the checks that involve several keys (`CHECKS`), and `plan(scene) -> Work`: its cost
 `solve`     `solve(scene, progress) -> Dataset`: its solution in memory
 `pictures`  `PICTURES`: its pictures; by default the first that fits the data is drawn
 `report`    `REPORT`: its part of the report
@@ -181,7 +180,7 @@ class Kind:
 
     def plan(self, scene: Any) -> Work:
         """Return the planned work of a scene, the same on every machine."""
-        work: Work = self._module("plan").plan(scene)
+        work: Work = self._module("keys").plan(scene)
         return work
 
     def solve(self, scene: Any, progress: Progress | None = None) -> xr.Dataset:

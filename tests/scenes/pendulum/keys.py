@@ -4,6 +4,7 @@ from typing import Annotated, Literal
 
 from pydantic import Field
 
+from vibropipe.scenes.costs import Work, grid_size
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.grids import Grid
@@ -27,3 +28,8 @@ class PendulumScene(BaseScene):
 
 
 CHECKS = (Check((), lambda scene: no_exciter(scene, "a pendulum has no exciter")),)
+
+
+def plan(scene):
+    rows = scene.row_count
+    return Work(grid_size(scene), rows, "exact", ("period",), seconds=1e-6 * rows, bytes=16 * rows)

@@ -7,14 +7,24 @@ from typing import TYPE_CHECKING, Annotated, Literal
 from pydantic import AfterValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
+from vibropipe.scenes.costs import HEAD_BYTES, Work
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.values import Name, NumberRange
-from vibropipe.words.measurements import COMPARED_METHODS, ComparedMethod, is_installed
+from vibropipe.words.measurements import (
+    COMPARED_METHODS,
+    PEER_METHODS,
+    ComparedMethod,
+    is_installed,
+)
 from vibropipe.words.vocabulary import drawn_by
+from vibropipe.words.wording import count
 
+# Seconds per run of an own method, and of another package, whether or not it is installed.
+SECONDS_PER_RUN, SECONDS_PER_PEER_RUN = 0.05, 0.25
+BYTES_PER_RUN = 89
 Methods = Annotated[list[ComparedMethod], Field(min_length=1), AfterValidator(each_once)]
 Steps = Annotated[int, NumberRange(*STEPS_PER_PERIOD, whole=True)]
 Tolerance = Annotated[float, NumberRange(1e-14, 0.1)]
@@ -91,3 +101,18 @@ class AccuracyScene(SetOfMotions):
 
 
 CHECKS = (Check((*EXCITER, ("motions",)), check_motions),)
+
+
+def plan(scene: AccuracyScene) -> Work:
+    """Return the work of an accuracy scene; runs of other packages take longer."""
+    peers = len(scene.motions) * sum(
+        len(scene.settings(method)) for method in scene.methods if method in PEER_METHODS
+    )
+    return Work(
+        size=count(len(scene.motions), "motion"),
+        rows=scene.row_count,
+        method=", ".join(scene.methods),
+        outputs=(),
+        seconds=(scene.row_count - peers) * SECONDS_PER_RUN + peers * SECONDS_PER_PEER_RUN,
+        bytes=HEAD_BYTES + scene.row_count * BYTES_PER_RUN,
+    )

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
+from vibropipe.scenes.costs import Work, grid_size
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
     SUPPORTS,
@@ -28,6 +29,8 @@ if TYPE_CHECKING:
     Shown = str
 else:
     Shown = Literal[drawn_by("backbone")]
+
+SECONDS_PER_POINT = 20e-6
 
 
 class BackboneFigure(FigureOptions):
@@ -187,3 +190,16 @@ CHECKS = (
     Check((("amplitude",),), _exciter),
     Check((("figure",), *_GRIDS), _figure),
 )
+
+
+def plan(scene: BackboneScene) -> Work:
+    """Return the work of a backbone, from its number of points."""
+    each = 8 + 1 + 2 * 8 + 4 * 8 * scene.harmonics if scene.over_amplitude else 8
+    return Work(
+        size=grid_size(scene),
+        rows=scene.row_count,
+        method="exact",
+        outputs=("harmonics",) if scene.over_amplitude else (),
+        seconds=scene.row_count * SECONDS_PER_POINT,
+        bytes=scene.row_count * each,
+    )

@@ -6,7 +6,7 @@ from collections.abc import Mapping, Sequence
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
-from vibropipe.scenes.basins.plan import most_shards
+from vibropipe.scenes.basins.keys import most_shards
 from vibropipe.scenes.basins.solve import rows_of, solve, solve_rows
 from vibropipe.scenes.rows import rows_of_shard, stored_grid, with_origin
 from vibropipe.solve.physical import stored

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Iterator, Mapping, Sequence
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -12,6 +12,7 @@ from pydantic import AfterValidator, Field
 from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names, effects_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name, stored_values
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import (
     TOGETHER,
@@ -25,6 +26,8 @@ from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
+# Curves of a kind, points of a curve, and the seconds and bytes of a point, as usual.
+USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 4, 300, 2e-4, 120
 BoundaryKinds = Annotated[
     list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)
 ]
@@ -148,3 +151,21 @@ def check_map(
     fits = [name for name, other in scenes.items() if set(other.grids()) == set(scene.over)]
     what = f"a sweep over {' and '.join(scene.over)}"
     yield from check_named(scene, "map", what, fits, broken)
+
+
+def plan(scene: BoundaryScene) -> Work:
+    """Return the work of curves of the usual number and length, which are not known before."""
+    points = len(scene.of) * USUAL_CURVES * USUAL_POINTS
+    return Work(
+        size=" x ".join(_range_text(scene, str(name), ends) for name, ends in scene.over.items()),
+        rows=scene.row_count,
+        method="exact",
+        outputs=(),
+        seconds=points * SECONDS_PER_POINT * slowness(scene),
+        bytes=HEAD_BYTES + points * POINT_BYTES,
+    )
+
+
+def _range_text(scene: BoundaryScene, name: str, ends: Sequence[float]) -> str:
+    (first, last), unit = stored_values(scene, name, ends)
+    return f"{stored_name(scene, name)} {first} to {last}{unit}"

@@ -12,6 +12,14 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from vibropipe.physics.effects import all_effects, effect_names, effects_of
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.start import largest_start
+from vibropipe.scenes.costs import (
+    HEAD_BYTES,
+    Work,
+    slowness,
+    steady_bytes,
+    stored_name,
+    stored_values,
+)
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
     TOGETHER,
@@ -24,9 +32,12 @@ from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
+from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.vocabulary import drawn_by
 
+# Points of a branch that its steps usually need, and seconds per point.
+USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-4
 Switch = Literal["flip", "pitchfork", "grazing"]
 _NUMBER = {"type": "number"}
 ENDS_SCHEMA = {
@@ -204,3 +215,26 @@ CHECKS = (
         lambda scene: check_shown(scene.figure.show, scene.values()),
     ),
 )
+
+
+def plan(scene: BranchScene) -> Work:
+    """Return the work of branches of the usual length; how many follow from their bifurcations is not known before."""
+    ends, at = len(scene.ends.to), 0 if scene.at is None else scene.at.size
+    points = scene.row_count * (ends * USUAL_POINTS + at) * (1 + len(scene.switch))
+    return Work(
+        size=_size_text(scene),
+        rows=scene.row_count,
+        method="exact",
+        outputs=OF_STEADY_STATE,
+        seconds=points * SECONDS_PER_POINT * slowness(scene),
+        bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
+    )
+
+
+def _size_text(scene: BranchScene) -> str:
+    """Write how far branches are followed and at how many values of a further parameter."""
+    name = scene.followed
+    (begin, *ends), unit = stored_values(scene, name, [scene.ends.begin, *scene.ends.to])
+    swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]
+    followed = f"{stored_name(scene, name)} from {begin} to {', '.join(ends)}{unit}"
+    return ", ".join([followed, *swept])

@@ -10,6 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, TOGETHER, Check, check_vary, check_vary_corners
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
@@ -26,8 +27,13 @@ from vibropipe.scenes.keys.values import (
 )
 from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
+from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.units import MINUS
 
+# Seconds of a sample, of a search from one, of the margin of a design, of its scattered parts; searches of a front and
+# samples of the sweeps that it is sought by.
+SAMPLE_SECONDS, SEARCH_SECONDS, DESIGN_SECONDS, YIELD_SECONDS = 1e-4, 0.15, 0.1, 0.3
+SEARCHES, FRONT_SEARCHES, FRONT_SAMPLES = 12, 20, 35_000
 Text = Annotated[str, TextRule(200)]
 NAMES_SCHEMA = {
     "anyOf": [{"type": "string"}, {"type": "array", "items": {"type": "string"}, "maxItems": 2}]
@@ -197,3 +203,23 @@ CHECKS = (
         _goals,
     ),
 )
+
+
+def plan(scene: DesignScene) -> Work:
+    """Return the work of a search of usual length, which is not known before."""
+    is_front = len(scene.minimise) == 2
+    searches = SEARCHES + is_front * FRONT_SEARCHES
+    seconds = (scene.samples + is_front * FRONT_SAMPLES) * SAMPLE_SECONDS
+    seconds += searches * SEARCH_SECONDS * (1 + len(scene.minimise))
+    if scene.tolerance or scene.allow:
+        # Moving inside bounds takes another search for each.
+        seconds += SEARCHES * (YIELD_SECONDS + SEARCH_SECONDS)
+    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
+    return Work(
+        size=f"{scene.samples} samples over {names}",
+        rows=scene.row_count,
+        method="exact",
+        outputs=OF_STEADY_STATE,
+        seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene),
+        bytes=HEAD_BYTES + scene.designs * steady_bytes(OF_STEADY_STATE, 3),
+    )

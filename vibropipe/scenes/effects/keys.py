@@ -11,6 +11,7 @@ from pydantic import AfterValidator, Field
 from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import largest_start
+from vibropipe.scenes.costs import HEAD_BYTES, Work
 from vibropipe.scenes.keys.base import Title, each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
@@ -18,6 +19,10 @@ from vibropipe.scenes.keys.problems import Problem, one_of
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.outputs import OF_MOTION, OUTPUTS, Output
 from vibropipe.words.spelling import did_you_mean
+from vibropipe.words.wording import count
+
+SECONDS_PER_TRIAL, SECONDS_PER_ROUND = 0.1, 0.012
+TRIAL_BYTES = 400
 
 
 class TimedMotion(MotionKeys):
@@ -94,3 +99,15 @@ def _timed(scene: EffectsScene) -> Iterator[Problem]:
 
 
 CHECKS = (Check((*EXCITER, ("motions",)), _timed),)
+
+
+def plan(scene: EffectsScene) -> Work:
+    """Return the work of an effects scene, from its motions and timing rounds."""
+    return Work(
+        size=count(scene.row_count, "motion"),
+        rows=scene.row_count,
+        method="exact",
+        outputs=(),
+        seconds=scene.row_count * (SECONDS_PER_TRIAL + scene.repeats * SECONDS_PER_ROUND),
+        bytes=HEAD_BYTES + scene.row_count * TRIAL_BYTES,
+    )

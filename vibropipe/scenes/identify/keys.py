@@ -10,6 +10,7 @@ import numpy as np
 from pydantic import Field
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name
 from vibropipe.scenes.keys.checks import (
     EXCITER,
     TOGETHER,
@@ -34,6 +35,9 @@ from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES
 from vibropipe.words.parameters import PARAMETERS
 
+# Seconds of a row; sweeps of all samples that searches take as long as.
+ROW_SECONDS, SWEEPS = 1e-4, 12
+OUTPUTS = ("harmonics", "impacts", "stability")
 Text = Annotated[str, TextRule(200)]
 
 
@@ -124,3 +128,16 @@ CHECKS = (
     Check((*EXCITER, ("vary",), ("start",), ("measured",)), check_vary_corners),
     Check((("vary",), ("measured",), ("noise",)), _measured),
 )
+
+
+def plan(scene: IdentifyScene) -> Work:
+    """Return the work of a search of usual length, which is not known before."""
+    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
+    return Work(
+        size=f"{scene.points} measurements, {scene.samples} samples over {names}",
+        rows=scene.row_count,
+        method="exact",
+        outputs=OUTPUTS,
+        seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS * slowness(scene),
+        bytes=HEAD_BYTES + 16 * scene.points * len(scene.measured),
+    )

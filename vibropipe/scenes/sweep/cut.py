@@ -8,7 +8,7 @@ from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.scenes.rows import row_grid, rows_of_shard, stored_grid
-from vibropipe.scenes.sweep.plan import block_rows
+from vibropipe.scenes.sweep.keys import block_rows
 from vibropipe.scenes.sweep.solve import solve_in_blocks
 from vibropipe.store import join as join_rows
 from vibropipe.store import write_grid, write_rows

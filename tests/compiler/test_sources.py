@@ -42,12 +42,12 @@ NUMBERS = (
     "compiler/pieces.py",
 )
 MEASUREMENTS = {
-    "lab/hard_cases/chatter.py": {"hard_cases"},
+    "lab/hard_cases/contacts.py": {"hard_cases"},
     "lab/peers/recorder.py": {"accuracy", "effects", "hard_cases"},
     "lab/crude.py": {"accuracy", "effects", "hard_cases"},
     "scenes/effects/solve.py": {"effects"},
     "scenes/motion/solve.py": {"motion"},
-    "lab/effect_bytes.py": {"effects"},
+    "lab/effect_costs.py": {"effects"},
 }
 NEITHER = (
     "words/exciter.py",

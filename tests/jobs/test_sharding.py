@@ -9,7 +9,7 @@ from pathlib import Path
 import growth
 import pytest
 
-from vibropipe.jobs import sharding
+from vibropipe.jobs import plan
 from vibropipe.jobs.solving import join_to_file, origin, solve_to_file
 from vibropipe.orbits import window
 from vibropipe.scenes import costs
@@ -68,16 +68,16 @@ def test_kernels_and_plan_agree_on_the_room_of_a_row():
 @pytest.mark.parametrize("seconds", [1, 20, 300, 1e6])
 @pytest.mark.parametrize(("grid", "keys"), [(SLOW, {}), (QUICK, ALL), (SLOW, ACCURACY)])
 def test_a_shard_takes_no_longer_and_a_block_no_more_than_it_may(grid, keys, seconds, monkeypatch):
-    monkeypatch.setenv(sharding.SHARD_VARIABLE, str(seconds))
+    monkeypatch.setenv(plan.SHARD_VARIABLE, str(seconds))
     scene = sweep_of(grid, 0.7, **keys)
-    shards = sharding.shard_count(keys_of.plan(scene))
+    shards = plan.shard_count(keys_of.plan(scene))
     sizes = []
     for shard in range(1, shards + 1):
         start, stop = row_range(scene, shard, shards)
         sizes.append(stop - start)
     assert sum(sizes) == scene.row_count
     assert keys_of.block_rows(scene) * keys_of.row_memory(scene) <= keys_of.BLOCK_BYTES
-    if shards < sharding.MAX_SHARDS:
+    if shards < plan.MAX_SHARDS:
         assert max(sizes) * SECONDS_PER_ROW <= seconds + SECONDS_PER_ROW
 
 
@@ -138,11 +138,11 @@ def test_shards_of_other_parameters_are_not_joined(old, new, message, tmp_path):
 )
 def test_a_solving_job_holds_less_than_500_megabytes(grid, R, keys, tmp_path, monkeypatch):
     """Long shards that need much memory: slow forces, hard supports, every output, an accuracy."""
-    monkeypatch.setenv(sharding.SHARD_VARIABLE, "300")
+    monkeypatch.setenv(plan.SHARD_VARIABLE, "300")
     study = tmp_path / "t.yaml"
     study.write_text(json.dumps(study_of(grid, R, **keys)))
     scene = sweep_of(grid, R, **keys)
-    shards = sharding.shard_count(keys_of.plan(scene))
+    shards = plan.shard_count(keys_of.plan(scene))
     command = [sys.executable, "-c", PEAK, str(study), str(tmp_path / "1.nc"), f"{shards}/{shards}"]
     folder = Path(growth.__file__).parent
     done = subprocess.run(command, cwd=folder, capture_output=True, text=True, check=True)

@@ -9,8 +9,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.lab import timing
-from vibropipe.lab.effect_costs import measure_effects
-from vibropipe.lab.effect_work import TimingCase, timed_work
+from vibropipe.lab.effect_costs import TimingCase, measure_effects, timed_work
 from vibropipe.lab.timing import Timer, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid

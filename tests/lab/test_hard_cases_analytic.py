@@ -18,8 +18,8 @@ from vibropipe.lab.hard_cases.analytic import (
     linear_end,
     response,
 )
-from vibropipe.lab.hard_cases.chatter import FALL, PRESSED, chatter_series
-from vibropipe.lab.hard_cases.long_march import WINDOW, period_multiple_of
+from vibropipe.lab.hard_cases.contacts import FALL, PRESSED, chatter_series
+from vibropipe.lab.hard_cases.labels import WINDOW, period_multiple_of
 
 # -- closed forms against arbitrary precision --------------------------------------------------
 

@@ -11,7 +11,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.lab.hard_cases import CASES, solve_hard_cases
 from vibropipe.lab.hard_cases.case import Bound, Case, Solver, evaluate_case, solvers
-from vibropipe.lab.hard_cases.groups import GROUPS, YES_OR_NO
+from vibropipe.lab.hard_cases.cases import GROUPS, YES_OR_NO
 from vibropipe.words.measurements import Passed
 from vibropipe.words.regimes import Regime
 

@@ -144,7 +144,7 @@ def solve(
     threads: Threads = None,
 ) -> None:
     """Solve the scenes of a study whose datasets are not up to date; with --output one scene, or one shard of it."""
-    from vibropipe.jobs.sharding import check_cut
+    from vibropipe.jobs.plan import check_cut
     from vibropipe.study import load_study
 
     study = load_study(file)
@@ -180,7 +180,7 @@ def join(
     threads: Threads = None,
 ) -> None:
     """Join all shards of a scene, in any order, into its dataset."""
-    from vibropipe.jobs.sharding import as_cut
+    from vibropipe.jobs.plan import as_cut
     from vibropipe.study import load_study
 
     study = load_study(file)

@@ -18,8 +18,7 @@ from typing import Any
 
 from vibropipe.compiler.cache import has_kernels
 from vibropipe.jobs.drawing import SUFFIXES, figures_of
-from vibropipe.jobs.plan import ScenePlan, plan_scene
-from vibropipe.jobs.sharding import SHARD_VARIABLE, shard_seconds
+from vibropipe.jobs.plan import SHARD_VARIABLE, ScenePlan, plan_scene, shard_seconds
 from vibropipe.jobs.solving import cut_text
 from vibropipe.jobs.up_to_date import shard_file, stale_files, write_mark
 from vibropipe.scenes.costs import PlanError

@@ -10,10 +10,9 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.compiler.cache import compile_seconds
 from vibropipe.compiler.sources import kernel_hash
 from vibropipe.jobs.estimates import record
-from vibropipe.jobs.plan import plan_scene
+from vibropipe.jobs.plan import as_cut, check_cut, plan_scene
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
-from vibropipe.jobs.sharding import as_cut, check_cut
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene

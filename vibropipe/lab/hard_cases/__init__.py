@@ -8,9 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.lab.hard_cases.case import Case, Measured, Motion, Solver, evaluate_case, solvers
-from vibropipe.lab.hard_cases.cases import CASES
+from vibropipe.lab.hard_cases.cases import CASES, GROUP_OF, GROUPS, Group
 from vibropipe.lab.hard_cases.failures import ENERGY_STEPS, STEPS, answer_questions
-from vibropipe.lab.hard_cases.groups import GROUP_OF, GROUPS, Group
 from vibropipe.words.measurements import Passed
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe

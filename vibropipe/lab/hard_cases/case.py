@@ -3,13 +3,14 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Iterator
+from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import wraps
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.lab.hard_cases.analytic import flight_error, violations
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.rows.steady import steady_state
@@ -17,6 +18,7 @@ from vibropipe.words.status import Status
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 # Steps per forcing period of Newmark's method: too coarse, usual, fine.
 NEWMARK_STEPS = (8, 60, 2000)
@@ -166,3 +168,21 @@ def evaluate_case(case: Case, solver: Solver) -> Measured:
         sum(impacts),
         statuses.count(Status.SHORT_FLIGHTS),
     )
+
+
+def flights_or_violations(
+    solver: Solver, exciter: Exciter, tau_end: float, x0: float = 0.0, v0: float = 0.0
+) -> float:
+    """Return the error of all flights by the exact method, or the number of violations by Newmark's."""
+    if solver.steps is None:
+        return flight_error(exciter, solver.motion(exciter, tau_end, x0, v0), tau_end, x0, v0)
+    return violations(exciter, solver.motion(exciter, tau_end, x0, v0, samples_per_period=32))
+
+
+@largest_error
+def flight_check(
+    solver: Solver, tasks: Sequence[tuple[Exciter, float, float, float]]
+) -> Iterator[float]:
+    """Flight errors (exact) or violations (newmark) of motions given as exciter, tau_end, x0, v0."""
+    for task in tasks:
+        yield flights_or_violations(solver, *task)

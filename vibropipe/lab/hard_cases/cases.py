@@ -1,13 +1,86 @@
-"""Table of hard cases: description, known property, measure and bound."""
+"""Table of hard cases: description, known property, measure and bound; and their groups, with the reason of each bound.
+
+A bound is the rounding of a double, 2e-16, times what a case multiplies it by, rounded up to a power of ten.
+"""
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Mapping, Sequence
 from functools import partial
+from typing import NamedTuple
 
-from vibropipe.lab.hard_cases import chatter, contacts, energy, labels, pieces, smooth
-from vibropipe.lab.hard_cases.case import Bound, Case
-from vibropipe.lab.hard_cases.invariants import flight_check
+from vibropipe.lab.hard_cases import contacts, energy, labels, pieces, smooth
+from vibropipe.lab.hard_cases.case import Bound, Case, flight_check
+
+
+class Group(NamedTuple):
+    """A group of cases: its title, what is known of its motions, and the reason of the bound of each case."""
+
+    title: str
+    known: str
+    reasons: Mapping[str, str]
+
+
+# Of a case that counts wrong answers: none is allowed.
+YES_OR_NO = "yes or no"
+GROWTH = "rounding of each event, which grows along the motion"
+
+GROUPS = (
+    Group("grazing", "struck or not, 10⁻⁴ to 10⁻¹² beyond or short of a support", {
+        "grazing_free": YES_OR_NO, "grazing_forced": YES_OR_NO, "soft_grazing": YES_OR_NO,
+        "friction_turn_at_support": YES_OR_NO,
+    }),
+    Group("starts, ends, releases", "who moves in, moves off or is held", {
+        "start_on_support": YES_OR_NO, "end_on_impact": YES_OR_NO, "impact_at_release": YES_OR_NO,
+        "soft_start": YES_OR_NO, "friction_edge_of_slip": YES_OR_NO, "friction_edge_of_stick": YES_OR_NO,
+        "friction_for_ever": YES_OR_NO, "friction_release": "phase of a force, from an arcsine",
+    }),
+    Group("chatter, plastic supports", "sums of half turns; release where forces balance", {
+        "chatter_complete": "thousands of flights, each rounded", "chatter_cut": "twelve flights, each rounded",
+        "chatter_released": "phase of a release, up to τ = 200", "plastic": "phase of a release, up to τ = 60",
+        "plastic_for_ever": "one impact time, rounded",
+    }),
+    Group("many impacts or periods", "energy; phase of the steady motion; equal intervals", {
+        "ideal_free": "10⁶ impacts, evaluated one by one", "ideal_marched": "10⁶ impacts, each rounded",
+        "million_periods": "10⁶ periods: rounding of the time", "growth_impacts": "1000 impacts, each rounded",
+        "supports_together": "100 flights of 10⁻¹², counted from the start",
+    }),
+    Group("resonance, critical damping", "closed form; powers of a matrix exponential", {
+        "growth_resonance": "growth over 50 periods", "near_resonance": "growth over 6 periods",
+        "near_critical": "terms that nearly cancel",
+    }),
+    Group("extreme parameters", "each flight anew, by a matrix exponential", {
+        "damping": "stiffest flight, h = 10⁴", "extremes": "fastest force, ν = 10⁴",
+        "slow_force": "longest flights, ν = 10⁻⁴", "offset": "flights between rests",
+        "chatter_interrupted": "shortest flights of a chatter",
+    }),
+    Group("energy balance", "work of the force = losses + stored", {
+        "energy_of_motions": "sum over a motion", "energy_of_orbits": "sum over an orbit",
+        "pieces_energy": "sum over an orbit",
+    }),
+    Group("labels, splitting, scaling", "law of the motion; the same motion in parts, scaled, mirrored", {
+        "unbounded": YES_OR_NO, "period_multiples": YES_OR_NO, "coexisting": YES_OR_NO, "mirrored": YES_OR_NO,
+        "refused": YES_OR_NO, "scale_of_length": "powers of two, but for underflow",
+        "split": "two marches, whose difference grows", "weakly_stable": "multiplier 0.9999: rounding times 10⁴",
+        "slow_drift": "1 − R = 10⁻⁴: rounding times 10⁴",
+    }),
+    Group("soft supports", "energy; load over stiffness; solutions of 40 digits", {
+        "soft_shallow": "depth from a difference of energies",
+        "soft_without_loss": "hundreds of contacts, each rounded",
+        "soft_stiff": GROWTH, "soft_overdamped": GROWTH, "soft_to_rigid": "next order in 1/√k",
+        "soft_pressed": "depth from a difference of displacements", "soft_bounces": GROWTH, "soft_together": GROWTH,
+        "soft_and_rigid": GROWTH,
+    }),
+    Group("friction, load, second harmonic", "turning points; solutions of 40 digits", {
+        "friction_decay": "500 turns, each rounded", "friction_chatter": GROWTH, "friction_plastic": GROWTH,
+        "friction_sticks": GROWTH, "friction_in_support": GROWTH, "friction_resonance": GROWTH,
+        "friction_fast_force": GROWTH, "friction_to_zero": "friction moves a motion by at most 10⁴ of itself",
+        "second_alone": GROWTH, "load_pressed": GROWTH,
+    }),
+)  # fmt: skip
+
+GROUP_OF = {name: group for group in GROUPS for name in group.reasons}
+
 
 STRIKES_AS_IT_IS = "impact above, none below the method's own peak"
 FLIGHTS = (
@@ -42,20 +115,20 @@ CASES = (
          "strikes in turn, every 2 arcsin l", contacts.supports_together, Bound(1e-10, 1e-4)),
     Case("chatter_complete", "complete chatter, R = 0.05 to 0.99, pressed permanently",
          "accumulation at the sum of its half turns; sticks to the end; bounded impacts",
-         chatter.chatter_ends, Bound(1e-12, 0.1, 2)),
+         contacts.chatter_ends, Bound(1e-12, 0.1, 2)),
     Case("chatter_cut", "chatter ended by the end, or by a period's end, after 12 impacts; R = 0.5, 0.8, 0.95",
          "exact: impact 12 by the sum of half turns; newmark: inside, reset by eq. (6)",
-         chatter.chatter_cut, Bound(1e-12, 0.0)),
+         contacts.chatter_cut, Bound(1e-12, 0.0)),
     Case("chatter_released", "complete chatter, R = 0.05 to 0.9, ended by release",
          "released where f sin(nu tau) = x of the support, whatever the method",
-         chatter.chatter_released, Bound(1e-12, 1e-12)),
+         contacts.chatter_released, Bound(1e-12, 1e-12)),
     Case("chatter_interrupted", "chatter interrupted by release, R = 0.9 to 0.99",
-         FLIGHTS, partial(flight_check, tasks=chatter.INTERRUPTED), Bound(1e-12, 0.0)),
+         FLIGHTS, partial(flight_check, tasks=contacts.INTERRUPTED), Bound(1e-12, 0.0)),
     Case("plastic", "R = 0 on either or both supports",
          "sticks from the impact on; released where the force equals the spring's",
-         chatter.plastic, Bound(1e-12, 1e-12)),
+         contacts.plastic, Bound(1e-12, 1e-12)),
     Case("plastic_for_ever", "R = 0, pressed permanently",
-         "one impact at arccos(2/3), then sticking to the end", chatter.plastic_for_ever, Bound(1e-14, 0.1, 2)),
+         "one impact at arccos(2/3), then sticking to the end", contacts.plastic_for_ever, Bound(1e-14, 0.1, 2)),
     Case("ideal_free", "R = 1, h = 0, f = 0 over 1e6 impacts from x = 0, x' = -0.51; newmark: from a higher speed",
          "x^2 + x'^2 is constant, without drift", partial(smooth.keeps_energy, f=0.0), Bound(1e-10, 1e-8)),
     Case("ideal_marched", "the same with f = 1e-300: time marching from impact to impact",

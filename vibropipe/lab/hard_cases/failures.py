@@ -18,7 +18,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from vibropipe.lab.hard_cases.chatter import FALL, FIRST_TAU, PRESSED, chatter_series
+from vibropipe.lab.hard_cases.contacts import FALL, FIRST_TAU, PRESSED, chatter_series
 from vibropipe.lab.motion_reference import MotionReference
 from vibropipe.lab.peers.recorder import Recorder, WorkError
 from vibropipe.lab.peers.solve_ivp import solve_by_scipy

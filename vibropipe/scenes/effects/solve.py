@@ -6,8 +6,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from vibropipe.lab.effect_costs import solve_effects
-from vibropipe.lab.effect_work import TimingCase
+from vibropipe.lab.effect_costs import TimingCase, solve_effects
 from vibropipe.lab.work_precision_methods import BenchmarkMotion
 from vibropipe.solve.physical import stored
 

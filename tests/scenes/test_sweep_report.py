@@ -16,6 +16,7 @@ from vibropipe.scenes.sweep.answers import (
     mean_answer,
     sweep_answers,
 )
+from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import energy_title, follow_text
 from vibropipe.scenes.sweep.jumps import jumps_of
 from vibropipe.scenes.sweep.laws import regions_of, share_text
@@ -298,3 +299,12 @@ def test_the_title_of_energies_counts_the_orbits_whose_impacts_take_most():
     dataset["energy_input"][0] = 5.0
     amount = int(struck.sum())
     assert energy_title(dataset) == text.format(f"{amount - 1} of {amount} orbits")
+
+
+def test_the_title_of_a_bifurcation_diagram_leaves_out_rows_without_a_result():
+    dataset = sweep(31)
+    assert bifurcation_title(dataset).startswith("The motion repeats itself after up to 2 forcing")
+    dataset["regime"][:4] = Regime.UNRESOLVED
+    dataset["period_multiple"][5] = 256
+    title = "In all but 4 rows the motion repeats after up to 256 periods, or not at all"
+    assert bifurcation_title(dataset) == title

@@ -178,13 +178,14 @@ def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     has_chaos = bool((regime == Regime.APERIODIC).any())
     if longest == 0:
         return "" if left else "No motion repeats itself"
-    within = (
-        "in each forcing period"
-        if longest == 1
-        else f"after up to {count(longest, 'forcing period')}"
-    )
-    subject = f"In all but {count(left, 'row')} the motion" if left else "The motion"
-    return f"{subject} repeats itself {within}{', or not at all' if has_chaos else ''}"
+    tail = ", or not at all" if has_chaos else ""
+    if left:
+        periods = count(longest, "period")
+        return f"In all but {count(left, 'row')} the motion repeats after up to {periods}{tail}"
+    within = "in each forcing period"
+    if longest > 1:
+        within = f"after up to {count(longest, 'forcing period')}"
+    return f"The motion repeats itself {within}{tail}"
 
 
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

@@ -103,7 +103,7 @@ def map_panel(figure: Figure, place: Place, part: xr.Dataset, x: str, y: str) ->
     if place.is_low:
         ax.set_xlabel(fitted_label(part[x], place.width))
     if place.is_left:
-        ax.set_ylabel(fitted_label(part[y], place.height))
+        ax.set_ylabel(fitted_label(part[y], place.height + 0.4))
     return ax
 
 

@@ -14,7 +14,7 @@ class RowResults(NamedTuple):
     all rows, one row after the other. While rows are solved, their length is a capacity (`solve.row_results`). The last
     dimension of the derivatives `d_*` is the parameter; those of impacts have (position, velocity) before it. Errors of
     rows have the columns of `orbits.sensitivity.errors`, those of impacts (position, velocity). `releases` has the
-    phases at which rests on supports 1 and 2 end, NaN without one. `contacts` has the columns of `orbits.soft_contacts`
+    phases at which rests on supports 1 and 2 end, NaN without one. `contacts` has the columns of `march_contact`
     for each impact, and none where all supports are rigid. `energy` has sums over the orbit, or over the window of a
     motion without one: work of the force, losses by damping, at support 1 and 2, with soft supports or friction by
     friction, and the change of the stored energy.

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.orbits.branches.bordered import factorise, solve_factorised
 from vibropipe.orbits.branches.clearance import clearance
 from vibropipe.orbits.branches.sequence import (
     Sequence,
@@ -14,6 +13,7 @@ from vibropipe.orbits.branches.sequence import (
     fill_equations,
     return_derivative,
 )
+from vibropipe.orbits.branches.steps import factorise, solve_factorised
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
 from vibropipe.physics.flow import DEGREE
 

@@ -7,7 +7,7 @@ import pytest
 from scipy.stats import norm
 
 import vibropipe as vp
-from vibropipe.solve.design.needed import shared
+from vibropipe.solve.design.dataset import shared
 from vibropipe.words.designs import ToleranceResult
 
 # A linear motion: its amplitude is f over |1 - nu^2 + i h nu|.

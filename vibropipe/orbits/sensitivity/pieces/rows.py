@@ -2,17 +2,53 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 
 from vibropipe.compiler import jit, jit_nogil
-from vibropipe.march.grid import new_grid_room
-from vibropipe.march.log import new_log
-from vibropipe.march.piece_log import PieceLog
+from vibropipe.march.grid import Instant, exact_steps, grid_in_room, grid_time, new_grid_room
+from vibropipe.march.log import clear_log, new_log
+from vibropipe.march.loop import OK, march
+from vibropipe.march.piece_log import (
+    AT,
+    CAUSE,
+    CONTACT,
+    FORM,
+    HOME,
+    IMPACT,
+    LEAVES,
+    PIECES,
+    STICK,
+    TURN,
+    W_END,
+    Y_END,
+    PieceLog,
+)
+from vibropipe.march.piece_state import coefficients, piece_state
+from vibropipe.march.pieces import next_instant
+from vibropipe.march.state import restitution_of
+from vibropipe.orbits.pieces import end_of_piece
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.errors import COLUMNS as ERRORS
+from vibropipe.orbits.sensitivity.errors import (
+    IMPULSES,
+    PHASES,
+    SPEED_1,
+    TRACE,
+    ULP,
+    V,
+    X,
+    note_impact,
+    rms,
+)
 from vibropipe.orbits.sensitivity.pieces.columns import (
+    BY_V,
+    BY_X,
     COLUMNS,
+    PARAMETER,
+    SAMPLE,
     add_complex_starts,
     add_starts,
     close_variations,
@@ -20,14 +56,153 @@ from vibropipe.orbits.sensitivity.pieces.columns import (
     new_variations,
 )
 from vibropipe.orbits.sensitivity.pieces.derivatives import write_derivatives
-from vibropipe.orbits.sensitivity.pieces.errors import write_errors
+from vibropipe.orbits.sensitivity.pieces.events import acceleration_of_piece
 from vibropipe.orbits.sensitivity.pieces.multipliers import write_multiplier_derivatives
 from vibropipe.orbits.sensitivity.pieces.orbit import march_orbit, vary_pieces
 from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
-from vibropipe.orbits.soft_contacts import CONTACT_COLUMNS, write_contacts
 from vibropipe.physics.derivatives import F2, LOAD, N_OF_PIECES, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load import largest_force
+from vibropipe.physics.stiffness import is_soft, piece_rate
+
+# Columns of a contact, those of `PieceLog.leaves`: velocity after it, duration, largest force, largest depth.
+CONTACT_COLUMNS = 4
+# Forcing periods after which a contact counts as endless.
+MAX_CONTACT_PERIODS = 256
+
+
+@jit
+def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> None:
+    """March a contact with a soft support, which its impact determines, until the mass leaves, and write its columns.
+
+    Parameters
+    ----------
+    e, p, grid : Effects, Parameters, StepGrid
+    position : float
+        Of the impact that begins it, in forcing periods.
+    home : int
+        The support.
+    velocity : float
+        x' on entering.
+    march_room
+        As for `march_orbit`.
+    contact : (4,) float
+        Columns of the contact; not written where it does not end.
+    """
+    log, c, _grid_room = march_room
+    state = piece_state(e, p, grid, grid_time(position, grid.steps), home, 0.0, -abs(velocity))
+    last = state.period + MAX_CONTACT_PERIODS
+    while state.period < last:
+        clear_log(log)
+        period, step, theta = next_instant(grid, state, 1.0)
+        end = Instant(period, step, theta)
+        state, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
+        if status != OK:
+            return
+        if log.pieces.counts[LEAVES] > 0:
+            for k in range(CONTACT_COLUMNS):
+                contact[k] = log.pieces.leaves[0, k]
+            return
+
+
+@jit
+def write_contacts(e, p, march_room, out, row, first) -> None:
+    """Write the contacts of a solved row into `out.contacts`: of an impact on a rigid support, the velocity after it.
+
+    Parameters
+    ----------
+    e, p, march_room
+        As for `march_orbit`.
+    out : RowResults
+        Compacted results, with their impacts; `contacts` NaN on entry.
+    row : int
+        Index of the row.
+    first : int
+        Index of its first impact.
+    """
+    if out.impact_count[row] == 0:
+        return
+    grid = grid_in_room(e, p, exact_steps(e, p), march_room[2])
+    for i in range(first, first + out.impact_count[row]):
+        home, velocity = np.int64(out.impact_support[i]), out.impact_velocity[i]
+        if is_soft(e, p, home):
+            # Only the phase matters: a time of few digits before the point keeps more behind it.
+            position = out.impact_position[i] - math.floor(out.impact_position[i])
+            march_contact(e, p, grid, position, home, velocity, march_room, out.contacts[i])
+        else:
+            out.contacts[i, 0] = -restitution_of(e, p, home) * velocity
+
+
+@jit
+def relative_error(e, p, pieces, i, state):
+    """Return by how much the event that begins piece i changes the derivative of the return map, relative to its size.
+
+    state : (2, PARAMETER) float
+        Closed samples of the end of the piece before.
+    """
+    x, v, w = rms(state[0, SAMPLE:]), rms(state[1, SAMPLE:]), abs(pieces.values[i - 1, W_END])
+    cause, rate, force = pieces.codes[i, CAUSE], 1.0, 1.0 + largest_force(p)
+    for j in range(i - 1, i + 1):
+        stiffness, damping = coefficients(
+            e, p, pieces.codes[j, HOME], pieces.codes[j, FORM] == CONTACT
+        )
+        rate = max(rate, piece_rate(stiffness, damping))
+    if cause in (TURN, STICK):
+        y1, turn = pieces.values[i - 1, Y_END], pieces.values[i, AT]
+        a = abs(acceleration_of_piece(e, p, pieces, i - 1, turn, y1, 0.0))
+        return v / a * (rate + p.nu * force / a)
+    if not w > 0.0:
+        return 0.0
+    late = x / w
+    struck = (v + (force + rate * w) * late) / w if cause == IMPACT else 0.0
+    return late * rate + struck
+
+
+@jit
+def write_errors(e, p, pieces, m, closing, starts, room, out, row, first) -> None:
+    """Write the errors of an orbit from its samples.
+
+    Parameters
+    ----------
+    e, p, pieces, m
+        As for `vary_pieces`.
+    closing : float
+        Distance by which the orbit fails to close.
+    starts : (2, COLUMNS) float
+        Of `close_variations`.
+    room : PieceVariations
+        Filled by `vary_pieces`; its contacts are closed.
+    out : RowResults
+        `e_row` and `e_impacts`.
+    row, first : int
+        The row, and its first impact.
+    """
+    floor = closing + ULP * (abs(out.section[row, 0]) + abs(out.section[row, 1]) + largest_force(p))
+    out.e_row[row, X] = rms(starts[0, SAMPLE:PARAMETER]) + floor
+    out.e_row[row, V] = rms(starts[1, SAMPLE:PARAMETER]) + floor
+    mean, square, size = floor, 0.0, 1.0
+    for i in range(pieces.counts[PIECES]):
+        add_starts(PARAMETER, room.states[i], starts)
+        share = (end_of_piece(p, pieces, i) - pieces.values[i, AT]) / m
+        mean += share * rms(room.states[i, 0, SAMPLE:])
+        if i > 0:
+            square += relative_error(e, p, pieces, i, room.states[i - 1]) ** 2
+    for part in range(2):
+        size = max(size, abs(room.ends[part, BY_X]) + abs(room.ends[part, BY_V]))
+    out.e_row[row, IMPULSES], out.e_row[row, PHASES] = mean, 0.0
+    relative = math.sqrt(square) + ULP * (1.0 + pieces.counts[PIECES])
+    out.e_row[row, TRACE] = relative * size
+    n = room.counts[0]
+    is_listed = out.impact_count[row] == n
+    for column in range(SPEED_1, ERRORS):
+        out.e_row[row, column] = 0.0 if is_listed else math.nan
+    for j in range(n if is_listed else 0):
+        phase = rms(room.contacts[j, 0, SAMPLE:PARAMETER]) + ULP * (1.0 + m)
+        speed = rms(room.contacts[j, 1, SAMPLE:PARAMETER])
+        speed += ULP * abs(out.impact_velocity[first + j])
+        out.e_impacts[first + j, 0], out.e_impacts[first + j, 1] = phase, speed
+        note_impact(out, row, out.impact_support[first + j], phase, speed)
 
 
 @jit

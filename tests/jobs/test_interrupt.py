@@ -7,12 +7,12 @@ import sys
 
 import pytest
 
-from vibropipe.jobs.interrupt import STOPPED
+from vibropipe.jobs.processes import STOPPED
 from vibropipe.words.exit_codes import INTERRUPTED
 
 BEFORE = """
 import asyncio, logging, os, signal, time
-from vibropipe.jobs.interrupt import Interrupt
+from vibropipe.jobs.processes import Interrupt
 
 interrupt = Interrupt(logging.getLogger("snakemake"))
 interrupt.reading = False

@@ -10,9 +10,8 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.cut import join, store
+from vibropipe.scenes.sweep.cut import join, recompute, store
 from vibropipe.scenes.sweep.maps import draw_quantity_maps
-from vibropipe.scenes.sweep.verify import recompute
 from vibropipe.store import load
 from vibropipe.study import load_study
 

@@ -7,8 +7,8 @@ only reads studies loads neither kernels nor matplotlib.
 `solve`     `solve(scene, progress) -> Dataset`: its solution in memory
 `pictures`  `PICTURES`: its pictures; by default the first that fits the data is drawn
 `report`    `REPORT`: its part of the report
-`verify`    only where blocks of rows can be recomputed: `recompute(path, scene, rows, generator) -> Recomputed`
-`cut`       only for a kind that can be cut into shards: `store`, `join` and `row_range`
+`cut`       only for a kind that can be cut into shards: `store`, `join` and `row_range`; and, only where blocks of rows
+            can be solved again, `recompute(path, scene, rows, generator) -> Recomputed`
 """
 
 from __future__ import annotations
@@ -189,12 +189,13 @@ class Kind:
         return dataset
 
     def recompute(self, path: Path, scene: Any, rows: int, generator: Any) -> Recomputed:
-        """Recompute a dataset and compare it; only a sample of at least `rows` rows by a kind with `verify`."""
-        if find_spec(f"{self.package}.verify") is None:
-            from vibropipe.scenes.recompute import whole_scene
+        """Recompute a dataset and compare it; only a sample of at least `rows` rows by a kind whose `cut` has that."""
+        from vibropipe.scenes.recompute import whole_scene
 
+        sampled = getattr(self.cut, "recompute", None) if self.can_be_cut else None
+        if sampled is None:
             return whole_scene(path, self, scene)
-        recomputed: Recomputed = self._module("verify").recompute(path, scene, rows, generator)
+        recomputed: Recomputed = sampled(path, scene, rows, generator)
         return recomputed
 
     @property

@@ -21,7 +21,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.palette import BAND, EXACT, GREY, INK, METHODS
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.accuracy.marks import error_text, motion_title, multiple_text
+from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.words.status import Status
 from vibropipe.words.wording import count
 

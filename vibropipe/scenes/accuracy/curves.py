@@ -23,17 +23,20 @@ from vibropipe.figures.canvas import (
     power_ticks,
 )
 from vibropipe.figures.palette import EXACT, GREY, INK
-from vibropipe.scenes.accuracy.marks import (
+from vibropipe.scenes.accuracy.summary import (
     LEAST_ERROR,
     NS,
     STYLES,
+    curve,
     error_axis,
     motion_title,
     multiple_text,
+    of_errors,
+    succeeded,
     time_axis,
     time_span,
+    time_to_error,
 )
-from vibropipe.scenes.accuracy.summary import curve, of_errors, succeeded, time_to_error
 from vibropipe.words.measurements import Outcome
 
 HERO_CM = 9.6

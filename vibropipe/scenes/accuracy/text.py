@@ -10,20 +10,18 @@ import xarray as xr
 from vibropipe.figures.canvas import power
 from vibropipe.figures.text import sentences
 from vibropipe.report.parts import DASH, Answer, Table
-from vibropipe.scenes.accuracy.marks import (
+from vibropipe.scenes.accuracy.summary import (
     NAMES,
     capital,
+    curve,
     error_text,
+    errors_in,
     motion_title,
     multiple_text,
-    time_text,
-)
-from vibropipe.scenes.accuracy.summary import (
-    curve,
-    errors_in,
     of_errors,
     price_of_digit,
     succeeded,
+    time_text,
     times_to_errors,
 )
 from vibropipe.words.measurements import OWN_METHODS, Outcome

@@ -12,8 +12,14 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import BODY, SMALL, WHITE_GROUND, axes, new_canvas, ticks
 from vibropipe.figures.palette import BAND, GREY, HAIRLINE, INK, METHODS, SUPPORT_COLOURS
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.effects.prices import Price, base_times, groups, largest_limit, prices
-from vibropipe.scenes.effects.text import title_of
+from vibropipe.scenes.effects.prices import (
+    Price,
+    base_times,
+    groups,
+    largest_limit,
+    prices,
+    title_of,
+)
 from vibropipe.scenes.kind import Picture
 
 ROW_CM = 0.35

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibropipe.report.exciter import side_of
 from vibropipe.report.parts import Answers, Datasets, Line, Side
-from vibropipe.scenes.effects.text import answers
+from vibropipe.scenes.effects.prices import answers
 from vibropipe.scenes.kind import ReportPart
 
 

@@ -1,20 +1,26 @@
-"""A sweep cut into shards, solved by a job each and joined, and shards into blocks that fit in memory."""
+"""A sweep cut into shards, solved by a job each and joined, and shards into blocks that fit in memory.
+
+To verify it, a sample of its rows is recomputed, whole chains if a parameter is followed.
+"""
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from contextlib import closing
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
+import numpy as np
+
+from vibropipe.scenes.recompute import Recomputed, part_text, sample_indices
 from vibropipe.scenes.rows import row_grid, rows_of_shard, stored_grid
-from vibropipe.scenes.sweep.keys import block_rows
-from vibropipe.scenes.sweep.solve import solve_in_blocks
+from vibropipe.scenes.sweep.keys import SweepScene, block_rows
+from vibropipe.scenes.sweep.solve import solve_in_blocks, solve_rows
+from vibropipe.store import Difference, compare_rows, write_grid, write_rows
 from vibropipe.store import join as join_rows
-from vibropipe.store import write_grid, write_rows
 
 if TYPE_CHECKING:
-    from vibropipe.scenes.sweep.keys import SweepScene
     from vibropipe.words.progress import Progress
 
 
@@ -75,3 +81,22 @@ def join(
         If the shards are not those of this scene.
     """
     join_rows(shards, path, stored_grid(scene), dict(attrs), progress)
+
+
+def recompute(
+    path: Path, scene: SweepScene, rows: int, generator: np.random.Generator
+) -> Recomputed:
+    """Recompute at least `rows` rows, or all if there are fewer."""
+    grid = row_grid(scene)
+    length = grid.chain_length
+    chains = sample_indices(grid.chains, math.ceil(rows / length), generator)
+    as_stored = stored_grid(scene)
+    differences: list[Difference] = []
+    for chain in chains:
+        shard = solve_rows(scene, chain * length, (chain + 1) * length)
+        differences += compare_rows(path, shard, as_stored)
+        if any(
+            item.where == "" for item in differences
+        ):  # An attribute differs, and so in every row.
+            break
+    return Recomputed(part_text(len(chains) * length, grid.rows, "row"), differences)

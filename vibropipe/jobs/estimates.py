@@ -26,10 +26,13 @@ from vibropipe.store import StoreError, atomic_file
 from vibropipe.study import Study
 
 FILE_NAME = "rates.json"
-# Planned seconds and bytes of solved scenes whose ratio counts as much as that of the loop, and as 1.
-FEW_SECONDS, FEW_BYTES = 0.5, 1e5
+# Planned seconds and bytes of solved scenes whose ratio counts as much as that of the loop, and as 1: most of what
+# small scenes take is loading, and headers of files.
+FEW_SECONDS, FEW_BYTES = 3.0, 2e6
 # Weight of all earlier scenes beside a new one of the same size.
 MEMORY = 0.7
+# Versions of the code that are remembered, for each set of kernels.
+VERSIONS = 8
 # CPU seconds in which a job loads what it needs: a new process, and a scene.
 JOB_SECONDS, SCENE_SECONDS = 0.7, 0.1
 # Passes of the loop, its length, and the seconds of a pass on the machine whose seconds plans have.
@@ -71,7 +74,7 @@ def estimate_study(study: Study) -> Estimates:
     known = _load()
     rough = tuple(plan.name for plan in plans if _name(plan) not in known["rates"])
     compiled = known["compiled"]
-    uncompiled = (plan.name for plan in plans if compiled.get(_kernels(plan)) != _version(plan))
+    uncompiled = (p.name for p in plans if _version(p) not in compiled.get(_kernels(p), ()))
     by_scene = {plan.name: _estimate(plan, known["rates"]) for plan in plans}
     return Estimates(by_scene, rough, tuple(uncompiled))
 
@@ -104,7 +107,9 @@ def record(plan: ScenePlan, share: float, seconds: float, size: float) -> None:
         known = _load()
         before = known["rates"].get(_name(plan), [0.0] * 4)
         known["rates"][_name(plan)] = [MEMORY * old + x for old, x in zip(before, new, strict=True)]
-        known["compiled"][_kernels(plan)] = _version(plan)
+        versions = known["compiled"].setdefault(_kernels(plan), [])
+        if _version(plan) not in versions:
+            known["compiled"][_kernels(plan)] = [*versions, _version(plan)][-VERSIONS:]
         with atomic_file(_file()) as temporary:
             temporary.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
 
@@ -146,5 +151,6 @@ def _load() -> dict[str, dict[str, Any]]:
         held = json.loads(_file().read_text(encoding="utf-8"))
         rates = {name: [float(x) for x in rate] for name, rate in held["rates"].items()}
         if all(len(rate) == 4 for rate in rates.values()):
-            return {"rates": rates, "compiled": dict(held["compiled"])}
+            compiled = {name: list(versions) for name, versions in held["compiled"].items()}
+            return {"rates": rates, "compiled": compiled}
     return {"rates": {}, "compiled": {}}

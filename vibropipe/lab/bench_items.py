@@ -109,7 +109,7 @@ def sweep_item(*, whole: bool) -> Item:
         ],
         [
             Target("steady states", "heyoka, 1e-15", 60),
-            Target("steady states", "textbook loop", 150),
+            Target("steady states", "textbook loop", 100),
         ],
     )
 

@@ -4,11 +4,15 @@ from __future__ import annotations
 
 import re
 from collections.abc import Iterator
+from itertools import pairwise
 from pathlib import Path
 from types import SimpleNamespace
 
+import numpy as np
 import pytest
+import xarray as xr
 from pdf_pages import filled, letters, page_texts
+from sentence_numbers import missing, values_of
 from small_studies import STUDIES
 
 from vibropipe.figures.canvas import MIN_TYPE
@@ -27,6 +31,7 @@ NAMES = re.compile(
     r"([Ss]upports?|[Ff]igures?|[Hh]armonics?) \d+(( and |, )\d+)*|[A-Z]+\d+|\(\d+; \d+, \d+\)|95 %"
 )
 NUMBER = re.compile(r"\d[\d,]*(\.\d+)?( × 10[⁻⁰¹²³⁴-⁹]+)?")
+DECIMAL = re.compile(r"−?\d[\d,]*\.\d+( × 10[⁻⁰¹²³⁴-⁹]+)?")
 
 
 @pytest.fixture(scope="module")
@@ -49,7 +54,8 @@ def reports(tmp_path_factory):
             pdf = build_report(study, folder, folder / "report.pdf")
             datasets = read_scenes(folder / name, study.scenes, study.fingerprints)
             sidecars = {each: read_sidecar(folder / name / f"{each}.nc") for each in study.scenes}
-            made[name] = SimpleNamespace(pdf=pdf, data=report_data(study, datasets, sidecars))
+            data = report_data(study, datasets, sidecars)
+            made[name] = SimpleNamespace(pdf=pdf, data=data, datasets=study.shown(datasets))
         return made[name]
 
     return report_of
@@ -73,6 +79,18 @@ def answers_of(data) -> Iterator[list[dict]]:
 def numbers_in(text: str) -> list[str]:
     """Return the numbers that a sentence states."""
     return [found[0] for found in NUMBER.finditer(NAMES.sub("", text))]
+
+
+def derived_from(dataset: xr.Dataset) -> Iterator[float]:
+    """Yield what sentences state that follows from a dataset: shares of codes, steps of grids, ratios of a cascade."""
+    for name, array in dataset.variables.items():
+        if array.dtype.kind in "iub" and array.size:
+            yield from np.unique(array.values, return_counts=True)[1] / array.size
+        steps = np.abs(np.diff(array.values)) if name in ("x0", "v0") else ()
+        yield from steps
+        if str(name).startswith("bifurcation_") and array.dtype.kind == "f":
+            steps = np.abs(np.diff(np.unique(array.values)))
+            yield from (before / after for before, after in pairwise(steps))
 
 
 @pytest.mark.parametrize(
@@ -116,6 +134,18 @@ def test_scenes_have_at_most_three_answers_of_two_numbers(report):
         for answer in answers:
             text = f"{answer['lead']} {answer['rest']}"
             assert len(numbers_in(text)) <= 2, text
+
+
+def test_numbers_of_answers_and_titles_are_those_of_the_data(report):
+    texts = [each["title"] for each in figures_of(report.data)]
+    texts += [
+        f"{each['lead']} {each['rest']}" for group in answers_of(report.data) for each in group
+    ]
+    decimals = [number[0] for text in texts for number in DECIMAL.finditer(text)]
+    derived = [value for data in report.datasets.values() for value in derived_from(data)]
+    first, *others = report.datasets.values()
+    derived += [value for data in others for value in values_of(data)]
+    assert not missing(decimals, first, derived)
 
 
 def test_every_answer_begins_with_a_half_sentence_that_is_bold(report):

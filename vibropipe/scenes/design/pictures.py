@@ -1,10 +1,29 @@
-"""Pictures of a design scene."""
+"""Pictures of a design scene; among them the first design drawn to scale, and how far its parameters may be off."""
 
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+from matplotlib.patches import Rectangle
 
+from vibropipe.figures.canvas import SMALL, WIDE, arrow, axes, new_canvas
+from vibropipe.figures.palette import BAND, FAILED, GREY, INK, SUPPORT_TEXT
+from vibropipe.figures.text import (
+    format_number,
+    in_lines,
+    parameter_names,
+    sentences,
+    symbol_of,
+    with_units,
+)
+from vibropipe.report.parts import DASH
+from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
 from vibropipe.scenes.design.front import describe_front, draw_front, is_front, title_front
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
-from vibropipe.scenes.design.sketch import describe_sketch, draw_sketch, title_sketch
 from vibropipe.scenes.design.spread_pictures import (
     describe_sensitivities,
     describe_tornado,
@@ -13,7 +32,218 @@ from vibropipe.scenes.design.spread_pictures import (
     title_sensitivities,
     title_tornado,
 )
+from vibropipe.scenes.design.workshop import (
+    held_too_wide,
+    no_tolerance,
+    nominal_text,
+    shown_tolerance,
+    toleranced,
+)
 from vibropipe.scenes.kind import Picture
+from vibropipe.words.vocabulary import held_name
+
+# Centimetres: from the middle to a support, or to an equilibrium beyond it; the wall; lines of the table.
+REACH, WALL, LINE = 3.2, 0.7, 0.4
+MIDDLE, CENTRED, TABLE = 6.4, 8.2, 11.2
+FEW_LINES = 5  # of the table, beside the mass
+MASS = 1.1
+NAMES_DRAWN = ("l", "delta", "R1", "R2", "k1", "k2", "C1", "C2", "h1", "h2", "H1", "H2")
+
+
+def draw_sketch(dataset: xr.Dataset) -> Figure:
+    """Draw supports, offset and equilibrium of design 1 to scale, with the tolerances beside the deviations."""
+    names = limited(dataset)
+    below = max(0, len(names) - FEW_LINES) * LINE
+    height = 5.7 + below
+    figure = new_canvas(height)
+    ax = axes(figure, 0, 0, WIDE, height)
+    ax.set(xlim=(0, WIDE), ylim=(-below, 5.7))
+    ax.set_axis_off()
+    draw_exciter(ax, dataset, MIDDLE if names else CENTRED)
+    if names:
+        draw_limits(ax, dataset, names)
+    given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
+    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name, 0)}" for name in given]
+    line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
+    ax.text(WALL, 0.02, line, va="bottom", linespacing=1.3)
+    return figure
+
+
+def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
+    """Draw the parts: supports and equilibrium to scale, mass, spring and damper not."""
+    half, offset = (float(np.ravel(dataset[name].values)[0]) for name in ("l", "delta"))
+    scale = REACH / max(half, abs(offset))
+    at = (
+        middle - scale * offset
+    )  # displacements count from the equilibrium, supports lie at offset -+ l
+    grey: dict[str, Any] = {"color": GREY, "lw": 0.5}
+    ax.plot([middle] * 2, [2.0, 5.35], ls=(0, (4, 2)), **grey)
+    ax.plot([at] * 2, [0.6, 4.5], ls=(0, (6, 1.5, 1, 1.5)), zorder=0, **grey)
+    for number, sign in ((1, 1), (2, -1)):
+        edge = middle + sign * scale * half
+        draw_support(ax, dataset, number, edge, sign)
+        ax.plot([edge] * 2, [3.55, 5.35], color=GREY, lw=0.4)
+        dimension(ax, min(middle, edge), max(middle, edge), 5.15, quantity_text(dataset, "l"))
+    if offset:
+        draw_offset(ax, dataset, middle, at)
+    # the mass with its striker, a bar whose sides meet the supports
+    inside = float(np.clip(at, middle - scale * half, middle + scale * half))
+    ax.plot([inside] * 2, [1.75, 3.3], color=INK, lw=2.0, solid_capstyle="butt", zorder=4)
+    ax.add_patch(
+        Rectangle((inside - MASS / 2, 0.8), MASS, 0.95, facecolor="white", edgecolor=INK, lw=0.9)
+    )
+    ax.text(inside, 1.27, "$m$", ha="center", va="center", zorder=5)
+    ground(ax, WALL - 0.25, 0.75, 0.25, 1.05)
+    ax.plot([WALL] * 2, [0.75, 1.8], color=INK, lw=1.4, solid_capstyle="butt")
+    coil(ax, WALL, inside - MASS / 2, 1.5)
+    damper(ax, WALL, inside - MASS / 2, 1.04)
+
+
+def draw_offset(ax: Axes, dataset: xr.Dataset, middle: float, at: float) -> None:
+    """Draw the dimension of the offset, with arrows from outside if it is short."""
+    text, gap = quantity_text(dataset, "delta"), abs(at - middle)
+    if gap > 1.8:
+        dimension(ax, min(at, middle), max(at, middle), 4.3, text)
+        return
+    sign = 1 if at >= middle else -1
+    arrow(ax, (at + 0.45 * sign, 4.3), (at, 4.3), lw=0.45, mutation_scale=4)
+    arrow(ax, (middle - 0.45 * sign, 4.3), (middle, 4.3), lw=0.45, mutation_scale=4)
+    ax.text(at + 0.52 * sign, 4.3, text, va="center", ha="left" if sign > 0 else "right")
+
+
+def draw_support(ax: Axes, dataset: xr.Dataset, number: int, edge: float, sign: int) -> None:
+    """Draw a support whose surface is at `edge`, and write what it gives back or how soft it is."""
+    stiffness, damping = (held_name(dataset.coords, f"{name}{number}") for name in "kh")
+    soft = stiffness in dataset.coords and bool(np.ravel(dataset[stiffness].values)[0])
+    depth, near = (0.2, 0.35) if soft else (0.5, 0.0)
+    ground(ax, min(edge + sign * near, edge + sign * (near + depth)), 2.8, depth, 0.75)
+    if soft:
+        coil(
+            ax,
+            min(edge, edge + sign * near),
+            max(edge, edge + sign * near),
+            3.17,
+            turns=3,
+            half=0.1,
+            lead=0.04,
+        )
+    ax.plot([edge] * 2, [2.8, 3.55], color=INK, lw=1.4, solid_capstyle="butt")
+    ax.text(
+        edge + sign * (near + depth) / 2, 3.62, str(number), ha="center", va="bottom",
+        weight="bold", color=SUPPORT_TEXT[number],
+    )  # fmt: skip
+    names = [stiffness, damping] if soft else [f"R{number}"]
+    text = "\n".join(quantity_text(dataset, name) for name in names if name in dataset.coords)
+    place: dict[str, Any] = {
+        "ha": "left" if sign > 0 else "right",
+        "va": "center",
+        "linespacing": 1.3,
+    }
+    ax.text(edge + sign * 0.65, 3.17, text, **place)
+
+
+def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:
+    """Write how far each parameter may be off beside what the workshop holds; red where that is too wide."""
+    tight = held_too_wide(dataset, 0)
+    given = dataset.attrs.get("scatter") == "given"
+    columns = ((TABLE + 2.9, "may be off by"), (WIDE - 0.05, "workshop" if given else "assumed"))
+    has_found = bool(toleranced(dataset))
+    for x, head in columns[0 if has_found else 1 :]:
+        ax.text(x, 2.35, head, ha="right", weight="bold", fontsize=SMALL)
+    ax.plot([TABLE, WIDE - 0.05], [2.26, 2.26], color=INK, lw=0.5)
+    for n, name in enumerate(names):
+        y = 2.0 - LINE * n
+        ax.text(TABLE, y, symbol_of(dataset[name]), va="center")
+        colour = FAILED if name in tight else INK
+        text = shown_tolerance(dataset, name, 0) if name in toleranced(dataset) else DASH
+        weight = "bold" if name in tight else "normal"
+        off = plus_minus(dataset, name, text)
+        if has_found:
+            ax.text(columns[0][0], y, off, ha="right", va="center", color=colour, weight=weight)
+        std = float(dataset[f"{name}_std"]) if f"{name}_std" in dataset else np.nan
+        held = plus_minus(dataset, name, format_number(std, 3))
+        ax.text(columns[1][0], y, held, ha="right", va="center", color=GREY)
+
+
+def limited(dataset: xr.Dataset) -> list[str]:
+    """Return the parameters that have a tolerance or a deviation."""
+    known = [str(name) for name in dataset.coords if f"{name}_std" in dataset]
+    return [str(n) for n in dataset.coords if str(n) in toleranced(dataset) or str(n) in known]
+
+
+def plus_minus(dataset: xr.Dataset, name: str, text: str) -> str:
+    """Write a tolerance or a deviation of a parameter with its unit; a dash if there is none."""
+    return DASH if text == DASH else f"± {with_units(dataset[name], text)}"
+
+
+def quantity_text(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter of design 1 with its symbol and unit."""
+    return f"{symbol_of(dataset[name])} = {nominal_text(dataset, name, 0)}"
+
+
+def ground(ax: Axes, x: float, y: float, width: float, height: float) -> None:
+    """Draw a hatched block."""
+    ax.add_patch(
+        Rectangle((x, y), width, height, facecolor=BAND, edgecolor=GREY, hatch="//////", lw=0)
+    )
+
+
+def coil(
+    ax: Axes,
+    x1: float,
+    x2: float,
+    y: float,
+    turns: int = 12,
+    half: float = 0.14,
+    lead: float = 0.16,
+) -> None:
+    """Draw a spring between two points."""
+    x = np.linspace(x1 + lead, x2 - lead, 2 * turns + 1)
+    up = half * np.array([0, *(1 if k % 2 else -1 for k in range(1, 2 * turns)), 0])
+    ax.plot([x1, *x, x2], [y, *(y + up), y], color=INK, lw=0.7)
+
+
+def damper(ax: Axes, x1: float, x2: float, y: float) -> None:
+    """Draw a damper between two points."""
+    a, b = x1 + 0.42 * (x2 - x1), x1 + 0.62 * (x2 - x1)
+    for x, z in (
+        ((x1, a), (y, y)),
+        ((b, a, a, b), (y + 0.15, y + 0.15, y - 0.15, y - 0.15)),
+        ((a + 0.17, x2), (y, y)),
+    ):
+        ax.plot(x, z, color=INK, lw=0.7)
+    ax.plot([a + 0.17] * 2, [y - 0.11, y + 0.11], color=INK, lw=1.2)
+
+
+def dimension(ax: Axes, x1: float, x2: float, y: float, text: str) -> None:
+    """Draw a dimension with its text above."""
+    arrow(ax, (x1, y), (x2, y), arrowstyle="<|-|>", lw=0.45, mutation_scale=4)
+    ax.text((x1 + x2) / 2, y + 0.06, text, ha="center", va="bottom")
+
+
+def title_sketch(dataset: xr.Dataset) -> str:
+    """Return the title of the sketch."""
+    if not is_met(dataset)[0]:
+        return "The design that misses least, drawn to scale"
+    if dataset.sizes["design"] == 1:
+        return "The design, drawn to scale"
+    return "Design 1, drawn to scale"
+
+
+def describe_sketch(dataset: xr.Dataset) -> str:
+    """Return the caption of the sketch."""
+    parts = [
+        "Dash-dotted: static equilibrium without supports; dashed: middle between the supports",
+        f"Wanted: {wanted_text(dataset)}",
+    ]
+    if has_tolerances(dataset):
+        parts.append(no_tolerance(dataset, 0) or "May be off: all at once, rounded down")
+    if dataset.attrs.get("scatter") == "given":
+        red = "; red: a tolerance below it" if held_too_wide(dataset, 0) else ""
+        parts.append(f"Workshop: given standard deviation{red}")
+    elif "scatter" in dataset.attrs:
+        parts.append("Assumed: a standard deviation of 0.1 %, since none is given")
+    return sentences(*parts)
 
 
 def has_designs(dataset: xr.Dataset) -> bool:

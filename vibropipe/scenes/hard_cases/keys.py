@@ -27,7 +27,7 @@ SECONDS_OF_CASES = {
 # Seconds of the questions that are put to common methods as well.
 SECONDS_OF_QUESTIONS = {"energy": 3.0, "grazing": 2.0, "chatter": 0.6, "step": 0.7}
 SECONDS_PER_CASE, USUAL_CASES = 0.03, 30
-HARD_CASES_BYTES = 40e3
+HARD_CASES_BYTES = 130e3
 
 
 class HardCasesFigure(FigureOptions):

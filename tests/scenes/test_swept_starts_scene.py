@@ -76,5 +76,5 @@ def test_a_map_over_starts_names_them() -> None:
     )
     figure = draw_quantity_maps(rows, ["lyapunov_exponent"])
     labels = {ax.get_xlabel() for ax in figure.axes} | {ax.get_ylabel() for ax in figure.axes}
-    assert {"displacement at the start $x(0)$", "velocity at the start"} <= labels
+    assert {"displacement at the start $x(0)$", r"velocity at the start $\dot{x}(0)$"} <= labels
     plt.close(figure)

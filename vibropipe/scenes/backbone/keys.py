@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.scenes.costs import Work, grid_size
+from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
     SUPPORTS,
@@ -201,5 +201,5 @@ def plan(scene: BackboneScene) -> Work:
         method="exact",
         outputs=("harmonics",) if scene.over_amplitude else (),
         seconds=scene.row_count * SECONDS_PER_POINT,
-        bytes=scene.row_count * each,
+        bytes=HEAD_BYTES + scene.row_count * each,
     )

@@ -10,7 +10,7 @@ from pydantic import AfterValidator, Field
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
-from vibropipe.scenes.costs import Work, grid_size, slowness, steady_bytes
+from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size, slowness, steady_bytes
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
     EXCITER_CHECK,
@@ -195,7 +195,7 @@ def plan(scene: BasinsScene) -> Work:
         method="exact",
         outputs=OF_STEADY_STATE,
         seconds=(n_values * SEARCH_SECONDS + starts * SECONDS_PER_START) * slowness(scene),
-        bytes=scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
+        bytes=HEAD_BYTES + scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
         pieces=most_shards(scene),
         is_parallel=True,
     )

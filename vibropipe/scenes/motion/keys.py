@@ -10,6 +10,7 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD
 from vibropipe.scenes.costs import (
+    HEAD_BYTES,
     IMPACT_BYTES,
     USUAL_IMPACTS,
     Work,
@@ -192,7 +193,7 @@ def plan(scene: MotionScene) -> Work:
     recorded = scene.tau_end * scene.resolved_exciter()["nu"] / (2 * math.pi)
     periods = scene.settle_periods + recorded
     steps = scene.solver.arguments().get("steps_per_period", 0)
-    stored = USUAL_IMPACTS * recorded * IMPACT_BYTES
+    stored = HEAD_BYTES + USUAL_IMPACTS * recorded * IMPACT_BYTES
     if "motion" in scene.outputs:
         # Variables of a sample: tau, displacement, velocity, force; with newmark also the two of the exact motion.
         stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)

@@ -1,12 +1,14 @@
 """Functions called from Python and from compiled code, their cache, and equal bits in every process."""
 
 import os
+import shutil
 import subprocess
 import sys
 
 import pytest
 
 from vibropipe.compiler import jit
+from vibropipe.compiler.sources import PACKAGE, source_hash
 
 PRINTS_NAMES = """
 import sys
@@ -169,3 +171,24 @@ def test_the_first_process_computes_the_same_bits_as_later_ones(tmp_path):
     first, second = run(NUMBERS, tmp_path), run(NUMBERS, tmp_path)
     assert int(first[0]) >= 3
     assert first == second
+
+
+def test_an_edit_after_an_import_names_no_kernels_of_before(tmp_path):
+    """The folder of a module is named by the source that was imported, though its kernels are compiled later."""
+    package = tmp_path / "vibropipe"
+    shutil.copytree(PACKAGE, package, ignore=shutil.ignore_patterns("__pycache__"))
+    edited = package / "physics" / "load.py"
+    script = f"""
+import sys
+sys.path.insert(0, {str(tmp_path)!r})
+import vibropipe.physics.load as load
+from vibropipe.physics.exciter import Parameters
+with open(load.__file__, "a") as file:
+    file.write("# edited\\n")
+load.force_at(Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0), 1.0, 0.25)
+"""
+    cache = tmp_path / "cache"
+    run(script, cache)
+    assert edited.read_text().endswith("# edited\n")
+    (kernels,) = cache.glob("vibropipe/physics.load-*")
+    assert kernels.name == f"physics.load-{source_hash(['vibropipe.physics.load'])}"

@@ -9,7 +9,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from typing import Any, TypeVar, cast
 
-from vibropipe.compiler.cache import opened
+from vibropipe.compiler.cache import module_folder, opened
 from vibropipe.compiler.sources import kernel_hash
 
 __all__ = ["jit", "jit_allocating", "jit_inline", "jit_nogil", "jit_parallel", "kernel_hash"]
@@ -25,6 +25,7 @@ def _compile(function: F, **flags: Any) -> F:
     # numpy's error model: 1/0 gives inf, no branch per division. Inlining is set on every function: otherwise numba
     # takes it from whichever caller is compiled first, and the machine code depends on that order.
     flags = {"error_model": "numpy", "forceinline": False} | flags
+    module_folder(function.__module__)  # named by the sources that were imported, not by later edits
     try:
         from vibropipe.compiler.pieces import compiled
     except (ImportError, AttributeError):  # another version of numba: slower, but right

@@ -2,7 +2,8 @@
 
 The error of an impact, of its phase and speed, follows the transfer of the next flight (`orbits.sensitivity.flights`),
 which adds its own. Roundings are independent: their covariance is followed. A parameter is off by the same amount in
-every flight: its derivative is followed. Without rests, and while errors are so small that they stay linear.
+every flight: its derivative is followed. Without rests, and while errors are so small that they stay linear. Where the
+impacts of a motion repeat, its errors soon do so too.
 """
 
 from __future__ import annotations
@@ -26,10 +27,12 @@ from vibropipe.physics.load import (
 from vibropipe.physics.turns import sincos_turns
 from vibropipe.physics.variation import new_workspace
 
-# Columns of what is known of an impact: standard deviation of its phase (turns) and speed, the same by the parameters,
-# and the error of the state that leaves it, sqrt(dx^2 + dx'^2), which no flight increases.
-PHASE, SPEED, PHASE_BY_PARAMETERS, SPEED_BY_PARAMETERS, LEAVING = range(5)
-COLUMNS = 5
+# Rows of the errors of impacts: of tau, of the speeds before and after, and of the state that leaves it,
+# sqrt(dx^2 + dx'^2), which no flight increases. Standard deviations of the roundings that they cover.
+DELAY, SPEED, AFTER, LEAVING = range(4)
+ERRORS, COVERED = 4, 2.0
+# How closely impacts repeat.
+SAME = 1e-6
 # Share of the rounding of a phase in turns that is within a step; growth of the rounding of a flight per unit of tau.
 IN_STEP, PER_TAU = 0.25, 0.1
 # Growth of a rounding by a second harmonic, which turns twice as fast, from a phase of its own.
@@ -95,7 +98,7 @@ def rounding_of(p, flights, j, second):
 
 
 @jit_allocating
-def follow_errors(p, first, position, velocity, support, out, second) -> None:
+def follow_errors(p, first, position, velocity, support, out, second) -> float:
     """Follow errors from the first impact of a motion to its last.
 
     Parameters
@@ -105,16 +108,21 @@ def follow_errors(p, first, position, velocity, support, out, second) -> None:
         Error of displacement and of velocity, independent, of the state that meets the first impact.
     position, velocity, support : (n,)
         Impacts: time in turns, velocity before, and support.
-    out : (n, COLUMNS) float
+    out : (ERRORS, n or more) float
         Errors of each impact.
     second : int or None
         The effect `second_harmonic`.
+
+    Returns
+    -------
+    float
+        The largest of delays and speeds, without what is rounded when a speed is written.
     """
     period, by = forcing_period(p), n_parameters(second)
     flights, work = new_flights(2, second), new_workspace(second)
     sine, cosine = 0.0, 1.0
     d_turn, d_speed = np.zeros(by), np.zeros(by)
-    tt, tu, uu = 0.0, 0.0, 0.0
+    tt, tu, uu, largest = 0.0, 0.0, 0.0, 0.0
     for i in range(position.size):
         u = abs(velocity[i])
         if i == 0:
@@ -147,11 +155,31 @@ def follow_errors(p, first, position, velocity, support, out, second) -> None:
         for k in range(by):
             off = 0.5 * ULP * abs(parameter_of(p, k))
             by_turn, by_speed = by_turn + off * abs(d_turn[k]), by_speed + off * abs(d_speed[k])
-        out[i, PHASE], out[i, SPEED] = math.sqrt(max(tt, 0.0)), math.sqrt(max(uu, 0.0))
-        out[i, PHASE_BY_PARAMETERS], out[i, SPEED_BY_PARAMETERS] = by_turn, by_speed
+        turn, change = math.sqrt(max(tt, 0.0)), math.sqrt(max(uu, 0.0))
         r = restitution_at(p, support[i])
         after = -r * velocity[i]
         a = acceleration_at(p, support[i], position[i], after, second)
-        delay = (out[i, PHASE] + by_turn) * period
-        speed = r * (out[i, SPEED] + by_speed) + abs(a) * delay
-        out[i, LEAVING] = math.sqrt((after * delay) ** 2 + speed * speed)
+        delay = (turn + by_turn) * period
+        speed = r * (change + by_speed) + abs(a) * delay
+        out[LEAVING, i] = COVERED * math.sqrt((after * delay) ** 2 + speed * speed)
+        delay, speed = (COVERED * turn + by_turn) * period, COVERED * change + by_speed
+        largest = max(largest, delay, speed)
+        out[DELAY, i], out[SPEED, i], out[AFTER, i] = delay, speed + ULP * u, r * speed + ULP * u
+    return largest
+
+
+@jit
+def repeats_from(position, velocity, lag) -> int:
+    """Return the first impact from which on all repeat `lag` impacts later, a whole number of turns; n if not the last.
+
+    position, velocity : (n,), as for `follow_errors`.
+    """
+    n, first = velocity.size, velocity.size
+    turns = math.floor(position[n - 1] - position[n - 1 - lag] + 0.5)
+    for i in range(n - lag - 1, -1, -1):
+        moved = abs(velocity[i + lag] - velocity[i])
+        late = abs(position[i + lag] - position[i] - turns)
+        if not (moved <= SAME * abs(velocity[i]) and late <= SAME):
+            break
+        first = i
+    return first

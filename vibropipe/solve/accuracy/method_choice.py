@@ -145,13 +145,14 @@ def choose_method(
     """
     exact = run_motion(exciter, request)
     variables = to_variables(exciter, request, exact)
-    errors = exact_errors(exciter, request, exact, variables)
     scales = motion_scales(exciter, request, variables)
+    errors = exact_errors(exciter, request, exact, variables, scales)
     exact_error = largest_relative_error(variables, errors, scales, accuracy)
-    unsampled, marched = request._replace(samples_per_period=0), exact
+    unsampled, counts = request._replace(samples_per_period=0), exact.counts.copy()
     if request.samples_per_period > 0 and not request.effects.has_pieces:
-        # Trials have no samples: their price is compared with that of the exact march without samples.
-        marched = run_motion(exciter, unsampled._replace(energy=False))
+        # Trials have no samples: without them, whole steps of the exact march have no polynomial.
+        counts[POLYNOMIALS] -= counts[STEPS]
+    marched = exact._replace(counts=counts)
     nanoseconds = cost(EXACT_PRICES, steps_for_exact(exciter.nu, exciter.h), marched)
     best = Choice("exact", None, exact_error, exact_error <= accuracy, nanoseconds)
     # By pieces a step of Newmark's method costs as much as an exact one, and more of them are needed.

@@ -52,8 +52,11 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     They are the largest displacement and velocity at the start, the end and the contacts and of the forced vibration,
     and the smaller of the forcing period and 1.
     """
-    supports = {*variables["impact_support"][1].tolist(), *variables["rest_support"][1].tolist()}
-    support_x = [abs(exciter.upper if support == 1 else exciter.lower) for support in supports]
+    support_x = [
+        abs(x)
+        for support, x in ((1, exciter.upper), (2, exciter.lower))
+        if any((variables[name][1] == support).any() for name in ("impact_support", "rest_support"))
+    ]
     nu, clearance = exciter.nu, 2 * exciter.l
     forced = clearance * (exciter.f != 0)
     if (stiffness := abs(complex((1 - nu) * (1 + nu), exciter.h * nu))) > 0:
@@ -68,13 +71,17 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
 
 
 def exact_errors(
-    exciter: Exciter, request: MotionRequest, run: MotionResult, variables: Variables
+    exciter: Exciter,
+    request: MotionRequest,
+    run: MotionResult,
+    variables: Variables,
+    scales: Scales,
 ) -> Errors:
     """Return the error estimate of each quantity of an exact motion, by name and in its shape.
 
-    variables : the motion (`to_variables`).
+    variables : the motion (`to_variables`); scales : of it (`motion_scales`).
     """
-    least = rounding_floor(exciter, request, variables)
+    least = rounding_floor(exciter, request, variables, scales)
     known = rounding_errors(exciter, request, run)
     if known is not None:
         for name in known.keys() & {"displacement", "velocity"}:
@@ -129,10 +136,9 @@ def perturbed(
 
 
 def rounding_floor(
-    exciter: Exciter, request: MotionRequest, variables: Variables
+    exciter: Exciter, request: MotionRequest, variables: Variables, scales: Scales
 ) -> dict[str, float]:
     """Return the least error of each quantity: some roundings of its scale, and its change over one rounding of tau."""
-    scales = motion_scales(exciter, request, variables)
     max_acceleration = scales.displacement + exciter.h * scales.velocity + abs(exciter.f)
     max_acceleration += abs(exciter.load) + abs(exciter.f2)
     tau_error = ULP * request.tau_end

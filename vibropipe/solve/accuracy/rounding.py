@@ -1,7 +1,8 @@
 """Error estimates of a marched motion from its impacts alone, by a model of its rounding: no further motion is solved.
 
-Every flight rounds, and what it rounds follows the flights after it (`orbits.sensitivity.along`). Times round once more
-when they are written as tau; that error is known to the digit.
+Every flight rounds, and what it rounds follows the flights after it (`orbits.sensitivity.along`). Along the impacts of
+a settled motion, which repeat, errors are followed until they repeat too. Times round once more when they are written
+as tau; that error is known to the digit.
 """
 
 from __future__ import annotations
@@ -12,27 +13,30 @@ from decimal import Decimal, localcontext
 import numpy as np
 
 from vibropipe.orbits.sensitivity.along import (
-    COLUMNS,
+    AFTER,
+    COVERED,
+    DELAY,
+    ERRORS,
     LEAVING,
-    PHASE,
-    PHASE_BY_PARAMETERS,
     SECOND,
     SPEED,
-    SPEED_BY_PARAMETERS,
     follow_errors,
     longer_by,
+    repeats_from,
 )
 from vibropipe.orbits.sensitivity.errors import ULP
-from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver
 from vibropipe.words.status import Status
 
-# Standard deviations of the roundings that an estimate covers.
-COVERED = 2.0
 # Largest error, relative to the motion, that is followed to first order; beyond it the motion is solved again.
 SMALL = 1e-12
+# Largest number of impacts that repeat, repetitions along which errors are followed first, and the largest share of an
+# error that its last change makes if it goes on.
+MAX_LAG, FIRST_REPETITIONS, GOES_ON = 32, 32, 0.1
 TURN = Decimal("6.28318530717958647692528676655900576839433879875")
 
 Errors = dict[str, np.ndarray]
@@ -62,25 +66,21 @@ def rounding_errors(exciter: Exciter, request: MotionRequest, run: MotionResult)
     period, p = exciter.period, exciter.parameters()
     position = contacts["impact_tau"] / period
     first, slip = _first_flight(exciter, request, run)
-    out = np.zeros((velocity.size, COLUMNS))
-    follow_errors(p, first / COVERED, position, velocity, support, out, effects.second_harmonic)
-    delay = period * (COVERED * out[:, PHASE] + out[:, PHASE_BY_PARAMETERS])
-    speed = COVERED * out[:, SPEED] + out[:, SPEED_BY_PARAMETERS]
+    out, largest = _followed(p, first / COVERED, position, velocity, support, effects)
     size = min(1.0, np.abs(velocity).min(initial=1.0))
-    if not max(delay.max(initial=0.0), speed.max(initial=0.0), first) < SMALL * size:
+    if not max(largest, first) < SMALL * size:
         return None
     tau = contacts["impact_tau"]
-    written = (
-        0.5 * np.spacing(tau) + 0.5 * np.spacing(position) * period + tau * _period_error(exciter)
-    )
-    after = np.array([0.0, exciter.R1, exciter.R2])[support.astype(int)] * speed
-    leaving = np.concatenate([[first], COVERED * out[:, LEAVING]])
+    out[DELAY] += 0.5 * np.spacing(tau)
+    out[DELAY] += (0.5 * period) * np.spacing(position)
+    out[DELAY] += tau * _period_error(exciter) + slip
+    leaving = np.append(first, out[LEAVING])
     late = _turns_off(exciter, request.tau_end, run.turns[1]) + slip
     end = _end_error(exciter, run, leaving[-1], late)
     errors = {
-        "impact_tau": delay + written + slip,
-        "impact_velocity": speed + ULP * np.abs(velocity),
-        "impact_velocity_after": after + ULP * np.abs(velocity),
+        "impact_tau": out[DELAY],
+        "impact_velocity": out[SPEED],
+        "impact_velocity_after": out[AFTER],
         "displacement_end": np.float64(end[0]),
         "velocity_end": np.float64(end[1]),
     }
@@ -89,10 +89,40 @@ def rounding_errors(exciter: Exciter, request: MotionRequest, run: MotionResult)
         times = request.tau_start + run.after * period
         within = leaving + np.append(leaving[1:], max(end))
         next_sample = np.searchsorted(times, tau)
-        samples = np.repeat(within, np.diff(next_sample, prepend=0, append=times.size))
-        errors["displacement"] = np.append(samples, end[0])
-        errors["velocity"] = np.append(samples, end[1])
+        samples = np.repeat(within, np.diff(next_sample, prepend=0, append=times.size + 1))
+        errors["displacement"], errors["velocity"] = samples, samples.copy()
+        samples[-1], errors["velocity"][-1] = end
     return errors
+
+
+def _followed(
+    p: Parameters,
+    first: float,
+    position: np.ndarray,
+    velocity: np.ndarray,
+    support: np.ndarray,
+    effects: Effects,
+) -> tuple[np.ndarray, float]:
+    """Return the errors (ERRORS, n) of `follow_errors`, whose arguments these are, and the largest."""
+    n, second = velocity.size, effects.second_harmonic
+    lags = range(1, min(MAX_LAG, n // FIRST_REPETITIONS) + 1)
+    starts = ((repeats_from(position[-2 * lag :], velocity[-2 * lag :], lag), lag) for lag in lags)
+    lag = next((lag for start, lag in starts if start == 0), 0)
+    followed = repeats_from(position, velocity, lag) + FIRST_REPETITIONS * lag if lag else n
+    while followed < n:
+        repetitions = -(-(n - followed) // lag)
+        out = np.empty((ERRORS, followed + repetitions * lag))
+        part = slice(followed)
+        largest = follow_errors(
+            p, first, position[part], velocity[part], support[part], out, second
+        )
+        before, last = out[:, followed - 2 * lag : followed].reshape(ERRORS, 2, lag).swapaxes(0, 1)
+        if (repetitions * np.abs(last - before) <= GOES_ON * last).all():
+            out[:, followed:].reshape(ERRORS, repetitions, lag)[:] = last[:, None]
+            return out[:, :n], largest
+        followed *= 2
+    out = np.empty((ERRORS, n))
+    return out, follow_errors(p, first, position, velocity, support, out, second)
 
 
 def _push(exciter: Exciter) -> float:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import time
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from hypothesis import strategies as st
 from mp_contacts import contacts_of_support_1
 
 import vibropipe as vp
+from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
 # Creep of first order, contacts of a millionth of the period, masses pressed on the support.
@@ -96,3 +98,17 @@ def test_every_motion_ends(k1: float, h1: float, k2: float | None, h: float, ene
         if energy:
             scale = max(1.0, abs(float(motion.energy_input)))
             assert abs(float(motion.energy_residual)) < 1e-10 * scale
+
+
+@pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
+@settings(max_examples=15, deadline=None)
+@given(k1=wide, h1=wide, h=wide | st.just(0.0), nu=st.floats(-3.0, 3.0).map(lambda n: 10.0**n))
+def test_every_row_ends(k1: float, h1: float, h: float, nu: float) -> None:
+    """Two rows take at most the work of two, a second of an idle core each."""
+    exciter = vp.Exciter(l=0.5, nu=nu, f=0.8, h=h, k1=k1, h1=h1)
+    began = time.process_time()
+    rows = vp.sweep(exciter, {"nu": [nu, 1.1 * nu]}, outputs=())
+    assert time.process_time() - began < 60.0  # compiling included
+    unresolved = rows.regime == Regime.UNRESOLVED
+    assert np.isin(rows.status.values, [int(each) for each in Status]).all()
+    assert not (unresolved & (rows.status == Status.OK)).any()

@@ -82,7 +82,7 @@ def test_multipliers_that_are_none_but_for_rounding_are_in_order() -> None:
 )
 def test_a_row_of_more_contacts_than_are_kept_has_no_results(row: tuple) -> None:
     solved = check(row)
-    assert solved.status.values.tolist() == [Status.LOG_FULL]
+    assert int(solved.status.squeeze()) in (Status.LOG_FULL, Status.MAX_STEPS)
     assert np.isnan(solved.floquet_multiplier.values).all()
 
 

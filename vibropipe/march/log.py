@@ -10,10 +10,13 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import evaluate
 from vibropipe.march.piece_log import PieceLog, clear_pieces
 from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.limits import POLYNOMIAL_STEPS
 
-# Indices of `Log.counts`.
-IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
-COUNTS = 9
+# Indices of `Log.counts`; LIMIT is the work at which a march stops (`is_spent`).
+IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS, LIMIT = (
+    range(10)
+)
+COUNTS = 10
 
 
 class Log(NamedTuple):
@@ -60,6 +63,24 @@ class Samples(NamedTuple):
     per_period: int
     start_step: int
     start_theta: float
+
+
+@jit
+def work_of(log):
+    """Return the work of all marches with a log, in steps."""
+    return log.counts[STEPS] + POLYNOMIAL_STEPS * log.counts[POLYNOMIALS]
+
+
+@jit
+def allow_work(log, work) -> None:
+    """Allow the marches with a log some more work from now on, in steps."""
+    log.counts[LIMIT] = work_of(log) + work
+
+
+@jit
+def is_spent(log) -> bool:
+    """Return whether the marches with a log have done the work that they are allowed: any if that was never said."""
+    return 0 < log.counts[LIMIT] < work_of(log)
 
 
 @jit_allocating

@@ -9,7 +9,7 @@ from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_star
 from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
 from vibropipe.march.grid import stays_between, whole_step
-from vibropipe.march.log import SAMPLES, STEPS, clear_log, is_full
+from vibropipe.march.log import SAMPLES, STEPS, clear_log, is_full, is_spent
 from vibropipe.march.pieces import march_pieces
 from vibropipe.march.state import FLIGHT, REST, State, is_before, is_watched
 from vibropipe.physics.contact import frame_at
@@ -18,7 +18,7 @@ from vibropipe.words.status import Status
 
 OK, MAX_IMPACTS = int(Status.OK), int(Status.MAX_IMPACTS)
 NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
-SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
+SUPPORT_REACHED, MAX_STEPS = int(Status.SUPPORT_REACHED), int(Status.MAX_STEPS)
 
 
 @jit_inline
@@ -47,7 +47,8 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
         At the end, or where the march stopped.
     status : int
         Code of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
-        SUPPORT_REACHED where the mass meets a watched support; NOT_FINITE; ROOT_BOUND.
+        MAX_STEPS where the log allows no more work; SUPPORT_REACHED where the mass meets a watched support;
+        NOT_FINITE; ROOT_BOUND.
     """
     return march_or_pieces(
         log.pieces, log.plain, e, p, grid, state, end, log, samples, c, max_events
@@ -92,6 +93,8 @@ def march_plain(e, p, grid, state, end, log, samples, c, max_events):
             state, status = fly(e, p, grid, state, end, log, samples, c)
             if status != OK:
                 return state, status
+            if is_spent(log):
+                return state, MAX_STEPS
             events += state.mode != FLIGHT
         if events > max_events:
             return state, MAX_IMPACTS

@@ -26,6 +26,7 @@ from vibropipe.march.log import (
     SHORT_FLIGHTS,
     STEPS,
     is_full,
+    is_spent,
     record,
 )
 from vibropipe.march.piece_events import (
@@ -75,7 +76,6 @@ from vibropipe.march.state import (
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.friction import slip_wait
-from vibropipe.physics.limits import MAX_PIECE_STEPS
 from vibropipe.physics.load import NEVER
 from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
@@ -278,7 +278,6 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
     """March from `state` to the end: `march.loop.march` for exciters with soft supports or friction."""
     counts = log.counts
     before = counts[IMPACTS] + counts[RESTS] + counts[GRAZINGS]
-    most = counts[POLYNOMIALS] + MAX_PIECE_STEPS
     state, turns = start(e, p, grid, log, state, end), 0
     while is_before(state, end):
         if not (abs(state.y) < math.inf and abs(state.w) < math.inf):
@@ -300,7 +299,7 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
         contacts = counts[IMPACTS] + counts[RESTS] + counts[GRAZINGS] - before
         if contacts > max_events or turns > MAX_TURNS:
             return state, MAX_IMPACTS
-        if counts[POLYNOMIALS] > most:
+        if is_spent(log):
             return state, MAX_STEPS
     state = impact_of_end(e, p, grid, state, end, log)
     if is_watched(state.home, e.watched):

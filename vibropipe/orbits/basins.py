@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log
+from vibropipe.march.log import IMPACTS, RESTS, TAILS, allow_work, clear_log, work_of
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_log import BEGIN, CAUSE, DIRECTION, HOME, PIECES, STICK
 from vibropipe.march.piece_state import start_state
@@ -27,12 +27,16 @@ from vibropipe.orbits.return_map import (
 )
 from vibropipe.orbits.settling import MAX_CROWDED
 from vibropipe.orbits.shooting import EVENTS_PER_PERIOD
+from vibropipe.physics.limits import MAX_ROW_WORK
 
 # What a start gets that is assigned to no attractor: the motion was not assigned within the periods allowed, or its
 # march failed.
 UNDECIDED, FAILED = -1, -2
 # Sections in a row in cells of an attractor without an orbit after which a motion is assigned to it.
 RUN = 32
+# Work of a start, in steps: less than that of a row, since there are thousands of starts. With soft supports it is
+# enough for tau = 50,000.
+MAX_START_WORK = MAX_ROW_WORK // 5
 # Bound of the columns and lines of cells.
 LINES = 2**31
 
@@ -172,6 +176,7 @@ def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log
     """
     crowded = 0
     runs[:] = 0
+    allow_work(log, MAX_START_WORK)
     if state.step == 0 and state.theta == 0.0:
         x, v = state_xv(p, state)
         attractor = ellipse_owner(ellipses, x, v)
@@ -239,6 +244,7 @@ def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
         Sections written; fewer than n if the march failed.
     """
     state = start_state(log.pieces, e, p, grid, phase, x, v)
+    allow_work(log, MAX_ROW_WORK)
     for k in range(sections.shape[0]):
         state, status = next_section(e, p, grid, state, log, c)
         if status != OK and status != LOG_FULL:
@@ -273,7 +279,7 @@ def _contact_sequence(pieces, log, key):
 
 
 @jit_allocating
-def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
+def map_states(e, p, grid, states, m, log, c, images, sequence) -> int:
     """Apply the m-period return map to states at the section.
 
     Parameters
@@ -287,7 +293,14 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
         Output: the states m periods later; NaN where the march failed.
     sequence : (n,) int64
         Output: equal for states whose motions have the same contacts in the same forcing periods.
+
+    Returns
+    -------
+    int
+        Work of all marches, in steps; those beyond the work of a row fail.
     """
+    before = work_of(log)
+    allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):
         state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], states[i, 1])
         key, status = 1, OK
@@ -300,6 +313,7 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
         sequence[i] = key
         if status != OK:
             images[i, 0] = images[i, 1] = np.nan
+    return work_of(log) - before
 
 
 @jit
@@ -307,5 +321,6 @@ def section_jacobian(e, p, grid, x, v, m, log, c):
     """Return the Jacobian (j11, j12, j21, j22) of the m-period return map at a state (x, v) of the section."""
     start = start_state(log.pieces, e, p, grid, 0.0, x, v)
     clear_log(log)
+    allow_work(log, MAX_ROW_WORK)
     end, _status = march_periods(e, p, grid, start, m, log, c, EVENTS_PER_PERIOD * m)
     return return_map_jacobian(e, p, log, start, end, m)

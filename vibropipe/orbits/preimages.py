@@ -7,11 +7,12 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit_allocating
-from vibropipe.march.log import clear_log
+from vibropipe.march.log import allow_work, clear_log
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.return_map import march_periods, state_xv
+from vibropipe.physics.limits import MAX_ROW_WORK
 
 # Largest number of impacts in a forcing period. Backward each impact is faster than the one before, up to infinitely
 # many in a finite time.
@@ -32,6 +33,7 @@ def map_back(e, p, grid, states, log, c, before) -> None:
     before : (n, 2) float
         Output: the states a forcing period before; NaN where the march failed.
     """
+    allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):
         clear_log(log)
         state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], -states[i, 1])

@@ -9,7 +9,7 @@ from numba.extending import overload
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import SAMPLES, Samples, clear_log
+from vibropipe.march.log import SAMPLES, Samples, allow_work, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear
@@ -36,6 +36,7 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.physics.friction import friction_of
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import fastest_of_row, forcing_period
 from vibropipe.physics.stiffness import is_soft
@@ -48,8 +49,8 @@ LOAD = Parameters._fields.index("load")
 # forms for a literal constant.
 FIRST = np.int64(0)
 UNRESOLVED, MAX_PERIODS = int(Regime.UNRESOLVED), int(Status.MAX_PERIODS)
-# Steps of a forcing period above which a row is not marched: a period takes half a second, the row some minutes.
-MAX_STEPS_PER_PERIOD, MAX_STEPS = 1e8, int(Status.MAX_STEPS)
+# Steps of a forcing period above which a row is not marched: a period takes a tenth of what a row may.
+MAX_STEPS_PER_PERIOD, MAX_STEPS = 5e6, int(Status.MAX_STEPS)
 
 
 @jit
@@ -286,6 +287,7 @@ def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
     clear_log(log)
     log.counts[SAMPLES] = 0
     state = start_state(log.pieces, e, p, grid, 0.0, x, v)
+    allow_work(log, MAX_ROW_WORK)
     _end, status = march(
         e, p, grid, state, grid_time(float(m), grid.steps), log, samples, c, 10_000_000
     )

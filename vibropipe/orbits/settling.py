@@ -13,7 +13,7 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit
-from vibropipe.march.log import IMPACTS, POLYNOMIALS, RESTS, STEPS, clear_log
+from vibropipe.march.log import IMPACTS, RESTS, allow_work, clear_log, is_spent
 from vibropipe.march.loop import OK
 from vibropipe.march.state import FLIGHT, State
 from vibropipe.orbits.closing import close_first_candidate
@@ -68,6 +68,7 @@ from vibropipe.orbits.verdict import (
 )
 from vibropipe.orbits.window import WINDOW, record_period, write_sections
 from vibropipe.orbits.window_means import close_window
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.linear import undamped_multiple
 from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
@@ -79,8 +80,6 @@ MARCH_TO_TRIAL_RATIO = 4
 MAX_CROWDED = 32
 NO_CHAOS, TRANSIENT_CHAOS, CHAOS = int(Chaos.NONE), int(Chaos.TRANSIENT), int(Chaos.IN_WINDOW)
 MAX_PERIODS_STATUS, MAX_STEPS_STATUS = int(Status.MAX_PERIODS), int(Status.MAX_STEPS)
-# Largest number of steps of a row, which take five seconds; a polynomial takes as long as 40 to 90 of them.
-MAX_WORK, POLYNOMIAL_STEPS = 1_000_000_000, 100
 
 
 class SteadyState(NamedTuple):
@@ -117,12 +116,6 @@ class SteadyState(NamedTuple):
     first: complex
     second: complex
     chaos: int
-
-
-@jit
-def work_of(log):
-    """Return the work of all marches with a log, in steps."""
-    return log.counts[STEPS] + POLYNOMIAL_STEPS * log.counts[POLYNOMIALS]
 
 
 @jit
@@ -216,7 +209,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
     impacts, on_1 = 0, 0
     trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
-    repeats_in, untouched, work_before = 0, 0, work_of(log)
+    repeats_in, untouched = 0, 0
+    allow_work(log, MAX_ROW_WORK)
     if p.h == 0.0 and p.friction == 0.0:
         repeats_in = undamped_multiple(p)[0]
     divergence, origin = no_divergence(), state
@@ -229,7 +223,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
         start = at_period_zero(state)
         state, status = march_periods(e, p, grid, start, ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
         crowded += status == LOG_FULL
-        if work_of(log) - work_before > MAX_WORK:
+        if is_spent(log):
             status = MAX_STEPS_STATUS
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
             return SteadyState(
@@ -262,6 +256,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
             )
             if is_reached:
                 chaos = NO_CHAOS
+                # The orbit is marched once more, for its contacts.
+                allow_work(log, MAX_ROW_WORK)
                 if k > EXAMINED_PERIODS:
                     chaos = transient_chaos(e, p, grid, origin, k, orbit, log, c)
                 return settled_on(orbit, k, chaos)

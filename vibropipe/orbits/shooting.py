@@ -11,7 +11,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log, log_grazing
+from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log, is_spent, log_grazing
 from vibropipe.march.loop import OK
 from vibropipe.march.state import REST, State
 from vibropipe.orbits.return_map import (
@@ -171,7 +171,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     Returns
     -------
     Orbit
-        `is_closed` is False if Newton's method did not start, left the gap or stopped converging.
+        `is_closed` is False if Newton's method did not start, left the gap, stopped converging or is allowed no work.
 
     References
     ----------
@@ -186,6 +186,8 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     first_dy, first_dw, residual, best, norm = math.inf, math.inf, math.inf, math.inf, 0.0
     is_closed, iterations = False, 0
     for iteration in range(MAX_NEWTON):
+        if is_spent(log):
+            break
         if iteration > 0:
             best = min(best, residual)
             state, is_inside = newton_step(log.pieces, e, p, grid, state, end, j11, j12, j21, j22)

@@ -6,12 +6,15 @@ from vibropipe.words.exciter import Range
 
 # Requested error. One that double precision cannot reach is accepted; the result has the status `inaccurate`.
 ACCURACY = (1e-15, 0.1)
-# Newmark steps per forcing period, and steps of a whole march: of free flights (5 ns each, some twenty seconds),
-# and of pieces with soft supports or friction, each of which has a polynomial (200 to 460 ns, two to five seconds).
-STEPS_PER_PERIOD = (1, 10**8)
-MAX_MARCH_STEPS, MAX_PIECE_STEPS = 4 * 10**9, 10**7
-# Samples of a motion: in all (3 GB of displacement and velocity), and per forcing period.
-MAX_SAMPLES = 2 * 10**8
+# Newmark steps per forcing period. Work of a march, in steps: of free flights (5 ns each, some three seconds), and of
+# pieces with soft supports or friction, each of which has a polynomial (200 to 460 ns) that takes as long as 40 to 90.
+STEPS_PER_PERIOD, POLYNOMIAL_STEPS = (1, 10**8), 100
+MAX_MARCH_STEPS = 6 * 10**8
+# The same of a row: a quarter of a second. No row of the default sweeps needs more than a quarter of it.
+MAX_ROW_WORK = 5 * 10**7
+MAX_PIECE_STEPS = MAX_MARCH_STEPS // POLYNOMIAL_STEPS
+# Samples of a motion: in all (some four seconds), and per forcing period.
+MAX_SAMPLES = 2 * 10**7
 SAMPLES_PER_PERIOD = (0, MAX_SAMPLES)
 # Largest tau_end of a study; a call from Python is limited by MAX_MARCH_STEPS alone.
 MAX_TAU = 1e9

@@ -133,16 +133,18 @@ class AttractorSet:
         """
         first = self.assigned(starts, phase) if assigned is None else assigned
         owner, periods = (np.array(each, np.int64) for each in first)
-        limit = FIRST_LIMIT
+        limit, is_new = FIRST_LIMIT, np.ones(len(starts), bool)
         while True:
             undecided = np.flatnonzero(owner == UNDECIDED)
             if progress is not None:
                 progress(len(starts) - undecided.size, len(starts))
             if not undecided.size:
                 break
-            sample = starts[undecided[:: max(1, undecided.size // SAMPLE)]]
+            unsolved = undecided[is_new[undecided]]
+            sample = unsolved[:: max(1, unsolved.size // SAMPLE)]
+            is_new[sample] = False
             n_known = len(self.known)
-            self._discover(sample, phase)
+            self._discover(starts[sample], phase)
             if len(self.known) == n_known:
                 if limit == LAST_LIMIT or not self.known:
                     break
@@ -201,7 +203,10 @@ class AttractorSet:
 
     def _orbit(self, point: np.ndarray, m: int) -> int:
         """Return the index of the orbit of m periods through a point, added if it is new; FAILED if not stable."""
-        points = np.roll(self.section.sections(point, m), 1, axis=0)
+        points = self.section.sections(point, m)
+        if len(points) < m:  # its march takes too much work
+            return FAILED
+        points = np.roll(points, 1, axis=0)
         for index, other in enumerate(self.known):
             if other.period_multiple == m and self._distance(other, point) <= SAME_ORBIT:
                 return index

@@ -10,6 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.start import room
 from vibropipe.solve.basins.section_map import SectionMap
 
@@ -86,7 +87,7 @@ def trapping_ellipse(section: SectionMap, point: np.ndarray, m: int) -> Ellipse 
     Returns
     -------
     Ellipse or None
-        None if the orbit is not stable, or has none of at least MIN_ELLIPSE.
+        None if the orbit is not stable, has none of at least MIN_ELLIPSE, or the search takes more work than a row may.
 
     Notes
     -----
@@ -106,8 +107,8 @@ def trapping_ellipse(section: SectionMap, point: np.ndarray, m: int) -> Ellipse 
     # After a rest the motion does not depend on its start, and nor on how many impacts led to the rest.
     same_contacts = jacobian.any()
     _images, sequence = section.images(point[None], m)
-    radius = MAX_ELLIPSE
-    while radius > MIN_ELLIPSE:
+    radius, most = MAX_ELLIPSE, section.work + MAX_ROW_WORK
+    while radius > MIN_ELLIPSE and section.work < most:
         if all(
             _contracts(section, point, m, jacobian, norm, factor, ring * radius * circle,
                        sequence[0] if same_contacts else None)

@@ -80,9 +80,9 @@ def _map_piece(
     sequence: np.ndarray,
     pieces: PieceLog | None,
     plain: int | None,
-) -> None:
+) -> int:
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
+    return map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
 
 
 @jit_nogil
@@ -138,6 +138,8 @@ class SectionMap:
     ----------
     scale : (2,) array
         Units of x and x' at the section: l, and l times the larger of 1 and nu.
+    work : int
+        Work of all `images` so far, in steps.
     """
 
     def __init__(self, exciter: Exciter) -> None:
@@ -146,6 +148,7 @@ class SectionMap:
         self._equilibrium = np.array([exciter.load, 0.0])
         self._origin = 0.0 - self._equilibrium
         self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
+        self.work = 0
 
     def _pieces(self) -> tuple[PieceLog | None, int | None]:
         """Return `pieces` and `plain` of a log; each call of a kernel has its own."""
@@ -160,7 +163,7 @@ class SectionMap:
         """Return the images (n, 2) of states under the m-period return map, and their contacts (`map_states`)."""
         images, sequence = np.empty_like(states), np.empty(len(states), np.int64)
         starts = np.ascontiguousarray(states - self._equilibrium)
-        _map_piece(*self._parameters, starts, m, images, sequence, *self._pieces())
+        self.work += _map_piece(*self._parameters, starts, m, images, sequence, *self._pieces())
         return images - self._origin, sequence
 
     def preimages(self, states: np.ndarray) -> np.ndarray:

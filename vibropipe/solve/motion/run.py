@@ -9,7 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.march.grid import Instant, StepGrid, exact_grid, exact_steps, grid_time
-from vibropipe.march.log import COUNTS, POLYNOMIALS, SHORT_FLIGHTS, Samples, new_log
+from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Samples, allow_work, new_log
 from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
@@ -261,6 +261,7 @@ def _march(
         start_position = state.period * grid.steps + state.step, state.theta
         samples = Samples(*unfilled, 1, int(request.samples_per_period), *start_position)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
+    allow_work(log, MAX_MARCH_STEPS)
     c = np.empty(degree + 1)
     end: Instant = grid_time(turns[1], grid.steps)
     parts: list[dict[str, np.ndarray]] = []
@@ -278,8 +279,6 @@ def _march(
             reported_period = int(state.period)
         if events > request.max_impacts:
             status = Status.MAX_IMPACTS
-        if pieces is not None and log.counts[POLYNOMIALS] > MAX_PIECE_STEPS:
-            status = Status.MAX_STEPS
         if status != Status.LOG_FULL:
             break
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import clear_log
+from vibropipe.march.log import allow_work, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.outputs import (
@@ -25,6 +25,7 @@ from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
 from vibropipe.orbits.shooting import motion_norm
 from vibropipe.orbits.verdict import PERIODIC
+from vibropipe.physics.limits import MAX_ROW_WORK
 
 
 @jit
@@ -35,6 +36,7 @@ def write_piece_point(e, p, x, v, m, march_room, work, largest, out, row, first)
     grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
     clear_log(log)
     state = start_state(log.pieces, e, p, grid, 0.0, x, v)
+    allow_work(log, MAX_ROW_WORK)
     end, status = march(
         e, p, grid, state, grid_time(float(m), grid.steps), log, None, c, 10_000_000
     )

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import GRAZINGS, clear_log
+from vibropipe.march.log import GRAZINGS, allow_work, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import (
     AT,
@@ -35,6 +35,7 @@ from vibropipe.orbits.sensitivity.pieces.events import (
     sign_of,
 )
 from vibropipe.orbits.sensitivity.pieces.variation import vary_piece
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate
 
@@ -50,6 +51,7 @@ def march_orbit(e, p, turns, x, v, m, march_room) -> bool:
     clear_log(log)
     state = start_state(log.pieces, e, p, grid, turns, x, v)
     end = grid_time(turns + float(m), grid.steps)
+    allow_work(log, MAX_ROW_WORK)
     _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
     return status == OK and log.counts[GRAZINGS] == 0
 

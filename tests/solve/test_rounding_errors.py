@@ -12,10 +12,11 @@ from comparisons import reference
 
 import vibropipe as vp
 from vibropipe.lab.reference_solver import ReferenceSolver
+from vibropipe.orbits.sensitivity.along import ERRORS, follow_errors
 from vibropipe.physics.effects import ALL_EFFECTS, all_effects
 from vibropipe.solve.accuracy import request as requests
 from vibropipe.solve.accuracy.method_choice import choose_method
-from vibropipe.solve.accuracy.rounding import rounding_errors
+from vibropipe.solve.accuracy.rounding import _followed, rounding_errors
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
@@ -141,6 +142,18 @@ def test_the_uncertainty_of_decimal_parameters_is_covered(name: str) -> None:
     for quantity, numbers in truth.items():
         error = off(np.atleast_1d(ds[quantity].values), numbers)
         assert (error <= np.atleast_1d(ds[f"{quantity}_error"].values)).all(), quantity
+
+
+def test_errors_of_a_settled_motion_are_those_of_all_its_flights() -> None:
+    request = MotionRequest(0.0, 1001 * FIGURE_6.period, 0.0, 0.0, 0, effects=ALL_EFFECTS)
+    contacts, p = run_motion(FIGURE_6, request).contacts, FIGURE_6.parameters()
+    position = contacts["impact_tau"] / FIGURE_6.period
+    impacts = position, contacts["impact_velocity"], contacts["impact_support"]
+    of_all = np.empty((ERRORS, position.size))
+    largest = follow_errors(p, 1e-16, *impacts, of_all, None)
+    repeated, largest_before = _followed(p, 1e-16, *impacts, ALL_EFFECTS)
+    np.testing.assert_allclose(repeated, of_all, rtol=1e-6)
+    assert largest_before == pytest.approx(largest, rel=1e-6)
 
 
 def test_an_accuracy_of_1e13_is_reached_after_a_transient_of_40_periods() -> None:

@@ -5,6 +5,7 @@ Datasets, figures, reports and documents take them from here, so that they agree
 
 from __future__ import annotations
 
+import functools
 import hashlib
 from collections.abc import Container, Mapping
 from dataclasses import replace
@@ -101,6 +102,7 @@ def drawn_by(kind: str) -> tuple[str, ...]:
     return tuple(name for name, entry in QUANTITIES.items() if kind in entry.drawn)
 
 
+@functools.cache
 def quantity(name: str) -> Quantity:
     """Return the table's entry of a quantity.
 

@@ -236,3 +236,21 @@ def test_a_run_takes_longer_by_figures_report_and_compiling():
     both = COMPILE_SECONDS + COMPILE_SECONDS_FURTHER
     assert run_seconds(plans, work, 4, ("a", "b"), 1) == alone + both
     assert run_seconds(plans, work, 4, ("a", "b"), 2) == shared + both
+
+
+def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):
+    """Four kinds of curves with 24 lines over a wide range: 28,701 points, 35 s, where four curves were planned."""
+    of = "[fold, flip, pitchfork, grazing]"
+    text = (
+        "title: wide\nexciter: {l: 0.5, h: 0.2, R1: 0.7, R2: 0.6}\nscenes:\n"
+        f"  many: {{kind: boundary, of: {of}, over: {{nu: [0.3, 3], f: [0.05, 2]}}, lines: 24}}\n"
+        f"  few: {{kind: boundary, of: {of}, over: {{nu: [0.3, 3], f: [0.05, 2]}}, lines: 12}}\n"
+        "  one: {kind: motion, exciter: {nu: 1, f: 1}, tau_end: 10}\n"
+    )
+    (tmp_path / "wide.yaml").write_text(text)
+    study = load_study(tmp_path / "wide.yaml")
+    found = estimate_study(study)
+    told = "The time of many and few is that of a usual scene: it depends on what is found."
+    assert plan_text(study, found).endswith(told)
+    many, few, _one = (plan_scene(scene).seconds for scene in study.scenes.values())
+    assert many == 2 * few

@@ -80,6 +80,10 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             total += (
                 f"\nThe time of {names} is rough: no such scene was solved on this machine yet."
             )
+        searched = [plan.name for plan in plans if not plan.is_foreseen]
+        if searched:
+            names = series(searched)
+            total += f"\nThe time of {names} is that of a usual scene: it depends on what is found."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
     odd = {name: scene.unit_warning() for name, scene in study.scenes.items()}

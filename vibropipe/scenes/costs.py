@@ -54,6 +54,8 @@ class Work:
         Largest number of shards.
     is_parallel : bool
         Whether threads share the work.
+    is_foreseen : bool
+        Whether the keys tell the work; else it depends on what is found, and is that of a usual scene.
     """
 
     size: str
@@ -64,6 +66,7 @@ class Work:
     bytes: float
     pieces: int = 1
     is_parallel: bool = False
+    is_foreseen: bool = True
 
 
 def slowness(scene: BaseScene) -> float:

@@ -198,6 +198,7 @@ def plan(scene: BasinsScene) -> Work:
         bytes=HEAD_BYTES + scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
         pieces=most_shards(scene),
         is_parallel=True,
+        is_foreseen=False,
     )
 
 

@@ -26,8 +26,8 @@ from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
-# Curves of a kind, points of a curve, and the seconds and bytes of a point, as usual.
-USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 4, 300, 2e-4, 120
+# Curves of a kind that some lines find, points of a curve, and the seconds and bytes of a point, as usual.
+USUAL_LINES, USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 12, 4, 300, 2e-4, 120
 BoundaryKinds = Annotated[
     list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)
 ]
@@ -155,7 +155,7 @@ def check_map(
 
 def plan(scene: BoundaryScene) -> Work:
     """Return the work of curves of the usual number and length, which are not known before."""
-    points = len(scene.of) * USUAL_CURVES * USUAL_POINTS
+    points = len(scene.of) * USUAL_CURVES * USUAL_POINTS * scene.lines / USUAL_LINES
     return Work(
         size=" x ".join(_range_text(scene, str(name), ends) for name, ends in scene.over.items()),
         rows=scene.row_count,
@@ -163,6 +163,7 @@ def plan(scene: BoundaryScene) -> Work:
         outputs=(),
         seconds=points * SECONDS_PER_POINT * slowness(scene),
         bytes=HEAD_BYTES + points * POINT_BYTES,
+        is_foreseen=False,
     )
 
 

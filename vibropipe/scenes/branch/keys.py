@@ -228,6 +228,7 @@ def plan(scene: BranchScene) -> Work:
         outputs=OF_STEADY_STATE,
         seconds=points * SECONDS_PER_POINT * slowness(scene),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
+        is_foreseen=False,
     )
 
 

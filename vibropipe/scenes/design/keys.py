@@ -222,4 +222,5 @@ def plan(scene: DesignScene) -> Work:
         outputs=OF_STEADY_STATE,
         seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene),
         bytes=HEAD_BYTES + scene.designs * steady_bytes(OF_STEADY_STATE, 3),
+        is_foreseen=False,
     )

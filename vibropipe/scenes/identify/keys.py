@@ -140,4 +140,5 @@ def plan(scene: IdentifyScene) -> Work:
         outputs=OUTPUTS,
         seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS * slowness(scene),
         bytes=HEAD_BYTES + 16 * scene.points * len(scene.measured),
+        is_foreseen=False,
     )

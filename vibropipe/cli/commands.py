@@ -58,7 +58,7 @@ def _options(
 ) -> None:
     from vibropipe.compiler.cache import on_compiling
 
-    # a worker comes here with each command
+    # in place of that of an earlier command of this process
     on_compiling[:] = [
         lambda kernel: typer.echo(f"compiling {kernel}, once for this version", err=True)
     ]

@@ -25,9 +25,8 @@ def _compile(function: F, **flags: Any) -> F:
     # numpy's error model: 1/0 gives inf, no branch per division. Inlining is set on every function: otherwise numba
     # takes it from whichever caller is compiled first, and the machine code depends on that order.
     flags = {"error_model": "numpy", "forceinline": False} | flags
-    module_folder(
-        function.__module__
-    )  # named by the sources that were imported, not by later edits
+    # Named now, by the sources that are imported: later ones may be edited.
+    module_folder(function.__module__)
     try:
         from vibropipe.compiler.pieces import compiled
     except (ImportError, AttributeError):  # another version of numba: slower, but right

@@ -55,10 +55,10 @@ def cache_folder() -> Path:
 
 @functools.cache
 def module_folder(module: str) -> Path:
-    """Return the folder of the compiled kernels of a module."""
+    """Return the folder of the compiled kernels of a module, which numba makes when it stores the first."""
     if not module.startswith("vibropipe."):
-        return _made(cache_folder() / "other")  # numba checks these sources itself
-    return _made(_folder_of(module))
+        return cache_folder() / "other"  # numba checks these sources itself
+    return _folder_of(module)
 
 
 def has_kernels(module: str) -> bool:

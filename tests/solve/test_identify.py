@@ -24,6 +24,20 @@ def measured_motion(seed, noise=1e-3, n=60):
     return {"phase": chosen / 4096, "displacement": x}
 
 
+def noisy_response(true, nu, noise, generator):
+    """Amplitude and mean of an exciter over nu, with noise."""
+    sweep = vp.sweep(true, over={"nu": nu})
+    exact = {
+        "displacement_amplitude_1": sweep.displacement_amplitude.sel(harmonic=1).values,
+        "displacement_mean": sweep.displacement_mean.values,
+    }
+    noisy = {
+        name: exact[name] + sigma * generator.standard_normal(len(nu))
+        for name, sigma in noise.items()
+    }
+    return {"nu": nu, **noisy}, sweep
+
+
 def distance(found):
     """Distance from the true parameters in the metric of the covariance: its square is chi-square of 3."""
     off = np.array([float(found[name]) - getattr(TRUE, name) for name in VARY])
@@ -65,15 +79,8 @@ def test_the_covariance_is_that_of_many_measurements():
 
 def test_a_noisy_response_is_explained_within_its_covariance():
     generator, nu = np.random.default_rng(2), np.linspace(1.2, 1.5, 12)
-    sweep = vp.sweep(TRUE, over={"nu": nu})
     noise = {"displacement_amplitude_1": 1e-3, "displacement_mean": 5e-4}
-    table = {
-        "nu": nu,
-        "displacement_amplitude_1": sweep.displacement_amplitude.sel(harmonic=1).values,
-        "displacement_mean": sweep.displacement_mean.values,
-    }
-    for name, sigma in noise.items():
-        table[name] = table[name] + sigma * generator.standard_normal(12)
+    table, _sweep = noisy_response(TRUE, nu, noise, generator)
     found = vp.identify(KNOWN, table, VARY, noise=noise)
     assert distance(found) < 16.3
     assert 0.2 < float(found.reduced_chi_square) < 2.5
@@ -195,16 +202,9 @@ def test_chaos_and_borders_of_laws_make_no_deviation_small():
     # At nu = 1.572 the motion is chaotic, and elsewhere a law ends nearby: differences across them are no derivatives.
     true = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, delta=-0.3, R1=0.75, R2=0.65)
     nu, generator = np.linspace(0.8, 2.2, 30), np.random.default_rng(5)
-    sweep = vp.sweep(true, over={"nu": nu})
-    assert sweep.period_multiple.values[16] == 0
     noise = {"displacement_amplitude_1": 2e-3, "displacement_mean": 2e-3}
-    table = {
-        "nu": nu,
-        "displacement_amplitude_1": sweep.displacement_amplitude.sel(harmonic=1).values,
-        "displacement_mean": sweep.displacement_mean.values,
-    }
-    for name, sigma in noise.items():
-        table[name] = table[name] + sigma * generator.standard_normal(30)
+    table, sweep = noisy_response(true, nu, noise, generator)
+    assert sweep.period_multiple.values[16] == 0
     vary = {"delta": (-0.4, 0.0), "R1": (0.5, 0.9), "R2": (0.5, 0.9)}
     found = vp.identify(true, table, vary, noise=noise)
     assert int(found.fit_result) == FitResult.EXPLAINED

@@ -12,6 +12,7 @@ import os
 import subprocess
 import sys
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import pytest
@@ -48,6 +49,15 @@ def run(folder: Path, *commands: str) -> subprocess.CompletedProcess[str]:
         [sys.executable, "-m", "toys", *commands], cwd=folder, capture_output=True, text=True,
         env=ENVIRONMENT, check=False,
     )  # fmt: skip
+
+
+def printed(script: str, folder: Path) -> Any:
+    """Return what a script with the toys prints as JSON."""
+    done = subprocess.run(
+        [sys.executable, "-c", script], cwd=folder, capture_output=True, text=True,
+        env=ENVIRONMENT, check=True,
+    )  # fmt: skip
+    return json.loads(done.stdout)
 
 
 @pytest.fixture(scope="module")
@@ -141,11 +151,7 @@ def test_keys_schema_goals_and_units_are_made_from_the_records(tmp_path):
         "print(json.dumps([json.dumps(json_schema()), table_of_keys(), name.is_never_negative,\n"
         "                  physical_attributes('impact_difference')['units'], SPREAD]))\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
-        env=ENVIRONMENT,
-    )  # fmt: skip
-    schema, table, is_never_negative, units, spread = json.loads(done.stdout)
+    schema, table, is_never_negative, units, spread = printed(script, tmp_path)
     assert "Share of the restitutions that wear has taken (0)." in schema
     assert "impact_difference" in schema
     assert "Share of the restitutions that wear has taken (0)." in table
@@ -167,11 +173,7 @@ def test_a_parameter_acts_once_on_copies_and_on_numbers(tmp_path):
         "                  [e.wear for e in (*copies, again)], replace(worn, wear=0.0).R1,\n"
         "                  worn == copies[2], worn.numbers().R1, worn.parameters().wear]))\n"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", script], capture_output=True, text=True, check=True, cwd=tmp_path,
-        env=ENVIRONMENT,
-    )  # fmt: skip
-    assert json.loads(done.stdout) == [
+    assert printed(script, tmp_path) == [
         [0.25] * 5, [0.5] * 4, [0.5] * 4 + [0.0], 0.5, True, 0.5, 0.0,
     ]  # fmt: skip
 

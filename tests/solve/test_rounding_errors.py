@@ -12,11 +12,11 @@ from comparisons import reference
 
 import vibropipe as vp
 from vibropipe.lab.reference_solver import ReferenceSolver
-from vibropipe.orbits.sensitivity.along import ERRORS, follow_errors
+from vibropipe.orbits.sensitivity.along import ERRORS, follow_errors, follow_repeated
 from vibropipe.physics.effects import ALL_EFFECTS, all_effects
 from vibropipe.solve.accuracy import request as requests
 from vibropipe.solve.accuracy.method_choice import choose_method
-from vibropipe.solve.accuracy.rounding import _followed, rounding_errors
+from vibropipe.solve.accuracy.rounding import rounding_errors
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
 
@@ -149,9 +149,9 @@ def test_errors_of_a_settled_motion_are_those_of_all_its_flights() -> None:
     contacts, p = run_motion(FIGURE_6, request).contacts, FIGURE_6.parameters()
     position = contacts["impact_tau"] / FIGURE_6.period
     impacts = position, contacts["impact_velocity"], contacts["impact_support"]
-    of_all = np.empty((ERRORS, position.size))
+    of_all, repeated = np.empty((2, ERRORS, position.size))
     largest = follow_errors(p, 1e-16, *impacts, of_all, None)
-    repeated, largest_before = _followed(p, 1e-16, *impacts, ALL_EFFECTS)
+    largest_before = follow_repeated(p, 1e-16, *impacts, repeated, None)
     np.testing.assert_allclose(repeated, of_all, rtol=1e-6)
     assert largest_before == pytest.approx(largest, rel=1e-6)
 

@@ -33,6 +33,9 @@ DELAY, SPEED, AFTER, LEAVING = range(4)
 ERRORS, COVERED = 4, 2.0
 # How closely impacts repeat.
 SAME = 1e-6
+# Largest number of impacts that repeat, repetitions along which errors are followed first, and the largest share of an
+# error that its last change makes if it goes on.
+MAX_LAG, FIRST_REPETITIONS, GOES_ON = 32, 16, 0.1
 # Share of the rounding of a phase in turns that is within a step; growth of the rounding of a flight per unit of tau.
 IN_STEP, PER_TAU = 0.25, 0.1
 # Growth of a rounding by a second harmonic, which turns twice as fast, from a phase of its own.
@@ -166,6 +169,34 @@ def follow_errors(p, first, position, velocity, support, out, second) -> float:
         largest = max(largest, delay, speed)
         out[DELAY, i], out[SPEED, i], out[AFTER, i] = delay, speed + ULP * u, r * speed + ULP * u
     return largest
+
+
+@jit_allocating
+def follow_repeated(p, first, position, velocity, support, out, second) -> float:
+    """Follow errors as `follow_errors`, where impacts repeat only until the errors repeat too."""
+    n, followed, lag = velocity.size, velocity.size, 0
+    for k in range(1, min(MAX_LAG, n // FIRST_REPETITIONS) + 1):
+        if repeats_from(position[-2 * k :], velocity[-2 * k :], k) == 0:
+            lag = k
+            followed = repeats_from(position, velocity, lag) + FIRST_REPETITIONS * lag
+            break
+    while followed < n:
+        part = slice(0, followed)
+        largest = follow_errors(
+            p, first, position[part], velocity[part], support[part], out, second
+        )
+        is_settled = True
+        for k in range(ERRORS):
+            for i in range(followed - lag, followed):
+                goes_on = (n - followed) / lag * abs(out[k, i] - out[k, i - lag])
+                is_settled = is_settled and goes_on <= GOES_ON * out[k, i]
+        if is_settled:
+            for k in range(ERRORS):
+                for i in range(followed, n):
+                    out[k, i] = out[k, i - lag]
+            return largest
+        followed *= 2
+    return follow_errors(p, first, position, velocity, support, out, second)
 
 
 @jit

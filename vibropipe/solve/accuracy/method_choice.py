@@ -24,6 +24,7 @@ from vibropipe.solve.accuracy.motion_errors import (
     Variables,
     deviation,
     exact_errors,
+    largest,
     motion_scales,
 )
 from vibropipe.solve.motion.motion_dataset import to_variables
@@ -203,17 +204,19 @@ def largest_relative_error(
         Maximum error.
     """
     is_fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, scales.velocity)
-    values_by_kind = {
-        "displacement": [errors["displacement_end"]],
-        "velocity": [errors["velocity_end"], errors["impact_velocity"][is_fast]],
-        "time": [errors["impact_tau"][is_fast], errors["rest_start"], errors["rest_end"]],
-    }
+    by_kind = (
+        float(errors["displacement_end"]),
+        max(float(errors["velocity_end"]), largest(errors["impact_velocity"][is_fast])),
+        max(
+            largest(errors["impact_tau"][is_fast]),
+            largest(errors["rest_start"]),
+            largest(errors["rest_end"]),
+        ),
+    )
     worst = 0.0
-    for kind, values in values_by_kind.items():
-        largest = max(float(np.max(value, initial=0.0)) for value in values)
-        scale = min(1.0, getattr(scales, kind))
-        if largest > 0.0:
-            worst = max(worst, largest / scale if scale > 0.0 else math.inf)
+    for error, scale in zip(by_kind, scales, strict=True):
+        if error > 0.0:
+            worst = max(worst, error / min(1.0, scale) if scale > 0.0 else math.inf)
     return worst
 
 

@@ -52,11 +52,9 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     They are the largest displacement and velocity at the start, the end and the contacts and of the forced vibration,
     and the smaller of the forcing period and 1.
     """
-    support_x = [
-        abs(x)
-        for support, x in ((1, exciter.upper), (2, exciter.lower))
-        if any((variables[name][1] == support).any() for name in ("impact_support", "rest_support"))
-    ]
+    touched = [variables[name][1] for name in ("impact_support", "rest_support")]
+    numbers = [n for support in touched if support.size for n in (support.min(), support.max())]
+    support_x = [abs(exciter.upper if n == 1 else exciter.lower) for n in numbers]
     nu, clearance = exciter.nu, 2 * exciter.l
     forced = clearance * (exciter.f != 0)
     if (stiffness := abs(complex((1 - nu) * (1 + nu), exciter.h * nu))) > 0:
@@ -65,9 +63,14 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
         nu *= 2
         forced = clearance
     x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, *support_x, 0.0)
-    speeds = np.abs(variables["impact_velocity"][1])
-    v = max(abs(request.v), abs(variables["velocity_end"][1]), nu * forced, speeds.max(initial=0.0))
+    fastest = largest(variables["impact_velocity"][1])
+    v = max(abs(request.v), abs(variables["velocity_end"][1]), nu * forced, fastest)
     return Scales(x, v, min(1.0, exciter.period))
+
+
+def largest(values: np.ndarray) -> float:
+    """Return the largest magnitude of an array; 0 of an empty one."""
+    return float(max(values.max(), -values.min())) if values.size else 0.0
 
 
 def exact_errors(
@@ -82,14 +85,14 @@ def exact_errors(
     variables : the motion (`to_variables`); scales : of it (`motion_scales`).
     """
     least = rounding_floor(exciter, request, variables, scales)
-    known = rounding_errors(exciter, request, run)
+    # A sample lies where its tau does, which is rounded.
+    floor = least.get("displacement", 0.0), least.get("velocity", 0.0)
+    known = rounding_errors(exciter, request, run, floor)
     if known is not None:
-        for name in known.keys() & {"displacement", "velocity"}:
-            # A sample lies where its tau does, which is rounded.
-            known[name] += least[name]
         if "velocity" in known:
             known["velocity"] = widen_at_jumps(variables, known)
-        return filled({n: least[n] for n in least if n not in known}, variables) | known
+        others = {n: least[n] for n in least if n not in known}
+        return filled(others, variables) | known
     errors = filled(least, variables)
     touches = run.contacts["grazing_tau"].size > 0
     steps = steps_for_exact(exciter.nu, exciter.h, fastest_of_row(exciter.parameters()))
@@ -164,8 +167,10 @@ def rounding_floor(
 
 
 def filled(least: dict[str, float], variables: Variables) -> Errors:
-    """Return errors that are the same in all entries of a quantity, in its shape."""
-    return {name: np.full(np.shape(variables[name][1]), value) for name, value in least.items()}
+    """Return errors that are the same in all entries of a quantity, in its shape, each stored once (read-only)."""
+    return {
+        name: np.broadcast_to(value, np.shape(variables[name][1])) for name, value in least.items()
+    }
 
 
 def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors:

@@ -8,10 +8,12 @@ as tau; that error is known to the digit.
 from __future__ import annotations
 
 import math
-from decimal import Decimal, localcontext
+from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.march.log import POLYNOMIALS, STEPS
 from vibropipe.orbits.sensitivity.along import (
     AFTER,
     COVERED,
@@ -20,33 +22,49 @@ from vibropipe.orbits.sensitivity.along import (
     LEAVING,
     SECOND,
     SPEED,
-    follow_errors,
+    follow_repeated,
     longer_by,
-    repeats_from,
 )
 from vibropipe.orbits.sensitivity.errors import ULP
-from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.load_harmonics import force_values
-from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver
+from vibropipe.physics.load import force_at, force_value, forcing_period, largest_force
+from vibropipe.physics.turns import TWO_PI
+from vibropipe.solve.motion.run import MotionRequest, MotionResult
 from vibropipe.words.status import Status
 
 # Largest error, relative to the motion, that is followed to first order; beyond it the motion is solved again.
 SMALL = 1e-12
-# Largest number of impacts that repeat, repetitions along which errors are followed first, and the largest share of an
-# error that its last change makes if it goes on.
-MAX_LAG, FIRST_REPETITIONS, GOES_ON = 32, 32, 0.1
-TURN = Decimal("6.28318530717958647692528676655900576839433879875")
+# What TWO_PI lacks of 2 pi, and the factor that splits a float into halves whose products are exact.
+TWO_PI_REST, SPLIT = 2.4492935982947064e-16, 2.0**27 + 1.0
 
 Errors = dict[str, np.ndarray]
+# Present (1) or absent.
+Effect = int | None
 
 
-def rounding_errors(exciter: Exciter, request: MotionRequest, run: MotionResult) -> Errors | None:
+class Ends(NamedTuple):
+    """Start and end of a motion: times in tau and in turns, states, and what the state at the start is off."""
+
+    tau_start: float
+    tau_end: float
+    turn_start: float
+    turn_end: float
+    x: float
+    v: float
+    x_end: float
+    v_end: float
+    x_off: float
+    v_off: float
+
+
+def rounding_errors(
+    exciter: Exciter, request: MotionRequest, run: MotionResult, floor: tuple[float, float] = (0, 0)
+) -> Errors | None:
     """Return the errors of end state and impacts of an exact motion; None if the model does not hold.
 
     It holds of motions between rigid supports, without rests and touches, whose errors stay small. With samples, the
-    errors of their displacement and velocity are added.
+    errors of their displacement and velocity are added, which are by `floor` larger.
 
     Parameters
     ----------
@@ -54,138 +72,195 @@ def rounding_errors(exciter: Exciter, request: MotionRequest, run: MotionResult)
     request : MotionRequest
     run : MotionResult
         The exact motion.
+    floor : (float, float)
+        Error of displacement and velocity of a sample whose tau is rounded.
     """
     contacts, effects = run.contacts, request.effects
     is_plain = not effects.has_pieces and not request.energy and run.status == Status.OK
     has_doubt = contacts["grazing_tau"].size + contacts["rest_start"].size > 0
-    if not is_plain or has_doubt or closed_form_solver(exciter, request) is not None:
+    # A motion in closed form has no steps.
+    if not is_plain or has_doubt or run.counts[STEPS] + run.counts[POLYNOMIALS] == 0:
         return None
-    velocity, support = contacts["impact_velocity"], contacts["impact_support"]
-    if not np.all(np.abs(velocity) > 0.0):
+    x_off = max(ULP * abs(request.x), request.x_uncertainty)
+    v_off = max(ULP * abs(request.v), request.v_uncertainty)
+    taus, start = (request.tau_start, request.tau_end), (request.x, request.v)
+    ends = Ends(*taus, *run.turns, *start, *run.end, x_off, v_off)
+    p, tau = exciter.parameters(), contacts["impact_tau"]
+    impacts = tau, contacts["impact_velocity"], contacts["impact_support"]
+    out, leaving, end = np.empty((ERRORS, tau.size)), np.empty(tau.size + 1), np.empty(2)
+    if not _fill_errors(p, ends, *impacts, out, leaving, end, effects.second_harmonic):
         return None
-    period, p = exciter.period, exciter.parameters()
-    position = contacts["impact_tau"] / period
-    first, slip = _first_flight(exciter, request, run)
-    out, largest = _followed(p, first / COVERED, position, velocity, support, effects)
-    size = min(1.0, np.abs(velocity).min(initial=1.0))
-    if not max(largest, first) < SMALL * size:
-        return None
-    tau = contacts["impact_tau"]
-    out[DELAY] += 0.5 * np.spacing(tau)
-    out[DELAY] += (0.5 * period) * np.spacing(position)
-    out[DELAY] += tau * _period_error(exciter) + slip
-    leaving = np.append(first, out[LEAVING])
-    late = _turns_off(exciter, request.tau_end, run.turns[1]) + slip
-    end = _end_error(exciter, run, leaving[-1], late)
     errors = {
         "impact_tau": out[DELAY],
         "impact_velocity": out[SPEED],
         "impact_velocity_after": out[AFTER],
-        "displacement_end": np.float64(end[0]),
-        "velocity_end": np.float64(end[1]),
+        "displacement_end": end[0],
+        "velocity_end": end[1],
     }
     if request.samples_per_period > 0:
-        # No flight increases sqrt(dx^2 + dx'^2), and its own rounding is part of what meets the next impact.
-        times = request.tau_start + run.after * period
-        within = leaving + np.append(leaving[1:], max(end))
-        next_sample = np.searchsorted(times, tau)
-        samples = np.repeat(within, np.diff(next_sample, prepend=0, append=times.size + 1))
-        errors["displacement"], errors["velocity"] = samples, samples.copy()
-        samples[-1], errors["velocity"][-1] = end
+        of_x, of_v = np.empty(run.after.size + 1), np.empty(run.after.size + 1)
+        turns = (tau - request.tau_start) / exciter.period
+        _fill_samples(turns, leaving, end, run.after, floor, of_x, of_v)
+        errors |= {"displacement": of_x, "velocity": of_v}
     return errors
 
 
-def _followed(
+@jit_allocating
+def _fill_errors(
     p: Parameters,
-    first: float,
-    position: np.ndarray,
+    ends: Ends,
+    tau: np.ndarray,
     velocity: np.ndarray,
     support: np.ndarray,
-    effects: Effects,
-) -> tuple[np.ndarray, float]:
-    """Return the errors (ERRORS, n) of `follow_errors`, whose arguments these are, and the largest."""
-    n, second = velocity.size, effects.second_harmonic
-    lags = range(1, min(MAX_LAG, n // FIRST_REPETITIONS) + 1)
-    starts = ((repeats_from(position[-2 * lag :], velocity[-2 * lag :], lag), lag) for lag in lags)
-    lag = next((lag for start, lag in starts if start == 0), 0)
-    followed = repeats_from(position, velocity, lag) + FIRST_REPETITIONS * lag if lag else n
-    while followed < n:
-        repetitions = -(-(n - followed) // lag)
-        out = np.empty((ERRORS, followed + repetitions * lag))
-        part = slice(followed)
-        largest = follow_errors(
-            p, first, position[part], velocity[part], support[part], out, second
-        )
-        before, last = out[:, followed - 2 * lag : followed].reshape(ERRORS, 2, lag).swapaxes(0, 1)
-        if (repetitions * np.abs(last - before) <= GOES_ON * last).all():
-            out[:, followed:].reshape(ERRORS, repetitions, lag)[:] = last[:, None]
-            return out[:, :n], largest
-        followed *= 2
-    out = np.empty((ERRORS, n))
-    return out, follow_errors(p, first, position, velocity, support, out, second)
+    out: np.ndarray,
+    leaving: np.ndarray,
+    end: np.ndarray,
+    second: Effect,
+) -> bool:
+    """Fill the errors of impacts (ERRORS, n), of the states that leave start and impacts (n + 1), and of the end (2).
+
+    Returns
+    -------
+    bool
+        Whether they are so small that they are linear.
+    """
+    period, n, slowest = forcing_period(p), tau.size, 1.0
+    for i in range(n):
+        slowest = min(slowest, abs(velocity[i]))
+    if not slowest > 0.0:
+        return False
+    position = tau / period
+    slip = _turns_off(p, ends.tau_start, ends.turn_start)
+    first = _first_flight(p, ends, tau, velocity, slip, second)
+    largest = follow_repeated(p, first / COVERED, position, velocity, support, out, second)
+    if not max(largest, first) < SMALL * slowest:
+        return False
+    period_off = _period_off(p)
+    leaving[0] = first
+    for i in range(n):
+        out[DELAY, i] += 0.5 * (_spacing(tau[i]) + period * _spacing(position[i]))
+        out[DELAY, i] += tau[i] * period_off + slip
+        leaving[i + 1] = out[LEAVING, i]
+    late = _turns_off(p, ends.tau_end, ends.turn_end) + slip
+    end[0], end[1] = _end_error(p, ends, tau, velocity, leaving[n], late, second)
+    return True
 
 
-def _push(exciter: Exciter) -> float:
+@jit
+def _fill_samples(
+    turns: np.ndarray,
+    leaving: np.ndarray,
+    end: np.ndarray,
+    after: np.ndarray,
+    floor: tuple[float, float],
+    errors_x: np.ndarray,
+    errors_v: np.ndarray,
+) -> None:
+    """Fill the errors of the samples of a motion and of its end (n + 1), from those of what leaves the impacts.
+
+    No flight increases sqrt(dx^2 + dx'^2), and its own rounding is part of what meets the next impact.
+    """
+    j, n = 0, turns.size
+    for i in range(n + 1):
+        within = leaving[i] + (leaving[i + 1] if i < n else max(end[0], end[1]))
+        of_x, of_v = within + floor[0], within + floor[1]
+        until = turns[i] if i < n else math.inf
+        while j < after.size and after[j] < until:
+            errors_x[j], errors_v[j] = of_x, of_v
+            j += 1
+    errors_x[j], errors_v[j] = end[0] + floor[0], end[1] + floor[1]
+
+
+@jit_inline
+def _push(p: Parameters) -> float:
     """Return a bound of force, load and spring at the supports."""
-    offsets = abs(exciter.delta) + abs(exciter.load) + exciter.l
-    return abs(exciter.f) + abs(exciter.f2) + offsets
+    return largest_force(p) + abs(p.delta) + abs(p.load) + p.l
 
 
-def _acceleration(exciter: Exciter, x: float, v: float, turns: float) -> float:
+@jit_inline
+def _acceleration(p: Parameters, x: float, v: float, turns: float, second: Effect) -> float:
     """Return a bound of the acceleration of a state."""
-    force = float(force_values(exciter.f, np.array([turns]), exciter.f2, exciter.phi2)[0])
-    return abs(force) + abs(x - exciter.load) + exciter.h * abs(v)
-
-
-def _turns_off(exciter: Exciter, tau: float, turns: float) -> float:
-    """Return by how much a time in turns is off, in tau."""
-    with localcontext() as context:
-        context.prec = 40
-        exact = Decimal(tau) * Decimal(exciter.nu) / TURN
-        return float(abs(Decimal(turns) - exact) * TURN / Decimal(exciter.nu))
-
-
-def _period_error(exciter: Exciter) -> float:
-    """Return the relative error of the forcing period in double precision."""
-    with localcontext() as context:
-        context.prec = 40
-        return float(abs(Decimal(exciter.period) * Decimal(exciter.nu) / TURN - 1))
-
-
-def _first_flight(
-    exciter: Exciter, request: MotionRequest, run: MotionResult
-) -> tuple[float, float]:
-    """Return the error of the state that ends the first flight, and by how much the start is off in tau."""
-    tau, velocity = run.contacts["impact_tau"], run.contacts["impact_velocity"]
-    end = tau[0] if tau.size else request.tau_end
-    arrival = velocity[0] if tau.size else run.end[1]
-    span = end - request.tau_start
-    slip = _turns_off(exciter, request.tau_start, run.turns[0])
-    size = abs(request.x) + abs(request.v) + abs(arrival) + min(1.0, span) * _push(exciter)
-    start = math.hypot(
-        max(ULP * abs(request.x), request.x_uncertainty),
-        max(ULP * abs(request.v), request.v_uncertainty),
+    return (
+        abs(force_value(force_at(p, 1.0, turns % 1.0, second), second))
+        + abs(x - p.load)
+        + p.h * abs(v)
     )
-    moved = abs(request.v) + _acceleration(exciter, request.x, request.v, run.turns[0])
-    turned = SECOND**2 if exciter.f2 else 1.0
-    return start + turned * ULP * size * longer_by(exciter.nu, span) + slip * moved, slip
 
 
+@jit_inline
+def _spacing(x: float) -> float:
+    """Return the distance of a positive float to the next one, from which the sum is less than half of it away."""
+    return (x + 0.75 * ULP * x) - x
+
+
+@jit
+def _product(a: float, b: float) -> tuple[float, float]:
+    """Return a product as its nearest float and the exact rest [1]_.
+
+    References
+    ----------
+    .. [1] T. J. Dekker, A floating-point technique for extending the available precision, Numer. Math. 18 (1971) 224.
+    """
+    product = a * b
+    a_high, b_high = a * SPLIT - (a * SPLIT - a), b * SPLIT - (b * SPLIT - b)
+    a_low, b_low = a - a_high, b - b_high
+    rest = ((a_high * b_high - product) + a_high * b_low + a_low * b_high) + a_low * b_low
+    return product, rest
+
+
+@jit
+def _turns_off(p: Parameters, tau: float, turns: float) -> float:
+    """Return by how much a time in turns is off, in tau."""
+    angle, rest = _product(turns, TWO_PI)
+    phase, phase_rest = _product(tau, p.nu)
+    return abs((angle - phase) + (rest - phase_rest) + turns * TWO_PI_REST) / p.nu
+
+
+@jit
+def _period_off(p: Parameters) -> float:
+    """Return the relative error of the forcing period in double precision."""
+    angle, rest = _product(forcing_period(p), p.nu)
+    return abs((angle - TWO_PI) + (rest - TWO_PI_REST)) / TWO_PI
+
+
+@jit_inline
+def _first_flight(
+    p: Parameters, ends: Ends, tau: np.ndarray, velocity: np.ndarray, slip: float, second: Effect
+) -> float:
+    """Return the error of the state that ends the first flight.
+
+    slip : by how much the start is off in tau.
+    """
+    arrival, span = ends.v_end, ends.tau_end - ends.tau_start
+    if tau.size > 0:
+        arrival, span = velocity[0], tau[0] - ends.tau_start
+    size = abs(ends.x) + abs(ends.v) + abs(arrival) + min(1.0, span) * _push(p)
+    moved = abs(ends.v) + _acceleration(p, ends.x, ends.v, ends.turn_start, second)
+    turned = 1.0 if second is None else SECOND * SECOND
+    rounded = turned * ULP * size * longer_by(p.nu, span)
+    return math.hypot(ends.x_off, ends.v_off) + rounded + slip * moved
+
+
+@jit_inline
 def _end_error(
-    exciter: Exciter, run: MotionResult, leaving: float, late: float
+    p: Parameters,
+    ends: Ends,
+    tau: np.ndarray,
+    velocity: np.ndarray,
+    leaving: float,
+    late: float,
+    second: Effect,
 ) -> tuple[float, float]:
     """Return the errors of displacement and velocity at the end.
 
     leaving : error of the state after the last impact, or of the first flight; late : by how much the end is off.
     """
-    x, v = run.end
-    acceleration = _acceleration(exciter, x, v, run.turns[1])
-    tau, tau_end = run.contacts["impact_tau"], run.turns[1] * exciter.period
-    own = ULP * (abs(x) + abs(v) + _push(exciter))
-    if not tau.size:
-        return leaving + own + abs(v) * late, leaving + own + acceleration * late
-    span = max(0.0, tau_end - tau[-1])
-    e11, e12, e21, e22 = free_flow(exciter.h, span)
-    to_x, to_v = math.hypot(e11, e12) * leaving, math.hypot(e21, e22) * leaving
-    own = (own + ULP * abs(run.contacts["impact_velocity"][-1])) * longer_by(exciter.nu, span)
+    x, v = ends.x_end, ends.v_end
+    acceleration = _acceleration(p, x, v, ends.turn_end, second)
+    own, to_x, to_v = ULP * (abs(x) + abs(v) + _push(p)), leaving, leaving
+    if tau.size > 0:
+        span = max(0.0, ends.tau_end - tau[-1])
+        e11, e12, e21, e22 = free_flow(p.h, span)
+        to_x, to_v = math.hypot(e11, e12) * leaving, math.hypot(e21, e22) * leaving
+        own = (own + ULP * abs(velocity[-1])) * longer_by(p.nu, span)
     return to_x + own + abs(v) * late, to_v + own + acceleration * late

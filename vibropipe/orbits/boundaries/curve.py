@@ -132,7 +132,7 @@ class BoundaryCurve(Curve):
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""
         return TOUCHES[self.kind] if min(point.tests[GAP], point.tests[SPEED]) < NEAR_END else ""
 
-    def end_of(self, test: int, point: Point, beyond: Point) -> str:
+    def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
         """Return what a boundary meets where its orbit touches a support, or an impact loses its speed."""
         n = len(self.sequence.supports)
         if test == GAP:

@@ -138,7 +138,7 @@ def marks_within(
                 return None
             # Where an impact loses its speed, the flight towards it turns at its end: one meeting.
             if not marks or zero[0] < marks[0].length - 1e-6 * length:
-                marks.append(Mark(*zero, curve.end_of(test, zero[1], new), True))
+                marks.append(Mark(*zero, curve.meeting_of(test, zero[1], new), True))
     if is_no_motion(new) and not marks:
         return None
     if curve.kind == GRAZINGS:

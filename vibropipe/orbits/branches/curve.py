@@ -8,10 +8,13 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.orbits.branches.steps import (
     CROSSING,
     FOLD,
+    GAP,
+    GAP_SIDE,
+    SLOWEST,
     TESTS,
     Sought,
     Work,
@@ -19,7 +22,9 @@ from vibropipe.orbits.branches.steps import (
     doubling_vector,
     settle_at,
 )
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.forced_flow import acceleration
 
 # Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.
 LOCATED = 1e-13
@@ -110,6 +115,14 @@ class Curve:
         none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
         self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
 
+    def with_sequence(self, sequence: Sequence) -> Curve:
+        """Return the branch of another sequence."""
+        return Curve(self.problem, sequence, self.speed)
+
+    def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
+        """Return a point of this branch."""
+        return Point(u, tangent, tests)
+
     def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
         """Return the point near u with the unknown `fixed` (default: the last one) held; None if there is none."""
         u = np.array(u, float)
@@ -131,6 +144,19 @@ class Curve:
         if iterations < 0:
             return None
         return Point(u, tangent, tests)
+
+    def end_of(self, test: int, point: Any) -> tuple[str, str]:
+        """Return of which kind the event is at which the orbit ceases to be a motion, and the reason to end there."""
+        if test == GAP:
+            return ("end", "rest") if point.tests[GAP_SIDE] == 0 else ("grazing", "gap")
+        n, i = len(self.sequence.supports), int(point.tests[SLOWEST])
+        support = int(self.sequence.supports[i])
+        p = parameters_at(
+            self.problem.values.reshape(1, -1).copy(), self.problem.along, point.value
+        )
+        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
+        pressed = pull > 0.0 if support == 1 else pull < 0.0
+        return ("end", "chatter") if pressed else ("grazing", "speed")
 
     def doubling_vector(self, point: Point) -> np.ndarray:
         """Return the perturbation (2n + 1,) that changes sign over the sequence, where DOUBLING is zero."""

@@ -6,11 +6,8 @@ from itertools import pairwise
 from typing import NamedTuple
 
 from vibropipe.orbits.branches.curve import Curve, Point
-from vibropipe.orbits.branches.sequence import parameters_at
-from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, GAP_SIDE, SLOWEST, SPEED
+from vibropipe.orbits.branches.steps import DOUBLING, FOLD, GAP, SPEED
 from vibropipe.orbits.branches.symmetry import halves_agree
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.forced_flow import acceleration
 
 # Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
 # they differ from zero where their argument is known to rounding.
@@ -127,15 +124,7 @@ def _kind_of(curve: Curve, test: int, point: Point) -> tuple[str, str]:
     if test == FOLD:
         kind = halves_agree(curve.sequence, point.u, curve.weights)
         return (kind, "doubled") if kind else ("fold", "")
-    if test == GAP:
-        return ("end", "rest") if point.tests[GAP_SIDE] == 0 else ("grazing", "gap")
-    n, i = len(curve.sequence.supports), int(point.tests[SLOWEST])
-    support = int(curve.sequence.supports[i])
-    values = curve.problem.values.reshape(1, -1).copy()
-    p = parameters_at(values, curve.problem.along, point.value)
-    pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
-    pressed = pull > 0.0 if support == 1 else pull < 0.0
-    return ("end", "chatter") if pressed else ("grazing", "speed")
+    return curve.end_of(test, point)
 
 
 def _values_within(

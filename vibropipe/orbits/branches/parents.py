@@ -25,7 +25,7 @@ def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] |
         "flip" or "pitchfork".
     """
     sequence, u = halved(curve.sequence, point.u, kind)
-    parent = Curve(curve.problem, sequence, curve.speed)
+    parent = curve.with_sequence(sequence)
     start = parent.settle(u)
     if start is None:
         return None
@@ -47,13 +47,13 @@ def child_point(parent: Curve, point: Point, by: np.ndarray) -> tuple[Curve, Poi
         `Curve.doubling_vector` there.
     """
     sequence, u, change = doubled(parent.sequence, point.u, by)
-    child = Curve(parent.problem, sequence, parent.speed)
+    child = parent.with_sequence(sequence)
     tests = point.tests.copy()
     trace, determinant = tests[TRACE], tests[DETERMINANT]
     tests[TRACE], tests[DETERMINANT] = trace**2 - 2.0 * determinant, determinant**2
     tests[FOLD], tests[DOUBLING] = 0.0, 1.0
     length = np.sqrt(np.sum(change * change * child.squares))
-    return child, Point(u, change / length, tests)
+    return child, child.point(u, change / length, tests)
 
 
 def parent_ahead(curve: Curve, point: Point, length: float) -> str:

@@ -47,6 +47,29 @@ class Sequence(NamedTuple):
         """Length of the sequence in forcing periods."""
         return 0.5 * self.m if self.mirrored else float(self.m)
 
+    @property
+    def on_first(self) -> np.ndarray:
+        """Whether each impact is on support 1."""
+        return self.supports == 1
+
+    @property
+    def key(self) -> tuple[int, int, tuple[int, ...]]:
+        """What tells sequences apart: of the whole orbit, no matter which impact is listed first."""
+        supports = self.supports
+        if self.mirrored:
+            supports = np.concatenate([supports, self.image(supports)])
+        listed = supports.tolist()
+        turned = [(*listed[n:], *listed[:n]) for n in range(len(listed))]
+        return self.m, self.mirrored, min(turned, default=())
+
+    def image(self, supports: np.ndarray) -> np.ndarray:
+        """Return the mirror image of impacts."""
+        return (3 - supports).astype(np.int8)
+
+    def like(self, m: int, mirrored: int, supports: np.ndarray) -> Sequence:
+        """Return another sequence."""
+        return Sequence(m, mirrored, supports)
+
 
 @jit
 def parameters_at(values, along, value):

@@ -22,8 +22,7 @@ def _doubled_seeds(curve: Curve, point: Point, kind: str) -> list[Seed]:
     # strikes support 1 harder comes first, wherever the sequence begins.
     sides = [start]
     if kind == "pitchfork":
-        on_first = child.sequence.supports == 1
-        harder = start.tangent[2 * n : 4 * n][on_first].sum() >= 0.0
+        harder = start.tangent[2 * n : 4 * n][child.sequence.on_first].sum() >= 0.0
         sides = [start, start.reversed()] if harder else [start.reversed(), start]
     return [Seed(child, side, point.value, (1.0,), DOUBLED_LENGTH) for side in sides]
 
@@ -63,6 +62,5 @@ def seeds_at(branch: Branch, event: Event) -> list[Seed]:
         parent, start = at_parent
         tests = start.tests.copy()
         tests[DOUBLING] = 0.0
-        start = Point(start.u, start.tangent, tests)
-        return [Seed(parent, start, point.value, (1.0, -1.0))]
+        return [Seed(parent, start._replace(tests=tests), point.value, (1.0, -1.0))]
     return _doubled_seeds(branch.curve, point, event.kind)

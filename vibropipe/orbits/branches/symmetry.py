@@ -22,7 +22,7 @@ def _halves(
     if n == 0 or n % 2 or sequence.mirrored:
         return None
     first, second = sequence.supports[:half], sequence.supports[half:]
-    if not np.array_equal(second, 3 - first if mirrored else first):
+    if not np.array_equal(second, sequence.image(first) if mirrored else first):
         return None
     times, velocities = u[:n], u[n : 2 * n]
     sign = -1.0 if mirrored else 1.0
@@ -85,8 +85,8 @@ def halved(sequence: Sequence, u: np.ndarray, kind: str) -> tuple[Sequence, np.n
     mean = np.append(0.5 * (halves[0] + halves[1]), u[-1])
     supports = sequence.supports[: len(sequence.supports) // 2].copy()
     if kind == "pitchfork":
-        return Sequence(sequence.m, 1, supports), mean
-    return Sequence(sequence.m // 2, 0, supports), mean
+        return sequence.like(sequence.m, 1, supports), mean
+    return sequence.like(sequence.m // 2, 0, supports), mean
 
 
 def doubled(
@@ -108,11 +108,11 @@ def doubled(
     """
     n, sign = len(sequence.supports), -1.0 if sequence.mirrored else 1.0
     first, times, velocities = sequence.supports, u[:n], u[n : 2 * n]
-    second = (3 - first if sequence.mirrored else first).astype(np.int8)
+    second = sequence.image(first) if sequence.mirrored else first
     m = sequence.m if sequence.mirrored else 2 * sequence.m
     later = [times, times + sequence.span, velocities, sign * velocities, u[-1:]]
     change = [by[:n], -by[:n], by[n : 2 * n], -sign * by[n : 2 * n], np.zeros(1)]
-    whole = Sequence(m, 0, np.concatenate([first, second]))
+    whole = sequence.like(m, 0, np.concatenate([first, second]))
     return whole, np.concatenate(later), np.concatenate(change)
 
 
@@ -141,7 +141,9 @@ def primitive(
         if repeats(sequence, u, weights, parts):
             size = n // parts
             kept = np.concatenate([np.arange(size), n + np.arange(size), [2 * n]])
-            sequence = Sequence(sequence.m // parts, sequence.mirrored, sequence.supports[:size])
+            sequence = sequence.like(
+                sequence.m // parts, sequence.mirrored, sequence.supports[:size]
+            )
             u, weights = u[kept], weights[kept]
             break
     if symmetric and halves_agree(sequence, u, weights, SAME_PARTS) == "pitchfork":
@@ -163,9 +165,9 @@ def repeats(sequence: Sequence, u: np.ndarray, weights: np.ndarray, parts: int) 
     if n % parts or m % parts or (sequence.mirrored and parts % 2 == 0):
         return False
     size, sign = n // parts, -1.0 if sequence.mirrored else 1.0
-    supports, turned = sequence.supports, np.roll(sequence.supports, -size)
+    supports, turned = sequence.supports, np.roll(sequence.supports, -size, axis=0)
     if sequence.mirrored:
-        turned = 3 - turned
+        turned = sequence.image(turned)
         turned[n - size :] = supports[:size]
     if not np.array_equal(turned, supports):
         return False

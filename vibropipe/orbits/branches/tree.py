@@ -16,7 +16,7 @@ from vibropipe.orbits.branches.grazing import siblings_at_grazing
 from vibropipe.orbits.branches.linear import follow_linear
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
-from vibropipe.orbits.branches.symmetry import halved, halves_agree, whole_orbit
+from vibropipe.orbits.branches.symmetry import halved, halves_agree
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.
@@ -210,12 +210,7 @@ class _Known:
 
 def _law(curve: Curve | None) -> Law:
     """Return what tells a branch from others that begin at the same grazing."""
-    if curve is None:
-        return 1, 1, ()
-    sequence, _u = whole_orbit(curve.sequence, np.zeros(2 * len(curve.sequence.supports) + 1))
-    supports = sequence.supports.tolist()
-    turned = [(*supports[n:], *supports[:n]) for n in range(len(supports))]
-    return sequence.m, curve.sequence.mirrored, min(turned, default=())
+    return (1, 1, ()) if curve is None else curve.sequence.key
 
 
 def _key(branch: Branch, event: Event) -> Key:

@@ -219,7 +219,7 @@ class PieceBoundary(BoundaryCurve):
         half = self._halves(point, NEAR_HALVES)
         return f"degenerate_{half}" if half else ""
 
-    def end_of(self, test: int, point: Point, beyond: Point) -> str:  # noqa: D102 - as BoundaryCurve
+    def meeting_of(self, test: int, point: Point, beyond: Point) -> str:  # noqa: D102 - as BoundaryCurve
         if test == GAP and self.replayed(beyond):
             events = self.marched_events(beyond.u)
             if events is None:

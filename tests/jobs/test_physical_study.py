@@ -3,10 +3,12 @@
 from __future__ import annotations
 
 import math
+import shutil
 
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 from typer.testing import CliRunner
 
 import vibropipe as vp
@@ -17,6 +19,7 @@ from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import verify
 from vibropipe.store import summary, write
 from vibropipe.study import Study, load_study, study_of_text
+from vibropipe.view.results import open_results
 
 HEAD = """
 title: With units
@@ -126,6 +129,46 @@ def test_a_summary_shows_symbols_and_units_of_the_data(results) -> None:
     assert "angular frequency of excitation (rad s-1)" in text
     assert "ω " in text
     assert "τ" not in text
+
+
+def head_of(file) -> list[str]:
+    return CliRunner().invoke(app, ["table", str(file)]).output.splitlines()[0].split(",")
+
+
+def axis_of(dataset) -> str:
+    return vp.plot(dataset).axes[-1].get_xlabel()
+
+
+def test_an_edit_of_the_units_of_a_study_is_followed_at_once(results, tmp_path, monkeypatch):
+    folder = tmp_path / "results" / "units"
+    shutil.copytree(results, folder)
+    monkeypatch.chdir(tmp_path / "results")  # not where the study is, which is beside the results
+    response, opened = folder / "sweep.nc", vp.open_study(folder)["sweep"]
+    assert head_of(response)[:2] == ["omega (rad/s)", "delta (mm)"]
+    assert axis_of(opened).endswith("(rad/s)")
+    file = tmp_path / "units.yaml"
+    file.write_text(UNITS + "units: {frequency: rpm, length: cm}", encoding="utf-8")
+    assert head_of(response)[:2] == ["omega (rpm)", "delta (cm)"]
+    for shown in (folder, response):
+        text = CliRunner().invoke(app, ["show", str(shown)]).output
+        assert "frequency of excitation (rpm)" in text
+        page = open_results(shown, folder)
+        assert page.datasets["sweep"]["delta"].attrs["units"] == "cm"
+    assert axis_of(opened).endswith("(rpm)")
+    assert axis_of(opened.to_dataset().sel(delta=[0.0])).endswith("(rpm)")
+    motion = folder / "motion.nc"
+    assert "(cm)" in vp.plot([motion, vp.load(motion)]).axes[0].get_ylabel()
+    # the pictures that it chooses, too
+    chosen = "follow: {along: omega, direction: up}\n    figure: {show: [displacement_mean]}"
+    file.write_text(UNITS.replace("follow: {along: omega, direction: up}", chosen))
+    assert any("constant part" in text.get_text() for text in vp.plot(opened).findobj(Text))
+    # a study of the same name that asks for other data is another one
+    file.write_text(IN_HZ + "units: {length: cm}", encoding="utf-8")
+    assert head_of(response)[:2] == ["omega (rad/s)", "delta (mm)"]
+    assert head_of(motion)[0] == "time (s)"
+    assert "displacement (cm)" in head_of(motion)
+    file.write_text("scenes: [", encoding="utf-8")
+    assert head_of(response)[:2] == ["omega (rad/s)", "delta (mm)"]
 
 
 def test_simulated_points_of_a_backbone_have_units(tmp_path) -> None:

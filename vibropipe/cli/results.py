@@ -17,21 +17,20 @@ def show(
     ],
 ) -> None:
     """Summarise a dataset in the study's units: parameters, dimensions, quantities and provenance."""
-    from vibropipe.figures.units import display_units
     from vibropipe.store import load, open_study, summary
     from vibropipe.store.opening import LEFT_OUT
+    from vibropipe.study import shown_now
 
     if dataset.is_dir():
         with warnings.catch_warnings():
             warnings.simplefilter("ignore", UserWarning)  # the last line says it
             tree = open_study(dataset)
         nodes = {name: node.to_dataset() for name, node in tree.children.items()}
-        shown = display_units(nodes, prefixes=False)
-        texts = [f"{name}\n{summary(data)}" for name, data in shown.items()]
+        texts = [f"{name}\n{summary(data)}" for name, data in shown_now(nodes).items()]
         if left_out := tree.attrs.get(LEFT_OUT):
             texts.append(f"not in the study: {left_out}")
     else:
-        texts = [summary(display_units({"": load(dataset)}, prefixes=False)[""])]
+        texts = [summary(shown_now({"": load(dataset)})[""])]
     typer.echo("\n".join(texts))
 
 
@@ -43,11 +42,11 @@ def table(
     ] = False,
 ) -> None:
     """Print a dataset as CSV for spreadsheets: a row for each point, names for codes, the study's units in the head."""
-    from vibropipe.figures.units import display_units
     from vibropipe.store import atomic_file, load, table
     from vibropipe.store.table import with_units
+    from vibropipe.study import shown_now
 
-    shown = display_units({"": load(dataset)}, prefixes=False)[""]
+    shown = shown_now({"": load(dataset)})[""]
     text = with_units(table(shown, impacts)).to_csv(index=False)
     if output is None:
         typer.echo(text, nl=False)

@@ -17,7 +17,7 @@ from vibropipe.scenes.kind import Kind, Picture
 from vibropipe.scenes.registry import kind_of_dataset, kinds
 from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text, units_of
 from vibropipe.store import load
-from vibropipe.study import study_of_text
+from vibropipe.study import study_at_hand, study_of_text
 from vibropipe.study.pydantic_errors import problem_of
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.vocabulary import VOCABULARY, held_name
@@ -93,20 +93,21 @@ def plot(
 
 
 def opened(dataset: Any) -> xr.Dataset:
-    """Return a dataset from itself, a node of a tree, or a file."""
+    """Return a dataset from itself, a node of a tree, or a file, with its study as it is now if it is at hand."""
     import xarray as xr
 
     if isinstance(dataset, str | PathLike):
-        return load(dataset)
-    if isinstance(dataset, xr.DataTree):
+        dataset = load(dataset)
+    elif isinstance(dataset, xr.DataTree):
         if dataset.children and not dataset.data_vars:
             must = f"must be a scene of a study ({', '.join(dataset.children)})"
             raise ParameterError("dataset", dataset, must=must, got="the whole study")
-        return dataset.to_dataset()
-    if not isinstance(dataset, xr.Dataset):
+        dataset = dataset.to_dataset()
+    elif not isinstance(dataset, xr.Dataset):
         allowed = "an xarray.Dataset, a scene of open_study or a path"
         raise ParameterError("dataset", dataset, allowed, got=type(dataset).__name__)
-    return dataset
+    study = study_at_hand([dataset])
+    return dataset.assign_attrs(study=study.text, **study.units_attrs) if study else dataset
 
 
 def kind_of_data(data: xr.Dataset) -> Kind:

@@ -19,7 +19,6 @@ from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.rows import with_origin
-from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store import (
     StoreError,
     count_equal,
@@ -263,5 +262,5 @@ def origin(study: Study, scene: BaseScene) -> dict[str, Any]:
             packages=kind.packages,
         ),
         hash_name(kind): kind.code_hash,
-        **({DISPLAY_UNITS: study.display_units} if study.display_units else {}),
+        **study.units_attrs,
     }

@@ -245,6 +245,7 @@ def open_lazily(path: Path, chunks: str | None) -> xr.Dataset:
         xr.Dataset(variables, coords, {**dataset.attrs, **_later_units(path, dataset)})
     )
     joined.set_close(dataset.close)
+    joined.encoding["source"] = str(path.resolve())
     return joined
 
 

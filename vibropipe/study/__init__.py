@@ -5,7 +5,7 @@ at once. `fingerprint` is the hash of the keys that the data of a scene depend o
 """
 
 from vibropipe.scenes.keys.problems import Problem, StudyError
-from vibropipe.study.identity import canonical_text, fingerprint
+from vibropipe.study.identity import canonical_text, fingerprint, shown_now, study_at_hand
 from vibropipe.study.loading import (
     Config,
     config_of_files,
@@ -31,6 +31,8 @@ __all__ = [
     "load_study",
     "parse_config",
     "parse_study",
+    "shown_now",
+    "study_at_hand",
     "study_of_text",
     "table_of_keys",
 ]

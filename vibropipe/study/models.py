@@ -134,12 +134,16 @@ class Study(StudyModel):
         """Units in which a study with `physical` shows its results, as the attribute of datasets; else empty."""
         return self._display_units
 
+    @property
+    def units_attrs(self) -> dict[str, str]:
+        """The attribute of datasets with these units; none without `physical`."""
+        return {DISPLAY_UNITS: self.display_units} if self.display_units else {}
+
     def shown(
         self, datasets: Mapping[str, xr.Dataset], prefixes: bool = True
     ) -> dict[str, xr.Dataset]:
         """Return its datasets in the units in which it shows them; `prefixes` as in `display_units`."""
-        units = {DISPLAY_UNITS: self.display_units} if self.display_units else {}
-        named = {name: data.assign_attrs(units) for name, data in datasets.items()}
+        named = {name: data.assign_attrs(self.units_attrs) for name, data in datasets.items()}
         return display_units(named, prefixes)
 
     @property

@@ -9,10 +9,10 @@ from pathlib import Path
 
 import xarray as xr
 
-from vibropipe.figures.units import display_units
 from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store import StoreError, check_intact, scene_files
 from vibropipe.store.files import open_lazily
+from vibropipe.study import load_study, shown_now
 from vibropipe.words.wording import series
 
 
@@ -79,15 +79,13 @@ def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
     place, title = path, path.stem
     study, fingerprints = None, None
     if path.suffix in STUDY_ENDINGS:
-        from vibropipe.study import load_study
-
         study = load_study(path)
         place, title, fingerprints = folder / study.name, study.title, study.fingerprints
     files = scene_files(place)
     for file in files:
         check_intact(file, every_byte=False)
     datasets = {file.stem: _opened(file) for file in files}
-    datasets = study.shown(datasets, False) if study else display_units(datasets, False)
+    datasets = study.shown(datasets, False) if study else shown_now(datasets)
     note = "" if fingerprints is None else _outdated(path, fingerprints, datasets)
     results = Results(title, datasets, note=note)
     if not results.explorable:

@@ -16,6 +16,7 @@ from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
 from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.scatter import (
+    LEAST_YIELD,
     assumed_scatter,
     judged,
     moved_inside,
@@ -155,7 +156,8 @@ def design(
         With `tolerance` or `allow` they are ranked by `yield`, then by `reliability_index`; with a quantity to be
         least, or a curve, by that among yields of the same whole per cent. Designs are then moved inside their bounds
         by four standard deviations of the quantity, or by two or one if there is no more room; one that stays within a
-        tenth of one is left out if there are others. A front is sought among points that keep as many deviations.
+        tenth of one is left out if there are others. A front is sought among points that keep as many deviations, and
+        has only designs that half of the parts keep at least, if there are any.
 
         <parameter>
             Varied parameters; the others are scalars.
@@ -223,6 +225,7 @@ def design(
     allowed = check_allow(goals, allow)
     ranges = check_vary(exciter, vary)
     exciter = with_frequency(exciter, {name: ends[0] for name, ends in ranges.items()})
+    exciter.check_frequency(sigma.keys() - {"nu"})
     scatter = sigma or (assumed_scatter(exciter, ranges) if allowed else {})
     problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, scatter)
     check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
@@ -242,7 +245,7 @@ def design(
     parts = {n: judged(problem, candidates[n]) for n in order if problem.scatter}
     if problem.scatter:
         order = (
-            off_limits(order, parts)
+            off_limits(order, parts, LEAST_YIELD)
             if is_front
             else ranked(problem, candidates, order, margins, parts)
         )
@@ -253,7 +256,7 @@ def design(
     )
     steps.add(steps.total)
     if not kept[0].is_met:
-        warnings.warn(miss_text(problem, kept[0]), UnsolvedWarning, stacklevel=2)
+        warnings.warn(miss_text(problem, kept[0]), UnsolvedWarning, stacklevel=3)
     return dataset
 
 

@@ -29,6 +29,8 @@ INSIDE = (4.0, 2.0, 1.0)
 MAX_MOVES = 4
 # Nearer than this to a limit, in standard deviations, nearly half of the parts break it.
 ON_LIMIT = 0.1
+# Least yield of a design of a front: whatever its costs, a law that most parts do not have is no choice.
+LEAST_YIELD = 0.5
 # Standard deviations of parameters, as shares of their values, where a study gives none.
 ASSUMED = 1e-3
 
@@ -212,9 +214,13 @@ def ranked(
     return off_limits([order[n] for n in np.lexsort(keys)], parts)
 
 
-def off_limits(order: Sequence[int], parts: Mapping[int, Judged]) -> list[int]:
-    """Return the numbers of designs without those on a limit of a goal, if there are others."""
-    return [n for n in order if parts[n].reliability >= ON_LIMIT] or list(order)
+def off_limits(
+    order: Sequence[int], parts: Mapping[int, Judged], least_yield: float = 0.0
+) -> list[int]:
+    """Return the numbers of designs without those on a limit of a goal or of less yield, if there are others."""
+    return [
+        n for n in order if parts[n].reliability >= ON_LIMIT and parts[n].share >= least_yield
+    ] or list(order)
 
 
 def variables_of_yield(problem: Problem, all_judged: Sequence[Judged]) -> dict[str, Any]:

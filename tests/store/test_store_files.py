@@ -310,6 +310,26 @@ def test_the_scenes_of_the_study_are_opened_and_others_named(tmp_path):
         assert list(store.open_study(tmp_path).children) == ["map"]
 
 
+def test_a_newer_file_of_another_study_does_not_replace_the_one_that_the_folder_is_named_after(
+    tmp_path,
+):
+    folder = tmp_path / "mine"
+    for name, study, scenes in (
+        ("map", "mine", "map way"),
+        ("way", "mine", "map way"),
+        ("x", "other", "x map"),
+    ):
+        attrs = {"scenes": scenes, "title": f"{study}: {name}"}
+        store.write(xr.Dataset({"residual": ("row", [1.0])}, attrs=attrs), folder / f"{name}.nc")
+    os.utime(folder / "x.nc", (2e9, 2e9))
+    with pytest.warns(UserWarning, match="holds also x, not in the study"):
+        assert list(store.open_study(folder).children) == ["map", "way"]
+    # of a folder with a name of its own it is the newest result that tells
+    folder = folder.rename(tmp_path / "copy")
+    with pytest.warns(UserWarning, match="holds also map and way"):
+        assert list(store.open_study(folder).children) == ["x"]
+
+
 def test_a_newer_report_tells_the_units_of_data_in_si(tmp_path):
     attrs = {"display_units": "length: mm"}
     store.write(xr.Dataset({"displacement": ("row", [1.0])}, attrs=attrs), tmp_path / "map.nc")

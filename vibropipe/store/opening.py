@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from collections.abc import Sequence
 from contextlib import ExitStack
 from os import PathLike
 from pathlib import Path
@@ -16,16 +17,17 @@ if TYPE_CHECKING:
     import xarray as xr
 
 
-# Attribute of datasets: the scenes of the study that they were made from. Attribute of an opened study: datasets of
-# other scenes in its folder.
+# Attribute of datasets: the scenes of the study that they were made from. Attribute of an opened study: other datasets
+# in its folder.
 SCENES, LEFT_OUT = "scenes", "left_out"
 
 
 def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     """Open the scenes of a study lazily: a slice reads only its values.
 
-    The scenes are those of the study from which its newest result was made. If datasets of other scenes lie in the
-    folder, a warning names them.
+    The scenes are those of the study that the folder is named after or, if none of its results was made from one of
+    that name, of its newest result, as they were when that result was made. If other datasets lie in the folder, a
+    warning names them.
 
     Parameters
     ----------
@@ -38,7 +40,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
         One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
         ("1": non-dimensional) and the provenance in its attributes. A group has the methods `where` and `to_dataframe`
         (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files. The
-        attribute `left_out` of the tree, if there is one, names the datasets of other scenes.
+        attribute `left_out` of the tree, if there is one, names the other datasets.
 
     Raises
     ------
@@ -57,8 +59,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
             f"{folder}: must be the folder of a study, got a file: open it with vp.load"
         )
     files_there = files_in(Path(folder))
-    named = scenes_in(Path(folder))
-    paths = [path for path in files_there if path.stem in named] if named else files_there
+    paths = scenes_in(Path(folder), files_there) or files_there
     left_out = series(path.stem for path in files_there if path not in paths)
     for path in paths:
         check_intact(path, every_byte=False)
@@ -67,7 +68,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     if left_out:
         tree.attrs[LEFT_OUT] = left_out
         text = f"{folder}: holds also {left_out}, not in the study; open them with vp.load"
-        warnings.warn(text, stacklevel=2)
+        warnings.warn(text, stacklevel=3)
     files = ExitStack()
     for scene in scenes.values():
         files.callback(scene.close)
@@ -75,21 +76,28 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     return tree
 
 
-def scenes_in(folder: Path) -> list[str]:
-    """Return the scenes of the study from which the newest result in a folder was made; none if no result says it."""
-    newest = sorted(
-        [folder / REPORT, *files_in(folder)],
-        key=lambda path: path.stat().st_mtime_ns if path.exists() else 0,
-    )
-    for path in reversed(newest):
-        if found := scenes_of(path) if path.suffix == ".pdf" else _scenes_of_dataset(path):
-            return found
-    return []
+def scenes_in(folder: Path, files: Sequence[Path]) -> list[Path]:
+    """Return the files of the scenes of the study in a folder; none if no result says what they are."""
+    made = {path: _made_from(path) for path in sorted(files, key=_time)}
+    studies = [study for study, _ in made.values()]
+    name = folder.resolve().name
+    study = name if name in studies else studies[-1]
+    own = {path: scenes for path, (other, scenes) in made.items() if other in ("", study)}
+    report = folder / REPORT
+    told = {**own, report: scenes_of(report)}
+    named: list[str] = next((told[p] for p in sorted(told, key=_time, reverse=True) if told[p]), [])
+    return [path for path in files if path in own and path.stem in named]
 
 
-def _scenes_of_dataset(path: Path) -> list[str]:
-    """Return the scenes of the study from which a dataset was made; none if it does not say."""
+def _time(path: Path) -> int:
+    return path.stat().st_mtime_ns if path.exists() else 0
+
+
+def _made_from(path: Path) -> tuple[str, list[str]]:
+    """Return name and scenes of the study from which a dataset was made; empty if it does not say."""
     try:
-        return str(selected_attributes(path, [SCENES]).get(SCENES, "")).split()
+        attrs = selected_attributes(path, [SCENES, "title"])
     except StoreError:
-        return []
+        return "", []
+    name, colon, _ = str(attrs.get("title", "")).partition(": ")
+    return name if colon else "", str(attrs.get(SCENES, "")).split()

@@ -22,7 +22,7 @@ from vibropipe.jobs.terminal_tables import (
     run_seconds,
 )
 from vibropipe.scenes.costs import SLOWER
-from vibropipe.study import load_study
+from vibropipe.study import fingerprint, load_study
 
 TEXT = """
 title: Estimated and measured
@@ -254,3 +254,20 @@ def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):
     assert plan_text(study, found).endswith(told)
     many, few, _one = (plan_scene(scene).seconds for scene in study.scenes.values())
     assert many == 2 * few
+
+
+def test_a_scene_that_was_solved_here_takes_what_it_took(rates_file, tmp_path):
+    text = "title: t\nexciter: {l: 0.5, h: 0.2, f: 1}\nscenes:\n"
+    text += "  found: {kind: branch, along: {nu: {from: 1, to: 2}}}\n  grid: {kind: sweep, over: {nu: [1, 2]}}\n"
+    (tmp_path / "twice.yaml").write_text(text)
+    study = load_study(tmp_path / "twice.yaml")
+    assert estimate_study(study).searched == ("found",)
+    for name, scene in study.scenes.items():
+        record(plan_scene(scene), 0.5, 1.0, 1e3, fingerprint(study, scene))
+        assert estimate_study(study).by_scene[name].seconds < 100
+        record(plan_scene(scene), 1.0, 123.0, 1e6, fingerprint(study, scene))
+    known = estimate_study(study)
+    assert known.by_scene == dict.fromkeys(study.scenes, Estimate(123.0, 1e6))
+    assert "depends on what is found" not in plan_text(study, known)
+    (tmp_path / "twice.yaml").write_text(text.replace("h: 0.2", "h: 0.3"))
+    assert estimate_study(load_study(tmp_path / "twice.yaml")).searched == ("found",)

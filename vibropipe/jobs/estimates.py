@@ -2,7 +2,7 @@
 
 A file beside the compiled kernels sums seconds and bytes of solved scenes and those of their plans, for each kind with
 rigid supports, and with each effect of pieces. Their ratio is a rate of this machine. Where little has been solved, it
-is close to that of a short loop.
+is close to that of a short loop. A scene that was solved here as it stands takes what it took.
 """
 
 from __future__ import annotations
@@ -23,7 +23,7 @@ from vibropipe.jobs.plan import ScenePlan, plan_scene
 from vibropipe.scenes.costs import OF_PIECES
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, atomic_file
-from vibropipe.study import Study
+from vibropipe.study import Study, fingerprint
 
 FILE_NAME = "rates.json"
 # Planned seconds and bytes of solved scenes whose ratio counts as much as that of the loop, and as 1: most of what
@@ -31,8 +31,8 @@ FILE_NAME = "rates.json"
 FEW_SECONDS, FEW_BYTES = 3.0, 2e6
 # Weight of all earlier scenes beside a new one of the same size.
 MEMORY = 0.7
-# Versions of the code that are remembered, for each set of kernels.
-VERSIONS = 8
+# Versions of the code that are remembered, for each set of kernels, and scenes with what they took.
+VERSIONS, SCENES = 8, 500
 # CPU seconds in which a job loads what it needs: a new process, and a scene.
 JOB_SECONDS, SCENE_SECONDS = 0.7, 0.1
 # Passes of the loop, its length, and the seconds of a pass on the machine whose seconds plans have.
@@ -57,6 +57,8 @@ class Estimates:
     ----------
     by_scene : dict of str to Estimate
         Estimates by scene.
+    searched : tuple of str
+        Scenes whose work depends on what is found, and that were not solved on this machine as they stand.
     rough : tuple of str
         Scenes of whose kind, with such effects, none has been solved on this machine.
     uncompiled : tuple of str
@@ -64,6 +66,7 @@ class Estimates:
     """
 
     by_scene: dict[str, Estimate]
+    searched: tuple[str, ...] = ()
     rough: tuple[str, ...] = ()
     uncompiled: tuple[str, ...] = ()
 
@@ -75,8 +78,13 @@ def estimate_study(study: Study) -> Estimates:
     rough = tuple(plan.name for plan in plans if _name(plan) not in known["rates"])
     compiled = known["compiled"]
     uncompiled = (p.name for p in plans if _version(p) not in compiled.get(_kernels(p), ()))
-    by_scene = {plan.name: _estimate(plan, known["rates"]) for plan in plans}
-    return Estimates(by_scene, rough, tuple(uncompiled))
+    taken = {name: known["scenes"].get(fingerprint(study, s)) for name, s in study.scenes.items()}
+    by_scene = {
+        plan.name: Estimate(*own) if (own := taken[plan.name]) else _estimate(plan, known["rates"])
+        for plan in plans
+    }
+    searched = tuple(p.name for p in plans if not p.is_foreseen and not taken[p.name])
+    return Estimates(by_scene, searched, rough, tuple(uncompiled))
 
 
 def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:
@@ -88,7 +96,7 @@ def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:
     return Estimate(loading + rate * plan.seconds, size * plan.bytes)
 
 
-def record(plan: ScenePlan, share: float, seconds: float, size: float) -> None:
+def record(plan: ScenePlan, share: float, seconds: float, size: float, own: str = "") -> None:
     """Add what a solved scene, or a share of it, took; do nothing if the cache cannot be written.
 
     Parameters
@@ -101,12 +109,17 @@ def record(plan: ScenePlan, share: float, seconds: float, size: float) -> None:
         CPU seconds without compiling.
     size : float
         Bytes on disk.
+    own : str
+        Fingerprint of the scene; "" keeps nothing of this very scene.
     """
     new = (max(0.0, seconds - SCENE_SECONDS), share * plan.seconds, size, share * plan.bytes)
     with suppress(OSError, StoreError), one_at_a_time(FILE_NAME):
         known = _load()
         before = known["rates"].get(_name(plan), [0.0] * 4)
         known["rates"][_name(plan)] = [MEMORY * old + x for old, x in zip(before, new, strict=True)]
+        if own and share == 1.0:
+            scenes = {**known["scenes"], own: [seconds, size]}
+            known["scenes"] = dict([*scenes.items()][-SCENES:])
         versions = known["compiled"].setdefault(_kernels(plan), [])
         if _version(plan) not in versions:
             known["compiled"][_kernels(plan)] = [*versions, _version(plan)][-VERSIONS:]
@@ -152,5 +165,6 @@ def _load() -> dict[str, dict[str, Any]]:
         rates = {name: [float(x) for x in rate] for name, rate in held["rates"].items()}
         if all(len(rate) == 4 for rate in rates.values()):
             compiled = {name: list(versions) for name, versions in held["compiled"].items()}
-            return {"rates": rates, "compiled": compiled}
-    return {"rates": {}, "compiled": {}}
+            scenes = {name: [float(x), float(y)] for name, (x, y) in held.get("scenes", {}).items()}
+            return {"rates": rates, "compiled": compiled, "scenes": scenes}
+    return {"rates": {}, "compiled": {}, "scenes": {}}

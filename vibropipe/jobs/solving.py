@@ -90,7 +90,8 @@ def solve_to_file(
         raise PlanError(f"scenes.{name}.{error}") from error
     elapsed = time.perf_counter() - begin
     worked = time.process_time() - begin_work - sum(compile_seconds[n_compiled:])
-    record(plan_scene(scene), share_of(scene, shard), worked, path.stat().st_size)
+    share, own = share_of(scene, shard), fingerprint(study, scene)
+    record(plan_scene(scene), share, worked, path.stat().st_size, own)
     entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
     write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
 

@@ -80,9 +80,8 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             total += (
                 f"\nThe time of {names} is rough: no such scene was solved on this machine yet."
             )
-        searched = [plan.name for plan in plans if not plan.is_foreseen]
-        if searched:
-            names = series(searched)
+        if estimates.searched:
+            names = series(estimates.searched)
             total += f"\nThe time of {names} is that of a usual scene: it depends on what is found."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"

@@ -18,6 +18,7 @@ from vibropipe.jobs.preparation import (
     clear_leftovers,
     lock_results,
 )
+from vibropipe.jobs.estimates import estimate_study
 from vibropipe.jobs.processes import PARENT, exit_code
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.summary import (
@@ -129,8 +130,9 @@ def report_on_the_rest():
 
 
 def plans_text():
-    """Return the plans of the studies that are made, with approximate run times."""
-    return "\n\n".join(plan_text(RUN.studies[name]) for name in RUN.at_work()) + "\n"
+    """Return the plans of the studies that are made, with the run times that `vibropipe plan` states."""
+    studies = [RUN.studies[name] for name in RUN.at_work()]
+    return "\n\n".join(plan_text(study, estimate_study(study)) for study in studies) + "\n"
 
 
 if not {"-n", "--dry-run", "--dryrun"}.isdisjoint(sys.argv):

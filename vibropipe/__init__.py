@@ -101,7 +101,32 @@ def __getattr__(name: str) -> Any:
         )
     from importlib import import_module
 
-    return getattr(import_module(_FACE[name]), name)
+    found = getattr(import_module(_FACE[name]), name)
+    globals()[name] = found if isinstance(found, type) else _telling_keywords(found)
+    return globals()[name]
+
+
+def _telling_keywords(function: Any) -> Any:
+    """Return a function of the face that says of an unknown keyword what could be meant.
+
+    Warnings of the function itself count this frame as well (`stacklevel`).
+    """
+    from functools import wraps
+    from inspect import Parameter, signature
+
+    from vibropipe.physics.parameter_error import check_keywords
+
+    known = signature(function).parameters
+    if any(each.kind is Parameter.VAR_KEYWORD for each in known.values()):
+        return function
+
+    @wraps(function)
+    def checked(*args: Any, **given: Any) -> Any:
+        check_keywords(given, known, "argument")
+        return function(*args, **given)
+
+    checked.__module__ = __name__  # where pickle finds it
+    return checked
 
 
 def __dir__() -> list[str]:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import inspect
 import math
+import pickle
 from typing import Any
 
 import pytest
@@ -109,3 +111,36 @@ def test_python_and_studies_have_the_same_limits(accuracy: float) -> None:
 def test_a_start_outside_the_supports_is_refused_for_steady_states_too() -> None:
     with pytest.raises(vp.ParameterError, match="x0"):
         vp.steady_state(vp.Exciter(l=0.5, delta=0.7), x0=0.0)
+
+
+@pytest.mark.parametrize(
+    ("call", "name", "hint"),
+    [
+        (vp.sweep, "zeta", ""),
+        (vp.branch, "lyapunv", ""),
+        (vp.steady_state, "harmonic", " (did you mean 'harmonics'?)"),
+        (vp.simulate, "tau_ende", " (did you mean 'tau_end'?)"),
+        (vp.load, "folder", ""),
+    ],
+)
+def test_an_unknown_keyword_of_a_call_is_told_with_what_may_be_meant(call, name, hint) -> None:
+    with pytest.raises(vp.ParameterError) as error:
+        call(vp.Exciter(l=0.5), **{name: 1})
+    text = str(error.value)
+    assert text.startswith(f"{name}: is an unknown argument; must be one of ")
+    assert text.endswith(hint)
+    # the face keeps signatures, and finds itself in other processes
+    assert name not in inspect.signature(call).parameters
+    assert pickle.loads(pickle.dumps(call)) is call
+
+
+@pytest.mark.parametrize("force", ["f", "f2"])
+def test_a_force_that_only_scatters_needs_a_frequency(force: str) -> None:
+    still, told = vp.Exciter(l=0.5, h=0.1), f"^nu: is required beside {force} "
+    with pytest.raises(vp.ParameterError, match=told):
+        vp.tolerance(still, {force: 0.01})
+    with pytest.raises(vp.ParameterError, match=told):
+        vp.design(still, {"h": (0.1, 0.2)}, minimise="displacement_mean", tolerance={force: 0.01})
+    scene = f"kind: design, vary: {{h: [0.1, 0.2]}}, minimise: displacement_mean, tolerance: {{{force}: 0.01}}"
+    with pytest.raises(StudyError, match=r"exciter\.nu: is required"):
+        parse_study(yaml.safe_load(f"title: t\nexciter: {{l: 0.5}}\nscenes: {{s: {{{scene}}}}}"))

@@ -43,11 +43,11 @@ class ParameterError(ValueError):
         return f"{self.name}: {self.must}" + (f", got {self.got}" if self.got else "")
 
 
-def check_keywords(given: Iterable[str], known: Collection[str]) -> None:
-    """Raise a ParameterError if a keyword is none of the known parameters."""
+def check_keywords(given: Iterable[str], known: Collection[str], noun: str = "parameter") -> None:
+    """Raise a ParameterError if a keyword is none of the known ones; noun: what they are."""
     for name in given:
         if name not in known:
-            must = f"is an unknown parameter; must be one of {', '.join(known)}"
+            must = f"is an unknown {noun}; must be one of {', '.join(known)}"
             raise ParameterError(name, None, must=must + _hint(name, known), got="")
 
 

@@ -12,8 +12,8 @@ from vibropipe.words.status import Status, UnsolvedWarning
 if TYPE_CHECKING:
     import xarray as xr
 
-# The caller of the public function that calls `warn_unsolved`.
-CALLER = 3
+# The caller of the public function that calls `warn_unsolved`, beyond what checks its keywords (`vibropipe.__init__`).
+CALLER = 4
 
 
 def warn_unsolved(dataset: xr.Dataset) -> xr.Dataset:

@@ -77,9 +77,9 @@ def check_together(scene: BaseScene) -> Iterator[Problem]:
     """Check that a force has a frequency, and that no damping of 0 stands beside a restitution that gives another."""
     given, varied = scene.given_exciter(), scene.varied_names()
     names = given.keys() | varied
-    grids = scene.over_arrays()
+    grids, changed = scene.over_arrays(), varied | getattr(scene, "tolerance", {}).keys()
     is_forced = any(
-        grids[name].any() if name in grids else name in varied or given.get(name, 0.0) != 0.0
+        grids[name].any() if name in grids else name in changed or given.get(name, 0.0) != 0.0
         for name in FORCES
     )
     if is_forced and "nu" not in names:

@@ -138,7 +138,7 @@ def boundary(
             f"{len(curves)} curves are followed, the most of one call; there are more"
         )
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
-        warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
+        warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=3)
     return dataset
 
 

@@ -168,7 +168,7 @@ def branch(
             f"{tree.n_left} more begin at their bifurcations"
         )
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
-        warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=2)
+        warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=3)
     return branch_dataset(problem, tree.branches, harmonics, attrs, requested, solve)
 
 

@@ -105,6 +105,7 @@ def tolerance(
     .. [2] Guide to the expression of uncertainty in measurement, JCGM 100:2008, section 5.1.
     """
     sigma = check_tolerances(exciter, tolerances)
+    exciter.check_frequency(sigma.keys() - {"nu"})
     check_whole("samples", samples, SAMPLES_LIMITS)
     check_whole("harmonics", harmonics, HARMONICS)
     reach = number_within("worst", worst, POSITIVE)

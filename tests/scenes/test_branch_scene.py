@@ -385,3 +385,11 @@ def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
 def test_the_hardest_impact_says_what_lies_at_the_end_of_a_branch(ends, where):
     exciter = vp.Exciter(l=0.5, nu=sum(ends) / 2, f=-1.0, h=0.2, R1=0.7, R2=0.7)
     assert branch_answers(vp.branch(exciter, "nu", ends))[-1].lead.endswith(where)
+
+
+def test_the_end_of_rests_is_no_bifurcation():
+    exciter = vp.Exciter(l=0.5, nu=0.6, f=1.0, h=0.05, R1=0.3, R2=0.2)
+    branch = vp.branch(exciter, "nu", (0.5, 1.5))
+    assert list(branch.bifurcation_kind.values) == [Bifurcation.END]
+    lead = branch_answers(branch)[-1].lead
+    assert lead.endswith("at ν = 0.7169, where the branch is followed no further.")

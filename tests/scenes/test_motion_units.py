@@ -62,6 +62,13 @@ def test_the_caption_has_the_span_that_is_drawn(shown):
 def test_the_length_of_a_rest_has_its_unit():
     shown = display_units({"motion": vp.to_physical(motion(rest=True), M, C)})["motion"]
     assert rest_text(shown, is_shaded=False) == "The mass rests on a support once, for up to 25 ms"
+    # the record ends in a rest, not the rests before it
+    held = vp.simulate(vp.Exciter(l=0.5, h=0.05, R1=0.3, R2=0.2, f=1.0, nu=0.2), 40.0)
+    told = "The mass rests on a support 3 times, for up to 8.531 and at last until the end of the record"
+    assert rest_text(held, is_shaded=False) == told
+    always = vp.simulate(vp.Exciter(l=0.5, delta=0.6, R1=0.3, R2=0.2, nu=0.2), 40.0)
+    told = "The mass rests on a support once, until the end of the record"
+    assert rest_text(always, is_shaded=False) == told
 
 
 def test_the_unit_of_energies_stands_in_brackets():

@@ -192,7 +192,8 @@ def end_text(dataset: xr.Dataset, value: float) -> str:
     if value not in (float(axis.min()), float(axis.max())):
         return ""
     reach = SAME * float(np.ptp(axis.values))
-    near = [kind for kind, at in places_of(dataset).items() if (np.abs(at - value) <= reach).any()]
+    kinds = {kind: at for kind, at in places_of(dataset).items() if kind in PLURALS}
+    near = [kind for kind, at in kinds.items() if (np.abs(at - value) <= reach).any()]
     return f", a {near[0]}" if near else ", where the branch is followed no further"
 
 

@@ -12,7 +12,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.branch.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
-from vibropipe.words.vocabulary import attributes
+from vibropipe.words.vocabulary import attributes, physical_name
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -50,7 +50,8 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
     except ParameterError as error:
         if error.must != MUST_REPEAT:
             raise
-        remedy = f"begin at another value (along.{scene.followed}.from) or from another start"
+        name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)
+        remedy = f"begin at another value (along.{name}.from) or from another start"
         got = f"{error.got}: {remedy}"
         raise ParameterError(error.name, error.value, must=error.must, got=got) from error
 

@@ -183,13 +183,16 @@ def rest_text(dataset: xr.Dataset, is_shaded: bool) -> str:
     """Write the number of rests and the longest duration, and whether they are shaded."""
     if not dataset.sizes.get("rest"):
         return ""
-    longest = float(np.max(dataset["rest_end"].values - dataset["rest_start"].values))
-    length = (
-        "without release"
-        if np.isinf(longest)
-        else f"for up to {with_units(dataset['rest_end'], at_most(longest, 4))}"
-    )
-    text = f"The mass rests on a support {times(dataset.sizes['rest'])}, {length}"
+    lengths = dataset["rest_end"].values - dataset["rest_start"].values
+    ended = lengths[np.isfinite(lengths)]
+    clauses = []
+    if ended.size:
+        clauses.append(f"for up to {with_units(dataset['rest_end'], at_most(ended.max(), 4))}")
+    if ended.size < lengths.size:
+        clauses.append(
+            "at last until the end of the record" if clauses else "until the end of the record"
+        )
+    text = f"The mass rests on a support {times(lengths.size)}, {series(clauses)}"
     return f"{text} (shaded)" if is_shaded else text
 
 

@@ -174,6 +174,7 @@ def test_wrong_units_are_refused_in_words(name: str, value: str, text: str) -> N
             "F: the force holds the spring 15 m from its equilibrium, 1.88e+03 times l: ",
         ),
         ({"F2": "120 kN"}, "F2: the second harmonic of the force holds the spring 15 m from its"),
+        ({"load": "-120 kN"}, "load: the constant force holds the spring 15 m from its"),
         ({"friction": "120 kN"}, "friction: dry friction holds the spring 15 m from its"),
         (
             {"delta": "-1 m"},

@@ -100,6 +100,8 @@ def test_the_plan_warns_of_lengths_that_cannot_be_meant(tmp_path, physical, said
         ("omega", "9 hz", "(did you mean 9 Hz?)"),
         ("omega", "540 RPM", "(did you mean 540 rpm?)"),
         ("C", "8 N/MM", "(did you mean 8 N/mm?)"),
+        ("m", "350 gr", "(did you mean 350 g?)"),  # not grains
+        ("F", "12 lb", "(did you mean 12 lbf?)"),
         ("zeta", "0.1", "(a damping ratio is written as H = 2 zeta sqrt(m C))"),
         ("ζ1", "0.1", "(a damping ratio is written as H1 = 2 zeta sqrt(m C1))"),
     ],
@@ -157,6 +159,9 @@ def test_a_measured_angle_may_have_a_unit_and_a_column_a_near_name(tmp_path):
         (tmp_path / "m.csv").write_text(table.replace("ω", head), encoding="utf-8")
         (line,) = faults(with_units(scene, omega="20 Hz"), tmp_path)
         assert line.endswith("(did you mean 'omega'?)")
+    (tmp_path / "m.csv").write_text(table.replace("Hz", "hz"), encoding="utf-8")
+    (line,) = faults(with_units(scene, omega="20 Hz"), tmp_path)  # of a column, not of each line
+    assert line.endswith("got '20.0 hz' (did you mean 20.0 Hz?)")
 
 
 @pytest.mark.parametrize(

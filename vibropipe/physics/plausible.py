@@ -16,6 +16,7 @@ ODD = (
     ("f", f"F: the force {HOLDS}", "F, C and l"),
     ("f2", f"F2: the second harmonic of the force {HOLDS}", "F2, C and l"),
     ("delta", "delta: the equilibrium lies {} from the middle between the supports", "delta and l"),
+    ("load", f"load: the constant force {HOLDS}", "load, C and l"),
     ("friction", f"friction: dry friction {HOLDS}", "friction, C and l"),
 )
 

@@ -203,7 +203,12 @@ class _Reader:
         """Return a target, a bound, an allowance or a column without units."""
         if path[-2] == MEASURED and isinstance(value, list):
             if name in NAMES:
-                return self.quantity(name, value, path)
+                before = len(self.problems)
+                numbers = self.quantity(name, value, path)
+                del self.problems[
+                    before + 1 :
+                ]  # a unit stands in the head of a column, for all of it
+                return numbers
             return [self.goal(name, entry, path) for entry in value]
         if name == CURVE and isinstance(value, list):
             pairs = [pair if isinstance(pair, list) else [pair] for pair in value]

@@ -75,7 +75,13 @@ _OTHER_NAMES = {
     "cpm": "rpm",
     "cps": "Hz",
     "hertz": "Hz",
+    "gr": "g",
+    "gm": "g",
+    "lb": "lbf",
+    "lb/in": "lbf/in",
 }
+# What pint reads as something that is hardly meant: grains.
+_MISREAD = ("gr",)
 _BETWEEN = re.compile(r"[\s*.\u00b7]+|\^")
 _CYCLE = re.compile(r"Hz|hertz|rpm|turn|rev|cycle|cp[ms]", re.IGNORECASE)
 _CYCLES = ("hertz", "turn", "revolution", "radian", "cycle", "degree", "rpm")
@@ -246,8 +252,8 @@ def _factor(unit: str, dimension: str, allowed: str) -> float:
     """Return the SI value of one `unit`; raise UnitError if it is unknown or of another dimension."""
     _registry()  # errors of the import are not those of the unit
     try:
-        if _LONG_POWER.search(unit):
-            raise ValueError("a power that no unit has")
+        if _LONG_POWER.search(unit) or unit in _MISREAD:
+            raise ValueError("no unit, or one that is not meant")
         factor, is_angular, same = _parsed(unit, dimension)
     except Exception:
         # pint raises errors of a dozen kinds for text that is no unit, and assertions

@@ -43,6 +43,11 @@ scenes:
     over: {omega: {start: 30 rad/s, stop: 120 rad/s, points: 46}, delta: [0 mm, 0.6 mm]}
     outputs: [harmonics, impacts, stability]
     figure: {pictures: [curves, bifurcation]}
+  regimes:
+    kind: sweep
+    title: Regimes over frequency and amplitude
+    over: {omega: {start: 30 rad/s, stop: 120 rad/s, points: 16}, F: {start: 4 N, stop: 60 N, points: 12}}
+    outputs: [harmonics, impacts]
 """,
     "three_parameters": HEAD.format("three parameters")
     + """

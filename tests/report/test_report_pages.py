@@ -120,7 +120,7 @@ def pages_of(tmp_path_factory):
     def pages(hero: float, groups) -> tuple[Path, list[str]]:
         numbers = iter(range(2, 100))
         given = {
-            "title": "Flow", "kind": "Kind", "question": "Why?", "footer": "Foot", "fixed": 0,
+            "title": "Flow", "kind": "Kind", "question": "Why?", "footer": "Foot", "fixed": 0, "symbols": "",
             "answers": [{"lead": "So.", "rest": ""}], "side": {"rows": [], "drawing": None},
             "hero": item(hero, 1),
             "groups": [

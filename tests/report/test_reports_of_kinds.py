@@ -162,4 +162,12 @@ def test_titles_are_one_line(report):
 
 def test_an_exponent_that_was_asked_for_stands_in_the_report(reports):
     text = " ".join("".join(page_texts(reports("motions_and_response").pdf)).split())
-    assert "TheLyapunovexponentofwithoutaperiodis" in text.replace(" ", "")
+    assert "TheLyapunovexponentofthemotion“withoutaperiod”is" in text.replace(" ", "")
+
+
+def test_a_force_with_units_is_slanted_also_without_a_value(reports):
+    printed = letters(reports("units").pdf)
+    text = "".join(letter.text for letter in printed)
+    place = text.index("borderinFthemass") + len("borderin")
+    assert "Italic" in printed[place].font
+    assert "Italic" not in printed[place + 1].font

@@ -70,10 +70,10 @@ def test_answers_name_orbits_velocities_and_means(datasets):
     assert (
         orbits.lead == "In the steady state both supports are struck once in each forcing period."
     )
-    assert orbits.rest == "This is known of symmetric, offset and very_unequal_scene."
+    assert orbits.rest == "This is known of “symmetric”, “offset” and “very_unequal_scene”."
     assert hardest.lead.startswith("The hardest impact recorded is on support ")
     assert (means.lead, means.rest) == (
-        "The mean displacement is largest in offset.",
+        "The mean displacement is largest in the motion “offset”.",
         "It is −0.035.",
     )
     (alone,) = answers({"offset": datasets["offset"]}).values()
@@ -132,7 +132,7 @@ def test_a_motion_without_a_force_has_no_forcing_period():
     assert exponent.lead == "The Lyapunov exponent is −0.05."
     chaotic = forced.assign(lyapunov_exponent=0.12, lyapunov_exponent_error=0.004)
     (exponent,) = exponent_answers({"a": still, "b": chaotic})
-    assert exponent.lead == "The Lyapunov exponent is largest in b."
+    assert exponent.lead == "The Lyapunov exponent is largest in the motion “b”."
     assert exponent.rest == "It is 0.12, with an error of 0.004."
     assert steady_columns({"a": still, "b": chaotic})["exponent"] == ["−0.05", "0.12 ± 0.004"]
     unknown = still.assign(lyapunov_exponent=np.nan)

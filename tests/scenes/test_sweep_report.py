@@ -303,8 +303,9 @@ def test_the_title_of_energies_counts_the_orbits_whose_impacts_take_most():
 
 def test_the_title_of_a_bifurcation_diagram_leaves_out_rows_without_a_result():
     dataset = sweep(31)
-    assert bifurcation_title(dataset).startswith("The motion repeats itself after up to 2 forcing")
+    assert bifurcation_title(dataset).startswith("Orbits repeat after up to 2 forcing periods; ")
     dataset["regime"][:4] = Regime.UNRESOLVED
     dataset["period_multiple"][5] = 256
-    title = "In all but 4 rows the motion repeats after up to 256 periods, or not at all"
+    amount = int((dataset["regime"] == Regime.APERIODIC).sum())
+    title = f"Orbits repeat after up to 256 forcing periods; {amount} of {dataset['regime'].size} rows are aperiodic"
     assert bifurcation_title(dataset) == title

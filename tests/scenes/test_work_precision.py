@@ -136,9 +136,9 @@ def test_another_race_has_another_answer(work_precision):
     assert exact.lead == "Exact: 0.1 µs a period on all motions."
     work_precision["time_per_period"][1, 2, 0] = 250.0
     assert answers(work_precision)[1].lead == "Exact: 0.1 µs to 0.25 µs a period on all motions."
-    assert title_of(work_precision) == "Only the exact method reaches ten digits on all 2 motions"
+    assert title_of(work_precision) == "Only the exact method reaches ten digits on both motions"
     work_precision["outcome"][:, 2] = Outcome.MISSED_IMPACT
-    assert title_of(work_precision) == "No method reaches ten digits on all 2 motions"
+    assert title_of(work_precision) == "No method reaches ten digits on both motions"
     lone = work_precision.isel(motion=[0])
     assert answers(lone)[0].lead == "The exact method does not solve this motion."
     assert answers(work_precision.isel(method=[0, 1])) == []

@@ -18,7 +18,7 @@ from vibropipe.jobs.drawing import (
     report_fingerprint,
 )
 from vibropipe.report import typeset
-from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.exciter import bare_symbols, drawing_of, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
 from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
@@ -164,6 +164,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
             "rows": [asdict(row) for row in side.rows],
             "drawing": drawing_of(side.drawn or datasets) if side.has_drawing else None,
         },
+        "symbols": bare_symbols(datasets),
         "hero": hero,
         "groups": [asdict(group) for group in groups],
         "fixed": int(unsolved is not None),
@@ -262,11 +263,16 @@ def _groups(
 
 
 def _heading(study: Study, figure: Mapping[str, str]) -> str:
-    """Return the heading of a figure: its question, else the title of its scene unless the figure has that."""
-    title = study.scenes[figure["scene"]].title
-    return figure["heading"] or (
-        title if title != figure["title"] and len(study.scenes) > 1 else ""
-    )
+    """Return the heading of a figure: its question, else the title of its scene unless the figure has or names that."""
+    scene = study.scenes[figure["scene"]]
+    title = scene.title or words_of(scene.name)
+    is_said = title == figure["title"] or scene.figure.drawn_together()
+    return figure["heading"] or ("" if is_said or len(study.scenes) == 1 else title)
+
+
+def words_of(name: str) -> str:
+    """Write the name of a scene as a title: Second scene."""
+    return name.replace("_", " ").capitalize()
 
 
 def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table]:
@@ -314,7 +320,7 @@ def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator
                 "path": f"figures/{name}.pdf",
                 "scene": scene_name,
                 "picture": picture.name,
-                "title": title or scene.title or scene_name.replace("_", " ").capitalize(),
+                "title": title or scene.title or words_of(scene_name),
                 "caption": own_caption or description,
                 "heading": picture.heading,
                 "alt": description,

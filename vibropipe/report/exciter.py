@@ -2,12 +2,14 @@
 
 from __future__ import annotations
 
+import string
 from typing import Any
 
 import numpy as np
 
 from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
 from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
+from vibropipe.solve.physical import is_physical
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.exciter import EFFECTS, PARAMETERS
 from vibropipe.words.parameters import FURTHER, of_effect
@@ -44,6 +46,14 @@ def side_of(datasets: Datasets) -> Side:
             words = words if name == "R1" else f"{words} of the supports"
         rows.append(Row(symbol, text, words))
     return Side(rows)
+
+
+def bare_symbols(datasets: Datasets) -> str:
+    """Return the capitals that are symbols also without a value beside them: those that name no motion."""
+    if not any(is_physical(data) for data in datasets.values()):
+        return ""
+    motions = max(data.sizes.get("attractor_id", 0) for data in datasets.values())
+    return "".join(each for each in "CFH" if string.ascii_uppercase.index(each) >= motions)
 
 
 def side_of_first(datasets: Datasets) -> Side:

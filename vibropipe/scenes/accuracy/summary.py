@@ -65,7 +65,7 @@ def multiple_text(ratio: float) -> str:
 
 def error_axis(ax: Axes, exponents: Iterable[int], worst: float, best: float = LEAST_ERROR) -> None:
     """Let an axis of errors grow more accurate to the right."""
-    ax.set(xscale="log", xlim=(worst, best))
+    ax.set(xscale="log", xlim=(worst, best / 5))
     power_ticks(ax, "x", exponents)
 
 

@@ -219,7 +219,7 @@ def accurate_text(dataset: xr.Dataset) -> str:
         best = [curve(dataset.isel(motion=k), method)[0].min(initial=np.inf) for k in range(amount)]
         if max(best) <= TEN_DIGITS:
             reach.append(method)
-    where = f"on all {amount} motions"
+    where = "on both motions" if amount == 2 else f"on all {amount} motions"
     if reach == ["exact"]:
         return f"Only the exact method reaches ten digits {where}"
     if not reach:

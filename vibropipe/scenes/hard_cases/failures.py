@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Collection
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -32,11 +33,12 @@ FLOOR = 3e-17  # where an error of 0 is drawn
 BOTTOM, TOP = 1e-17, 1e2
 BAND = (1e1, 3e3)  # of what fails
 RANGE = "#DCE6F0"  # region below what the start is rounded to
+LIGHT_DOP853 = replace(METHODS["dop853"], colour="#CE7F66")  # 61
 STYLES = {
     **{name: METHODS[name] for name in ("crude", "newmark", "exact")},
     "DOP853": METHODS["dop853"],
-    "DOP853_loose": METHODS["rk45"],
-    "DOP853_short": METHODS["rk45"],
+    "DOP853_loose": LIGHT_DOP853,
+    "DOP853_short": LIGHT_DOP853,
     "closed": METHODS["exact"],
 }
 
@@ -166,7 +168,7 @@ def draw_grazing(ax: Axes, dataset: xr.Dataset) -> None:
             level = next(levels)
             crosses(ax, depth[missed], np.full(missed.sum(), level), STYLES[method].colour)
     ax.text(depth.max() * 10, 1.7e2, "missed", fontsize=SMALL, va="center")
-    name_line(ax, 4e-8, 1.5e-2, "impact at step's end", "crude", ha="center", fontsize=BODY)
+    name_line(ax, 1.2e-8, 1.5e-2, "impact at step's end", "crude", ha="center", fontsize=BODY)
     name_line(ax, 3e-9, 4e-6, "Newmark", "newmark", ha="right", fontsize=BODY)
     name_line(ax, depth.max() * 10, 2e-8, "DOP853", "DOP853", ha="left", fontsize=BODY)
     name_line(ax, 6e-6, 1.2e-7, "DOP853, short steps", "DOP853_short", ha="center", fontsize=BODY)

@@ -167,7 +167,7 @@ def hardest_answer(datasets: Datasets) -> Answer | None:
     name = max(sizes, key=lambda key: sizes[key])
     data = datasets[name]
     top = value_text(data["impact_velocity"], sizes[name])
-    where = f" in {name}" if len(datasets) > 1 else ""
+    where = f" in {motion_text(name)}" if len(datasets) > 1 else ""
     on = f"on support {int(data['impact_support'][tops[name]])}"
     speeds = np.abs(data["impact_velocity"].values)
     both = {int(s) for s in data["impact_support"].values[speeds >= (1 - 1e-6) * sizes[name]]}
@@ -184,8 +184,12 @@ def mean_answer(datasets: Datasets) -> Answer | None:
         return Answer("The mean displacement is zero.")
     name = max(texts, key=lambda key: abs(float(datasets[key]["displacement_mean"])))
     if len(texts) == 1:
-        return Answer(f"The mean displacement is not zero in {name}.", f"It is {texts[name]}.")
-    return Answer(f"The mean displacement is largest in {name}.", f"It is {texts[name]}.")
+        return Answer(
+            f"The mean displacement is not zero in {motion_text(name)}.", f"It is {texts[name]}."
+        )
+    return Answer(
+        f"The mean displacement is largest in {motion_text(name)}.", f"It is {texts[name]}."
+    )
 
 
 ZERO = "zero"
@@ -217,11 +221,11 @@ def exponent_answers(datasets: Datasets) -> list[Answer]:
     value, error = finite[name], datasets[name]["lyapunov_exponent_error"]
     tail = f", with an error of {value_text(error, error, 2)}" if float(error) > 0.0 else ""
     if len(known) == 1:
-        where = f" of {name}" if len(datasets) > 1 else ""
+        where = f" of {motion_text(name)}" if len(datasets) > 1 else ""
         return [Answer(f"The Lyapunov exponent{where} is {value_text(value, value, 3)}{tail}.")]
     return [
         Answer(
-            f"The Lyapunov exponent is largest in {name}.",
+            f"The Lyapunov exponent is largest in {motion_text(name)}.",
             f"It is {value_text(value, value, 3)}{tail}.",
         )
     ]
@@ -230,4 +234,16 @@ def exponent_answers(datasets: Datasets) -> list[Answer]:
 def names_text(names: Iterable[str] | Mapping[str, object]) -> str:
     """Write labels of scenes; beyond MAX_NAMED, their number."""
     listed = list(names)
-    return count(len(listed), "motion") if len(listed) > MAX_NAMED else series(listed)
+    if len(listed) > MAX_NAMED:
+        return count(len(listed), "motion")
+    return series(quoted(name) for name in listed)
+
+
+def motion_text(name: str) -> str:
+    """Write the label of a motion in a sentence: the motion “soft”."""
+    return name if quoted(name) == name else f"the motion {quoted(name)}"
+
+
+def quoted(name: str) -> str:
+    """Write a label in quotation marks, unless it has an article."""
+    return name if name.startswith("the ") else f"“{name}”"

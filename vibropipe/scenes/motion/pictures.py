@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Collection, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -61,12 +61,14 @@ from vibropipe.scenes.motion.phase_plane import (
     portrait_title,
     section_title,
 )
+from vibropipe.words.wording import series
 
 LEFT, RIGHT, GAP = 1.5, 0.1, 0.32  # cm
 PLANE_BOTTOM, PLANE, VELOCITY_BOTTOM, PANEL = 1.1, 3.3, 5.5, 1.85  # cm
 LINE = 0.4  # cm, of the texts above a column
 DIGIT = 0.125  # cm, of a letter of these texts
 MAX_PERIODS = 4  # that are drawn of orbits
+MAX_TITLE = 85  # letters
 
 
 def draw_together(
@@ -101,7 +103,8 @@ def draw_together(
             ax.set(xlim=view, ylim=limits[name])
             draw_over_time(ax, dataset, name, view, is_labelled=False)
             tick_periods(ax, dataset, view)
-        plane.set(xlim=limits["displacement"], ylim=limits["velocity"])
+        fastest = 1.12 * limits["velocity"][1]  # with room for the numbers
+        plane.set(xlim=limits["displacement"], ylim=(-fastest, fastest))
         name_velocities(plane, draw_plane(plane, dataset, view), dataset)
         draw_mean(x, dataset)
         for ax, name in ((x, "displacement"), (v, "velocity"), (plane, "velocity")):
@@ -228,9 +231,25 @@ def draw_panels(
     """Draw one motion, or several on common axes."""
     if not together:
         return draw_motion(dataset, show, periods)
-    names = [own_name(dataset).replace("_", " "), *(name.replace("_", " ") for name in together)]
+    names = names_of(dataset, together)
     names[: len(heads)] = heads
     return draw_together([dataset, *together.values()], names, periods)
+
+
+def names_of(dataset: xr.Dataset, together: Iterable[str]) -> list[str]:
+    """Return the names of motions on common axes as words."""
+    return [name.replace("_", " ") for name in (own_name(dataset), *together)]
+
+
+def title_panels(
+    dataset: xr.Dataset, heads: Sequence[str], together: Iterable[str], **others: Any
+) -> str:
+    """Write what is seen of a motion, or which ones are compared; where these have heads, the scene's title says it."""
+    names = [*together] and names_of(dataset, together)
+    if heads or not names:
+        return "" if names else seen_text(dataset)
+    text = f"Side by side: {series(names)}"
+    return text if len(text) <= MAX_TITLE else f"{len(names)} motions side by side"
 
 
 def describe_panels(
@@ -253,7 +272,7 @@ PICTURES = (
         describe_panels,
         is_sampled,
         keywords,
-        lambda dataset, together, **others: "" if together else seen_text(dataset),
+        title_panels,
     ),
     Picture("impacts", draw_impacts_only, describe_impacts, titled=seen_text),
     Picture(

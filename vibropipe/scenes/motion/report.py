@@ -59,7 +59,8 @@ def steady_tables(datasets: Datasets) -> list[Table]:
     }
     shown = fitting(shown, min(len(differing(steady)), MAX_PARAMETERS))
     title = "The steady state" if len(steady) == 1 else "Steady states of the motions"
-    rows = [[label, *cells] for label, *cells in zip(steady, *shown.values(), strict=True)]
+    labels = [label.removeprefix("the motion of ") for label in steady]
+    rows = [list(cells) for cells in zip(labels, *shown.values(), strict=True)]
     return [Table(["motion", *shown], rows, note_text(shown, common), title=title)]
 
 

@@ -45,7 +45,7 @@ from vibropipe.scenes.sweep.layout import (
 from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import count, series, share
 
 Floats = NDArray[np.float64]
 DEFAULT_SHOW = ("impact_velocity", "poincare_displacement", "displacement_strobe")
@@ -175,17 +175,17 @@ def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     if left == regime.size or "period_multiple" not in dataset:
         return ""
     longest = int(dataset["period_multiple"].where(regime < Regime.APERIODIC, 0).max())
-    has_chaos = bool((regime == Regime.APERIODIC).any())
+    aperiodic = int((regime == Regime.APERIODIC).sum())
     if longest == 0:
         return "" if left else "No motion repeats itself"
-    tail = ", or not at all" if has_chaos else ""
-    if left:
-        periods = count(longest, "period")
-        return f"In all but {count(left, 'row')} the motion repeats after up to {periods}{tail}"
     within = "in each forcing period"
     if longest > 1:
         within = f"after up to {count(longest, 'forcing period')}"
-    return f"The motion repeats itself {within}{tail}"
+    if aperiodic:
+        return f"Orbits repeat {within}; {share(aperiodic, regime.size, 'row')} aperiodic"
+    if left:
+        return f"In all but {count(left, 'row')} the motion repeats {within}"
+    return f"The motion repeats itself {within}"
 
 
 def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

@@ -13,7 +13,6 @@ from vibropipe.orbits.branches.sequence import (
     fill_equations,
     return_derivative,
 )
-from vibropipe.orbits.branches.steps import factorise, solve_factorised
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
 from vibropipe.physics.flow import DEGREE
 
@@ -99,17 +98,6 @@ def test_a_flight_beyond_a_support_has_a_negative_gap() -> None:
     gap, _time, side, flight = clearance(p, 1.0, 0, np.array([1], np.int8), u, np.empty(DEGREE + 1))
     assert gap < 0
     assert (side, flight) == (2, 0)
-
-
-def test_bordered_systems_are_solved() -> None:
-    rng = np.random.default_rng(1)
-    for size in (1, 2, 3, 7, 20):
-        a, b = rng.normal(size=(size, size)), rng.normal(size=size)
-        a[0, 0] = 0.0 if size > 1 else 1.0
-        factors, solution, pivots = a.copy(), b.copy(), np.zeros(size, np.int64)
-        factorise(factors, pivots)
-        solve_factorised(factors, pivots, solution)
-        assert a @ solution == pytest.approx(b, abs=1e-10)
 
 
 def test_doubled_and_halved_are_inverse() -> None:

@@ -2,27 +2,21 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterator
+from collections.abc import Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.boundaries.system import (
-    GRAZINGS,
-    Sought,
-    advance,
-    parameters_of_point,
-    settle_at,
-)
-from vibropipe.orbits.branches.curve import Curve, Point
+from vibropipe.continuation.curve import CompiledCurve, Point
+from vibropipe.continuation.follower import SAME_POINT
+from vibropipe.orbits.boundaries.system import GRAZINGS, Sought, parameters_of_point, solve
+from vibropipe.orbits.branches.curve import weights_of
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import GAP, GAP_SIDE, SLOWEST, SPEED
+from vibropipe.orbits.branches.steps import GAP, GAP_SIDE, SLOWEST, SPEED, TESTS, new_room
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration
 
-# Weighted distance of two points that are one.
-SAME_POINT = 1e-6
 # Gap or impact speed next to which an orbit may touch twice at once, where the equations are singular.
 NEAR_END = 1e-4
 # Meetings with a support, by the kind of boundary.
@@ -64,7 +58,7 @@ class Touch(NamedTuple):
 NO_TOUCH = Touch(0, 0)
 
 
-class BoundaryCurve(Curve):
+class BoundaryCurve(CompiledCurve):
     """The boundary of one kind of one impact sequence, on which points are found by continuation.
 
     Parameters
@@ -80,38 +74,22 @@ class BoundaryCurve(Curve):
         Scale of impact velocities, > 0.
     """
 
-    _advance: Callable[..., int] = staticmethod(advance)
-    _settle: Callable[..., int] = staticmethod(settle_at)
-
     def __init__(self, box: Box, kind: int, sequence: Sequence, touch: Touch, speed: float) -> None:
-        size = 2 * len(sequence.supports) + 2 + (kind == GRAZINGS)
         self.box, self.kind, self.touch = box, kind, touch
-        self._begin(sequence, speed, size)
-        self.weights[-2:] = 1.0 / (box.high - box.low)
-        self.squares = self.weights**2
-        self.sought = Sought(
+        self.sequence, self.speed = sequence, speed
+        n, touches = len(sequence.supports), [1.0] * (kind == GRAZINGS)
+        self.periodic = [*range(n), *([2 * n] if touches else [])]
+        sought = Sought(
             box.values.reshape(1, -1).copy(), box.along, kind, sequence.span, sequence.mirrored,
-            sequence.supports, *touch,
+            sequence.supports, *touch, new_room(),
         )  # fmt: skip
-
-    def weighted(self, change: np.ndarray) -> float:
-        """Return the largest weighted change of the unknowns."""
-        return float(np.abs(change * self.weights).max())
-
-    def along_tangent(self, start: Point, u: np.ndarray) -> float:
-        """Return the weighted length along the tangent of a point at which the plane across it meets u."""
-        return float(np.dot(self.squares * start.tangent, u - start.u))
-
-    def shifted(self, u: np.ndarray, near: np.ndarray) -> np.ndarray:
-        """Return unknowns moved by whole forcing periods to those near them."""
-        return shifted(u, len(self.sequence.supports), self.kind == GRAZINGS, near)
+        weights = weights_of(sequence, speed, [*touches, *(1.0 / (box.high - box.low))])
+        super().__init__(weights, box.max_length, solve, sought, TESTS)
 
     def passes(self, points: list[Point], u: np.ndarray) -> bool:
         """Return whether the boundary through some points in order passes through u."""
-        n = len(self.sequence.supports)
-        every = np.array([each.u for each in points])
-        timed = [*range(n), *([2 * n] if self.kind == GRAZINGS else [])]
-        change = every - u
+        change = np.array([each.u for each in points]) - u
+        timed = [*self.periodic]
         if timed:
             change[:, timed] -= np.round(change[:, timed[:1]])
         nearest = int(np.abs(change * self.weights).max(axis=1).argmin())
@@ -123,10 +101,6 @@ class BoundaryCurve(Curve):
             if reached is not None and self.weighted(reached.u - there) < SAME_POINT:
                 return True
         return False
-
-    def zero_of(self, point: Point, length: float, test: int) -> tuple[float, Point] | None:
-        """Return where in a step a test function is zero."""
-        return self.locate(point, (0.0, length), lambda each: float(each.tests[test]))
 
     def near_end(self, point: Point) -> str:
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""
@@ -150,15 +124,6 @@ class BoundaryCurve(Curve):
     def halves_at(self, point: Point) -> str:
         """Return how both halves of an orbit agree: as `halves_agree`."""
         return halves_agree(self.sequence, point.u, self.weights)
-
-
-def shifted(u: np.ndarray, n: int, touches: bool, near: np.ndarray) -> np.ndarray:
-    """Return unknowns of n impacts moved by whole forcing periods to those near them."""
-    moved = u.copy()
-    times = [*range(n), *([2 * n] if touches else [])]
-    if times:
-        moved[times] += round(float(near[times[0]] - u[times[0]]))
-    return moved
 
 
 class Form(NamedTuple):

@@ -7,11 +7,12 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.curve import Point
+from vibropipe.continuation.path import Event, Path, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
-from vibropipe.orbits.boundaries.following import Meeting, Path, follow
+from vibropipe.orbits.boundaries.following import follow
 from vibropipe.orbits.boundaries.seeds import begin
-from vibropipe.orbits.branches.curve import Point, Problem
-from vibropipe.orbits.branches.events import is_no_motion
+from vibropipe.orbits.branches.curve import Problem, is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
@@ -38,7 +39,7 @@ class Boundary(NamedTuple):
 
     curve: BoundaryCurve
     points: list[Point]
-    meetings: list[Meeting]
+    meetings: list[Event]
 
 
 def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) -> list[Boundary]:
@@ -159,13 +160,6 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
 def follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
     """Follow a boundary from a point to both ends."""
     ahead = follow(curve, point)
-    reverse = Point(point.u, -point.tangent, point.tests)
-    back = Path([reverse]) if ahead.closed else follow(curve, reverse)
-    shift = len(back.points) - 1
-    points = [
-        *(Point(each.u, -each.tangent, each.tests) for each in back.points[:0:-1]),
-        *ahead.points,
-    ]
-    meetings = [each._replace(point=shift - each.point) for each in reversed(back.meetings)]
-    meetings += [each._replace(point=shift + each.point) for each in ahead.meetings]
-    return Boundary(curve, points, meetings)
+    reverse = point.reversed()
+    back = Path([reverse]) if ahead.end == "closed" else follow(curve, reverse)
+    return Boundary(curve, *joined(back, ahead))

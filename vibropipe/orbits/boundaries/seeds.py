@@ -6,10 +6,10 @@ import math
 
 import numpy as np
 
+from vibropipe.continuation.curve import Point
+from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
-from vibropipe.orbits.branches.curve import Point
-from vibropipe.orbits.branches.events import Event
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.linear import linear_touch
 from vibropipe.orbits.branches.sequence import Sequence

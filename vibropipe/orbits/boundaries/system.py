@@ -1,8 +1,7 @@
 """The equations of a boundary: an orbit by its impacts, and the condition that makes it a bifurcation.
 
 Unknowns are the times and velocities of the impacts of a sequence, at a grazing the time at which a flight touches a
-support, and two parameters. A boundary is a curve of zeros of one equation less; a step along it predicts along the
-tangent and corrects by Newton's method in the plane across it.
+support, and two parameters. A boundary is a curve of zeros of one equation less.
 
 Conditions: fold det(D - 1) = 0, flip and pitchfork det(D + 1) = 0 with the derivative D of the return map (of a
 symmetric orbit, of the map to its mirror image), each multiplied by all impact velocities, which makes them smooth
@@ -17,28 +16,23 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit
+from vibropipe.continuation.curve import CROSSING, FOLD
+from vibropipe.continuation.newton import DONE, GOES_ON, MAX_CORRECTIONS, fill_tangent, newton_step
 from vibropipe.orbits.branches.clearance import clearance, flight_clearance
 from vibropipe.orbits.branches.sequence import fill_equations, next_impact, restitution_at
 from vibropipe.orbits.branches.steps import (
-    CONVERGED,
     DETERMINANT,
     DIFFERENCE,
     DOUBLING,
-    FOLD,
     GAP,
     GAP_FLIGHT,
     GAP_SIDE,
     GAP_TIME,
-    MAX_CHANGE,
-    MAX_CORRECTIONS,
     SLOWEST,
     SPEED,
-    STALLED,
     TRACE,
-    correct_once,
-    fill_tangent,
-    hold,
-    predict,
+    UNIT,
+    Room,
 )
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_offset, support_position
@@ -69,6 +63,7 @@ class Sought(NamedTuple):
         As in `Sequence`; without impacts, the linear motion.
     flight, side : int
         Of a grazing: the flight that touches, and the support.
+    room : Room
     """
 
     values: np.ndarray
@@ -79,6 +74,7 @@ class Sought(NamedTuple):
     supports: np.ndarray
     flight: int
     side: int
+    room: Room
 
 
 @jit
@@ -174,12 +170,12 @@ def _fill_system(sought, u, weights, work) -> None:
         p = parameters_of_point(sought.values, sought.along, u)
         above, above_second = condition(p, sought, u, speed)
         if is_parameter:
-            fill_equations(p, span, mirrored, supports, u, 1.0, work.above, work.none)
+            fill_equations(p, span, mirrored, supports, u, 1.0, work.above, sought.room.none)
         u[k] = held - step
         p = parameters_of_point(sought.values, sought.along, u)
         below, below_second = condition(p, sought, u, speed)
         if is_parameter:
-            fill_equations(p, span, mirrored, supports, u, 1.0, work.below, work.none)
+            fill_equations(p, span, mirrored, supports, u, 1.0, work.below, sought.room.none)
         u[k] = held
         work.matrix[2 * n, k] = (above - below) / (2.0 * step)
         if sought.kind == GRAZINGS:
@@ -188,24 +184,6 @@ def _fill_system(sought, u, weights, work) -> None:
             for row in range(2 * n):
                 change = work.above[row] - work.below[row] if is_parameter else 0.0
                 work.matrix[row, k] = change / (2.0 * step)
-
-
-@jit
-def correct(sought, u, target, weights, work):
-    """Correct u, in place, to the boundary in the plane work.border . u = target.
-
-    Returns the Newton iterations; -1 if they do not converge.
-    """
-    previous = math.inf
-    for iteration in range(1, MAX_CORRECTIONS + 1):
-        _fill_system(sought, u, weights, work)
-        change = correct_once(u, target, weights, work)
-        if not change < MAX_CHANGE:
-            return -1
-        if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
-            return iteration
-        previous = change
-    return -1
 
 
 @jit
@@ -246,7 +224,7 @@ def _touching_clearance(p, sought, u, c):
 def _finish(sought, u, weights, work, tangent, tests) -> None:
     """Fill the tangent of a corrected point, and its test functions (TESTS,), named as those of a branch.
 
-    FOLD and DOUBLING, det(D - 1) and det(D + 1), are those of the orbit that grazes; on other boundaries they are 1.
+    UNIT and DOUBLING, det(D - 1) and det(D + 1), are those of the orbit that grazes; on other boundaries they are 1.
     GAP leaves out the touch of a grazing.
     """
     fill_tangent(weights, work, tangent)
@@ -254,17 +232,20 @@ def _finish(sought, u, weights, work, tangent, tests) -> None:
     supports, grazes = sought.supports, sought.kind == GRAZINGS
     n = supports.size
     if grazes:
-        gap, time, support, at = _touching_clearance(p, sought, u, work.c)
+        gap, time, support, at = _touching_clearance(p, sought, u, sought.room.c)
     else:
-        gap, time, support, at = clearance(p, sought.span, sought.mirrored, supports, u, work.c)
+        gap, time, support, at = clearance(
+            p, sought.span, sought.mirrored, supports, u, sought.room.c
+        )
     tests[GAP], tests[GAP_TIME], tests[GAP_SIDE], tests[GAP_FLIGHT] = gap / p.l, time, support, at
-    tests[FOLD], tests[DOUBLING], tests[TRACE], tests[DETERMINANT] = 1.0, 1.0, 0.0, 0.0
+    tests[FOLD], tests[CROSSING] = tangent[u.size - 1] * weights[u.size - 1], 0.0
+    tests[UNIT], tests[DOUBLING], tests[TRACE], tests[DETERMINANT] = 1.0, 1.0, 0.0, 0.0
     tests[SPEED], tests[SLOWEST] = 1.0, -1.0
     if n > 0:
         trace, determinant, scale = scaled_derivative(p, sought, u, 1.0 / weights[n])
         if grazes:
             size = abs(scale) * (1.0 + determinant) + abs(trace)
-            tests[FOLD] = (scale * (1.0 + determinant) - trace) / size
+            tests[UNIT] = (scale * (1.0 + determinant) - trace) / size
             tests[DOUBLING] = (scale * (1.0 + determinant) + trace) / size
         tests[TRACE] = trace / scale if scale != 0.0 else math.inf
         tests[DETERMINANT] = determinant
@@ -275,22 +256,17 @@ def _finish(sought, u, weights, work, tangent, tests) -> None:
 
 
 @jit
-def advance(sought, start, tangent, length, weights, work, u, new, tests):
-    """Take one step along a boundary; arguments and result as of `vibropipe.orbits.branches.steps.advance`."""
-    target = predict(start, tangent, length, weights, work, u)
-    iterations = correct(sought, u, target, weights, work)
-    if iterations > 0:
-        _finish(sought, u, weights, work, new, tests)
-    return iterations
+def solve(sought, u, target, weights, work, tangent, tests) -> bool:
+    """Correct u, in place, to the boundary in the plane work.border . u = target; return whether there is one.
 
-
-@jit
-def settle_at(sought, fixed, weights, work, u, new, tests):
-    """Correct u with the unknown `fixed` (an index) held, and fill its tangent, which increases it.
-
-    Returns the Newton iterations; -1 if they do not converge.
+    Tangent (size,) and test functions (TESTS,) are filled; arguments as of `vibropipe.orbits.branches.steps.solve`.
     """
-    iterations = correct(sought, u, hold(fixed, work, u), weights, work)
-    if iterations > 0:
-        _finish(sought, u, weights, work, new, tests)
-    return iterations
+    work.last[0] = math.inf
+    for _ in range(MAX_CORRECTIONS):
+        _fill_system(sought, u, weights, work)
+        said = newton_step(u, target, weights, work)
+        if said == DONE:
+            _finish(sought, u, weights, work, tangent, tests)
+        if said != GOES_ON:
+            return said == DONE
+    return False

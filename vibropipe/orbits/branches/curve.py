@@ -1,34 +1,39 @@
-"""Points of a branch of one impact sequence: steps along it, and the places where a function of its points is zero."""
+"""Points of a branch of one impact sequence: the curve of the zeros of its equations."""
 
 from __future__ import annotations
 
-import math
-from collections.abc import Callable
+from collections.abc import Iterable
 from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.curve import FOLD, CompiledCurve, Zero
+from vibropipe.continuation.curve import Point as Point
 from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.orbits.branches.steps import (
-    CROSSING,
-    FOLD,
+    DOUBLING,
     GAP,
     GAP_SIDE,
     SLOWEST,
+    SPEED,
     TESTS,
     Sought,
-    Work,
-    advance,
     doubling_vector,
-    settle_at,
+    new_room,
+    solve,
 )
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.forced_flow import acceleration
 
-# Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.
-LOCATED = 1e-13
-MAX_LOCATIONS = 100
+# Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
+# they differ from zero where their argument is known to rounding.
+MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, SPEED: 1e-6, GAP: 1e-6}
+# A bifurcation is steep where DOUBLING changes by more than `STEEP` within a length on both sides. With its slope k,
+# doubled orbits bifurcate again at a distance of 1 / k. Their equations are those of the parent but for its square, so
+# that rounding blurs orbits by 1e-16 k and tests by 1e-16 k^2: what begins there cannot be followed from k = 1e6 on
+# (`HIDDEN_LENGTH`). From k = 1e8 on (`UNRESOLVED_LENGTH`) a branch ends, before the rounding of a length reaches the
+# distance of a fold from its flip, again 1 / k.
+HIDDEN_LENGTH, UNRESOLVED_LENGTH, STEEP = 1e-7, 1e-9, 0.2
 
 
 class Problem(NamedTuple):
@@ -59,26 +64,7 @@ class Problem(NamedTuple):
     max_length: float
 
 
-class Point(NamedTuple):
-    """A point of a branch: unknowns and tangent (2n + 1,), and test functions (TESTS,)."""
-
-    u: np.ndarray
-    tangent: np.ndarray
-    tests: np.ndarray
-
-    @property
-    def value(self) -> float:
-        """The parameter."""
-        return float(self.u[-1])
-
-    def reversed(self) -> Point:
-        """Return the point with its tangent reversed."""
-        tests = self.tests.copy()
-        tests[FOLD], tests[CROSSING] = -tests[FOLD], -tests[CROSSING]
-        return Point(self.u, -self.tangent, tests)
-
-
-class Curve:
+class Curve(CompiledCurve):
     """The branch of one impact sequence, on which points are found by continuation.
 
     Parameters
@@ -89,31 +75,15 @@ class Curve:
         Scale of impact velocities, > 0.
     """
 
-    # kernels of a step, and of a point with one unknown held
-    _advance: Callable[..., int] = staticmethod(advance)
-    _settle: Callable[..., int] = staticmethod(settle_at)
-    sought: Any  # what they solve for
-
     def __init__(self, problem: Problem, sequence: Sequence, speed: float) -> None:
-        self.problem = problem
-        self._begin(sequence, speed, 2 * len(sequence.supports) + 1)
-        self.weights[-1] = 1.0 / (problem.high - problem.low)
-        self.squares = self.weights**2
+        self.problem, self.sequence, self.speed = problem, sequence, speed
+        self.periodic = range(len(sequence.supports))
         values = problem.values.reshape(1, -1).copy()
-        self.sought = Sought(
-            values, problem.along, sequence.span, sequence.mirrored, sequence.supports
+        sought = Sought(
+            values, problem.along, sequence.span, sequence.mirrored, sequence.supports, new_room()
         )
-
-    def _begin(self, sequence: Sequence, speed: float, size: int) -> None:
-        """Set the sequence, the weights of its velocities, and the work arrays of `size` unknowns."""
-        n = len(sequence.supports)
-        self.sequence, self.speed = sequence, speed
-        self.weights = np.ones(size)
-        self.weights[n : 2 * n] = 1.0 / speed
-        rhs, above, below, border = np.zeros((4, size))
-        matrix, pivots = np.zeros((size, size)), np.zeros(size, np.int64)
-        none, c = np.zeros((0, 0)), np.zeros(DEGREE + 1)
-        self.work = Work(matrix, pivots, rhs, above, below, border, none, c)
+        weights = weights_of(sequence, speed, [1.0 / (problem.high - problem.low)])
+        super().__init__(weights, problem.max_length, solve, sought, TESTS)
 
     def with_sequence(self, sequence: Sequence) -> Curve:
         """Return the branch of another sequence."""
@@ -121,28 +91,6 @@ class Curve:
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
         """Return a point of this branch."""
-        return Point(u, tangent, tests)
-
-    def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:
-        """Return the point near u with the unknown `fixed` (default: the last one) held; None if there is none."""
-        u = np.array(u, float)
-        tangent, tests = np.empty(u.size), np.empty(TESTS)
-        held = u[fixed]
-        index = fixed % u.size
-        if self._settle(self.sought, index, self.weights, self.work, u, tangent, tests) < 0:
-            return None
-        u[fixed] = held
-        return Point(u, tangent, tests)
-
-    def advance(self, point: Point, length: float) -> Point | None:
-        """Return the point a weighted length along the branch; None if the corrector does not converge."""
-        size = point.u.size
-        u, tangent, tests = np.empty(size), np.empty(size), np.empty(TESTS)
-        iterations = self._advance(
-            self.sought, point.u, point.tangent, length, self.weights, self.work, u, tangent, tests
-        )
-        if iterations < 0:
-            return None
         return Point(u, tangent, tests)
 
     def end_of(self, test: int, point: Any) -> tuple[str, str]:
@@ -164,71 +112,29 @@ class Curve:
         doubling_vector(self.sought, point.u, self.work, vector)
         return vector
 
-    def cosine(self, before: Point, after: Point) -> float:
-        """Return the cosine of the angle between the tangents of two points."""
-        return float(np.dot(self.squares * before.tangent, after.tangent))
+    def zero_of(self, point: Point, length: float, test: int) -> Zero | None:
+        """Return where in a step a test function is zero; None if it cannot be located, or is a jump."""
+        zero = super().zero_of(point, length, test)
+        if zero is None or abs(zero[1].tests[test]) <= MAX_TEST_LEFT[test]:
+            return zero
+        return zero if self.is_steep(point, zero[0], UNRESOLVED_LENGTH) else None
 
-    def distance(self, first: Point, second: Point) -> float:
-        """Return the largest weighted difference of two points, whole forcing periods apart or not."""
-        change = first.u - second.u
-        n = len(self.sequence.supports)
-        change[:n] -= round(change[0])
-        return float(np.abs(change * self.weights).max())
+    def is_steep(self, point: Point, at: float, within: float) -> bool:
+        """Return whether DOUBLING changes by more than `STEEP` within a length of a place of a step."""
+        before, after = self.advance(point, at - within), self.advance(point, at + within)
+        return (
+            before is not None
+            and after is not None
+            and abs(after.tests[DOUBLING] - before.tests[DOUBLING]) > STEEP
+        )
 
-    def locate(
-        self, start: Point, ends: tuple[float, float], function: Callable[[Point], float]
-    ) -> tuple[float, Point] | None:
-        """Return where a function of the points is zero.
 
-        Parameters
-        ----------
-        start : Point
-        ends : (float, float)
-            Lengths from `start` between which the function changes sign.
-        function : callable
-            Of a point.
+def weights_of(sequence: Sequence, speed: float, further: Iterable[float]) -> np.ndarray:
+    """Return the weights of times, velocities of a scale `speed`, and further unknowns."""
+    n = len(sequence.supports)
+    return np.concatenate([np.ones(n), np.full(n, 1.0 / speed), [*further]])
 
-        Returns
-        -------
-        (float, Point) or None
-            Length from `start`, and the point; None if a step fails or the function does not change sign.
 
-        References
-        ----------
-        M. Dowell, P. Jarratt, "A modified regula falsi method for computing the root of an equation", BIT 11 (1971)
-        168-174; with a bisection whenever three of its steps do not halve the interval.
-        """
-        low, high = ends
-        first, last = self.advance(start, low), self.advance(start, high)
-        if first is None or last is None:
-            return None
-        f_low, f_high = function(first), function(last)
-        if not f_low * f_high <= 0.0:
-            return None
-        best = min((abs(f_low), low, first), (abs(f_high), high, last), key=lambda each: each[0])
-        side, width = 0, high - low
-        for iteration in range(MAX_LOCATIONS):
-            if best[0] == 0.0 or high - low <= LOCATED:
-                break
-            length = (low * f_high - high * f_low) / (f_high - f_low)
-            if (iteration % 3 == 2 and high - low > 0.5 * width) or not low < length < high:
-                length = 0.5 * (low + high)
-            if iteration % 3 == 2:
-                width = high - low
-            point = self.advance(start, length)
-            if point is None:
-                return None
-            value = function(point)
-            if not math.isfinite(value):
-                return None
-            if abs(value) < best[0]:
-                best = (abs(value), length, point)
-            if (value > 0.0) == (f_low > 0.0):
-                low, f_low = length, value
-                f_high *= 0.5 if side == 1 else 1.0
-                side = 1
-            else:
-                high, f_high = length, value
-                f_low *= 0.5 if side == -1 else 1.0
-                side = -1
-        return best[1], best[2]
+def is_no_motion(point: Point) -> bool:
+    """Return whether a point is no motion: a flight beyond a support, or an impact away from it."""
+    return not (point.tests[GAP] > 0.0 and point.tests[SPEED] > 0.0)

@@ -12,8 +12,8 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.path import Event
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
-from vibropipe.orbits.branches.events import Event
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.linear import (
     begin_struck,

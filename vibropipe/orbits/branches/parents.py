@@ -4,8 +4,9 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibropipe.continuation.curve import FOLD
 from vibropipe.orbits.branches.curve import Curve, Point
-from vibropipe.orbits.branches.steps import DETERMINANT, DOUBLING, FOLD, TRACE
+from vibropipe.orbits.branches.steps import DETERMINANT, DOUBLING, TRACE
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_difference
 
 # Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
@@ -98,6 +99,4 @@ def reached_parent(curve: Curve, point: Point, kind: str) -> Point | None:
         return None
     parent, at = at_parent
     _child, reached = child_point(parent, at, parent.doubling_vector(at))
-    change = reached.u - point.u
-    change[: len(curve.sequence.supports)] -= round(change[0])
-    return None if np.abs(change * curve.weights).max() > 2.0 * np.abs(now).max() else reached
+    return None if curve.distance(reached, point) > 2.0 * np.abs(now).max() else reached

@@ -2,8 +2,8 @@
 
 from __future__ import annotations
 
-from vibropipe.orbits.branches.curve import Curve, Point
-from vibropipe.orbits.branches.events import HIDDEN_LENGTH, Event, is_steep
+from vibropipe.continuation.path import Event
+from vibropipe.orbits.branches.curve import HIDDEN_LENGTH, Curve, Point
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.grazing import MAX_SEQUENCE, MIN_CHATTER_SPEED, seeds_at_grazing
 from vibropipe.orbits.branches.parents import child_point, parent_point
@@ -47,7 +47,7 @@ def limit_at(branch: Branch, event: Event) -> str:
     point = branch.points[event.point]
     if point.tests[SPEED] < MIN_CHATTER_SPEED:
         return "rounding"
-    return "rounding" if is_doubled and is_steep(branch.curve, point, 0.0, HIDDEN_LENGTH) else ""
+    return "rounding" if is_doubled and branch.curve.is_steep(point, 0.0, HIDDEN_LENGTH) else ""
 
 
 def seeds_at(branch: Branch, event: Event) -> list[Seed]:

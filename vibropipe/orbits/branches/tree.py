@@ -8,10 +8,10 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.path import Event, Path, joined
 from vibropipe.orbits.branches.curve import Curve
 from vibropipe.orbits.branches.curve import Problem as Problem
-from vibropipe.orbits.branches.events import Event
-from vibropipe.orbits.branches.following import Branch, Path, Seed, follow
+from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.grazing import siblings_at_grazing
 from vibropipe.orbits.branches.linear import follow_linear
 from vibropipe.orbits.branches.sequence import Sequence
@@ -240,10 +240,7 @@ def _follow_seed(problem: Problem, seed: Seed, rules: Rules) -> Branch:
     back, ahead = paths.get(-1.0, none), paths.get(1.0, none)
     if 1.0 not in paths:
         back, ahead = none, back
-    points = [*(each.reversed() for each in back.points[:0:-1]), *ahead.points]
-    shift = len(back.points) - 1
-    events = [Event(*each[:2], shift - each.point) for each in reversed(back.events)]
-    events += [Event(*each[:2], shift + each.point) for each in ahead.events]
+    points, events = joined(back, ahead)
     for path, index in ((back, 0), (ahead, len(points) - 1)):
         if path.end in ("lost", "points", "closed", "continuum"):
             events.append(Event("end", path.end, index))

@@ -54,7 +54,7 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
     kinds = np.array([each.curve.kind for each in boundaries], np.int8)
     values = np.array([point.u[-2:] for each in boundaries for point in each.points]).reshape(-1, 2)
     meetings = [
-        (Meeting[met.name.upper()], int(begin) + met.point, met.ends)
+        (Meeting[met.kind.upper()], int(begin) + met.point, bool(met.reason))
         for begin, each in zip(begins, boundaries, strict=False)
         for met in each.meetings
     ]

@@ -8,6 +8,8 @@ from typing import Any
 
 import numpy as np
 
+from vibropipe.continuation.curve import CompiledCurve, Point
+from vibropipe.continuation.follower import SAME_POINT
 from vibropipe.march.piece_log import (
     AT,
     CAUSE,
@@ -22,7 +24,7 @@ from vibropipe.march.piece_log import (
     Y_END,
     new_piece_log,
 )
-from vibropipe.orbits.boundaries.curve import SAME_POINT, TOUCHES, BoundaryCurve, Box, Touch
+from vibropipe.orbits.boundaries.curve import TOUCHES, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.pieces.flights import march_pieces, motion_within
 from vibropipe.orbits.boundaries.pieces.law import (
     Law,
@@ -31,9 +33,8 @@ from vibropipe.orbits.boundaries.pieces.law import (
     without_start,
 )
 from vibropipe.orbits.boundaries.pieces.replay import gap_rate
-from vibropipe.orbits.boundaries.pieces.system import Sought, advance, fill_residuals, settle_at
+from vibropipe.orbits.boundaries.pieces.system import Sought, fill_residuals, solve
 from vibropipe.orbits.boundaries.system import GRAZINGS, parameters_of_point
-from vibropipe.orbits.branches.curve import Point
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.steps import DETERMINANT, GAP, SPEED, TESTS, TRACE
 from vibropipe.orbits.branches.symmetry import EQUAL_HALVES
@@ -75,9 +76,6 @@ class PieceBoundary(BoundaryCurve):
         As for `march_orbit`.
     """
 
-    _advance = staticmethod(advance)
-    _settle = staticmethod(settle_at)
-
     def __init__(
         self,
         box: Box,
@@ -91,19 +89,21 @@ class PieceBoundary(BoundaryCurve):
     ) -> None:
         self.box, self.kind, self.touch, self.law = box, kind, touch, law
         self.size, self.effects, self.march_room = size, effects, march_room
-        self._begin(
-            Sequence(law.m, law.mirrored, np.zeros(0, np.int8)), speed, 4 + (kind == GRAZINGS)
-        )
+        self.sequence, self.speed = Sequence(law.m, law.mirrored, np.zeros(0, np.int8)), speed
         self.is_struck = int(law.codes[1, CAUSE]) in (ENTER, IMPACT)
-        self.weights[1] = 1.0 / (speed if self.is_struck else size)
-        self.weights[-2:] = 1.0 / (box.high - box.low)
-        self.squares = self.weights**2
+        touches = kind == GRAZINGS
+        self.periodic = [0, 2] if touches else [0]
+        weights = [1.0, 1.0 / (speed if self.is_struck else size), *[1.0] * touches]
+        ends = 1.0 / (box.high - box.low)
         pieces = new_piece_log(len(law.codes), DEGREE)
         pieces.codes[:] = law.codes
-        self.sought = Sought(
+        sought = Sought(
             effects, box.values.reshape(1, -1).copy(), box.along, kind, law.mirrored, touch.flight,
             touch.side, law.span, size, speed, pieces, law.spans.copy(),
         )  # fmt: skip
+        CompiledCurve.__init__(
+            self, np.array([*weights, *ends]), box.max_length, solve, sought, TESTS
+        )
         self.events = events_of(law.codes[1:], law.mirrored)
 
     def settle(self, u: np.ndarray, fixed: int = -1) -> Point | None:  # noqa: D102 - as Curve
@@ -160,12 +160,6 @@ class PieceBoundary(BoundaryCurve):
         slow = TOUCHES_BELOW * self.speed if self.kind == GRAZINGS else 0.0
         codes = without_start(self.march_room[0].pieces, slow, p.friction > 0.0)
         return None if codes is None else events_of(codes)
-
-    def shifted(self, u: np.ndarray, near: np.ndarray) -> np.ndarray:  # noqa: D102 - as BoundaryCurve
-        moved = u.copy()
-        timed = [0, 2] if self.kind == GRAZINGS else [0]
-        moved[timed] += round(float(near[0] - u[0]))
-        return moved
 
     def passes(self, points: list[Point], point: Point) -> bool:  # type: ignore[override]
         """Return whether the boundary through some points passes through another, of the same events."""

@@ -7,6 +7,8 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.curve import Point
+from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.pieces.curve import TOUCHES_BELOW, PieceBoundary
 from vibropipe.orbits.boundaries.pieces.flights import march_pieces, nearest_touch
@@ -14,8 +16,7 @@ from vibropipe.orbits.boundaries.pieces.law import Law, law_of
 from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
 from vibropipe.orbits.boundaries.seeds import KINDS, begin_linear, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
-from vibropipe.orbits.branches.curve import Point, Problem
-from vibropipe.orbits.branches.events import Event, is_no_motion
+from vibropipe.orbits.branches.curve import Problem, is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.pieces.curve import SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.following import follow_pieces
@@ -205,7 +206,7 @@ def _beyond(
     if not isinstance(curve, PieceBoundary):
         return
     for meeting in boundary.meetings:
-        if not meeting.ends or meeting.name in ("box", "closed", "points", "rest"):
+        if not meeting.reason or meeting.kind in ("box", "closed", "points", "rest"):
             continue
         point = boundary.points[meeting.point]
         way = 1.0 if meeting.point > 0 else -1.0

@@ -13,6 +13,8 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit
+from vibropipe.continuation.curve import FOLD
+from vibropipe.continuation.newton import DONE, FAILED, MAX_CORRECTIONS, fill_tangent, newton_step
 from vibropipe.march.piece_log import PieceLog
 from vibropipe.orbits.boundaries.pieces.replay import (
     derivative_of_replay,
@@ -21,22 +23,7 @@ from vibropipe.orbits.boundaries.pieces.replay import (
     touch_at,
 )
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS, parameters_of_point
-from vibropipe.orbits.branches.steps import (
-    CONVERGED,
-    DETERMINANT,
-    DOUBLING,
-    FOLD,
-    GAP,
-    MAX_CHANGE,
-    MAX_CORRECTIONS,
-    SPEED,
-    STALLED,
-    TRACE,
-    correct_once,
-    fill_tangent,
-    hold,
-    predict,
-)
+from vibropipe.orbits.branches.steps import DETERMINANT, DOUBLING, GAP, SPEED, TRACE, UNIT
 
 # Step of the central differences, weighted. It affects the speed of convergence alone.
 DIFFERENCE = 1e-7
@@ -119,27 +106,6 @@ def _fill_system(sought, u, weights, work) -> bool:
 
 
 @jit
-def correct(sought, u, target, weights, work):
-    """Correct u, in place, to the boundary in the plane work.border . u = target.
-
-    Returns the Newton iterations; -1 if they do not converge.
-    """
-    previous = math.inf
-    for iteration in range(1, MAX_CORRECTIONS + 1):
-        if not _fill_system(sought, u, weights, work):
-            return -1
-        change = correct_once(u, target, weights, work)
-        if not change < MAX_CHANGE:
-            return -1
-        for i in range(sought.guess.size):
-            sought.guess[i] = sought.pieces.values[i, 1]
-        if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
-            return iteration
-        previous = change
-    return -1
-
-
-@jit
 def _finish(sought, u, weights, work, tangent, tests) -> bool:
     """Fill the tangent of a corrected point and its test functions; GAP, which a march tells, is 1."""
     fill_tangent(weights, work, tangent)
@@ -153,31 +119,30 @@ def _finish(sought, u, weights, work, tangent, tests) -> bool:
     tests[:] = 0.0
     tests[TRACE], tests[DETERMINANT], tests[GAP] = trace, determinant, 1.0
     tests[SPEED] = slowest_contact(pieces) / sought.speed
-    tests[FOLD], tests[DOUBLING] = 1.0, 1.0
+    tests[UNIT], tests[DOUBLING] = 1.0, 1.0
+    tests[FOLD] = tangent[u.size - 1] * weights[u.size - 1]
     if sought.kind == GRAZINGS:
         size = 1.0 + abs(determinant) + abs(trace)
-        tests[FOLD] = (1.0 + determinant - trace) / size
+        tests[UNIT] = (1.0 + determinant - trace) / size
         tests[DOUBLING] = (1.0 + determinant + trace) / size
     return True
 
 
 @jit
-def advance(sought, start, tangent, length, weights, work, u, new, tests):
-    """Take one step along a boundary; arguments and result as of `vibropipe.orbits.branches.steps.advance`."""
-    target = predict(start, tangent, length, weights, work, u)
-    iterations = correct(sought, u, target, weights, work)
-    if iterations > 0 and not _finish(sought, u, weights, work, new, tests):
-        return -1
-    return iterations
+def solve(sought, u, target, weights, work, tangent, tests) -> bool:
+    """Correct u, in place, to the boundary in the plane work.border . u = target; return whether there is one.
 
-
-@jit
-def settle_at(sought, fixed, weights, work, u, new, tests):
-    """Correct u with the unknown `fixed` (an index) held, and fill its tangent, which increases it.
-
-    Returns the Newton iterations; -1 if they do not converge.
+    Tangent (size,) and test functions (TESTS,) are filled.
     """
-    iterations = correct(sought, u, hold(fixed, work, u), weights, work)
-    if iterations > 0 and not _finish(sought, u, weights, work, new, tests):
-        return -1
-    return iterations
+    work.last[0] = math.inf
+    for _ in range(MAX_CORRECTIONS):
+        if not _fill_system(sought, u, weights, work):
+            return False
+        said = newton_step(u, target, weights, work)
+        if said == FAILED:
+            return False
+        for i in range(sought.guess.size):
+            sought.guess[i] = sought.pieces.values[i, 1]
+        if said == DONE:
+            return _finish(sought, u, weights, work, tangent, tests)
+    return False

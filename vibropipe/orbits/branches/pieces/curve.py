@@ -12,6 +12,8 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.continuation.curve import CROSSING, FOLD
+from vibropipe.continuation.newton import CONVERGED, MAX_CHANGE, MAX_CORRECTIONS, STALLED
 from vibropipe.orbits.branches.curve import Curve, Point, Problem
 from vibropipe.orbits.branches.pieces.return_map import (
     BEST,
@@ -29,21 +31,16 @@ from vibropipe.orbits.branches.pieces.return_map import (
 )
 from vibropipe.orbits.branches.sequence import Sequence, parameters_at
 from vibropipe.orbits.branches.steps import (
-    CONVERGED,
-    CROSSING,
     DETERMINANT,
     DOUBLING,
-    FOLD,
     GAP,
     GAP_FLIGHT,
     GAP_SIDE,
     GAP_TIME,
-    MAX_CHANGE,
-    MAX_CORRECTIONS,
     SPEED,
-    STALLED,
     TESTS,
     TRACE,
+    UNIT,
 )
 from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP
 from vibropipe.orbits.sensitivity.pieces.columns import SAMPLE, PieceVariations
@@ -297,7 +294,7 @@ class PieceCurve(Curve):
         tests[FOLD] = tangent[-1] * self.weights[-1]
         tests[DOUBLING] = (1.0 + trace + determinant) / (1.0 + abs(trace) + abs(determinant))
         # No flight of an impact sequence is beyond a support, and no impact has lost its speed.
-        tests[GAP] = tests[SPEED] = 1.0
+        tests[GAP] = tests[SPEED] = tests[UNIT] = 1.0
         tests[TRACE], tests[DETERMINANT] = trace, determinant
         tests[CROSSING] = np.linalg.det(bordered)
         tests[PIECES], tests[SECTION] = self.result[LAW], self.section

@@ -7,26 +7,25 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.branches.curve import Point
-from vibropipe.orbits.branches.events import Event, Mark, length_of, marks_within
-from vibropipe.orbits.branches.following import (
+from vibropipe.continuation.curve import CROSSING, FOLD, Point
+from vibropipe.continuation.follower import (
     FIRST_LENGTH,
     GROWTH,
     GROWTH_COSINE,
-    MAX_POINTS,
     MIN_COSINE,
     MIN_LENGTH,
-    Path,
-    append_marks,
 )
+from vibropipe.continuation.path import Event, Mark, Path, Step
+from vibropipe.orbits.branches.following import BranchFollower
 from vibropipe.orbits.branches.pieces.curve import PIECES, SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.return_map import LAW
-from vibropipe.orbits.branches.steps import CROSSING, FOLD
 from vibropipe.orbits.branches.symmetry import EQUAL_HALVES
 
 # Length of a step within which a change of the pieces is located, and the largest weighted distance over it: beyond,
 # what is found there is another orbit.
 CHANGE_LENGTH, SAME_ORBIT = 1e-10, 1e-6
+# Weighted distance of a point from the start at which a branch is closed.
+CLOSED = 1e-7
 # Length from a point to a change beyond which another point is needed to pass it.
 CLOSE_LENGTH = 1e-8
 # Largest number of such points, and the length of the step from the first; from the n-th, its n-th power.
@@ -69,9 +68,9 @@ def follow_pieces(
 
     A change of the pieces is an event of kind "change"; the path ends there ("gap") where no orbit continues it.
     """
-    path, length, lengths = Path([curve.recut(start)]), first_length, [0.0]
-    retries = crawled = 0
-    begin = start if closes else None
+    follower = PieceFollower(curve, start, closes, first_length)
+    path, length = Path([curve.recut(start)]), first_length
+    retries, crawled, lengths = 0, 0, path.lengths
     while not path.end:
         point, reached = path.points[-1], length
         new, change = curve.advance(point, length), None
@@ -85,14 +84,14 @@ def follow_pieces(
             and curve.cosine(point, new) > least
             and not _is_halved(curve, (point,), new)
         ):
-            marks = _marks(curve, point, new, reached, begin) if reached > 0.0 else []
+            marks = _marks(follower, Step(point, new, reached)) if reached > 0.0 else []
         if marks is None or new is None:
             length *= 0.5
             if length < MIN_LENGTH:
                 _end_at_last(curve, path, lengths)
                 length = FIRST_LENGTH
             continue
-        append_marks(path, marks, lengths)
+        path.append(marks)
         crawled = crawled + 1 if length < SHARP_LENGTH else 0
         if crawled > MAX_CRAWLED and not path.end:
             _end_at_last(curve, path, lengths)
@@ -103,13 +102,29 @@ def follow_pieces(
             retries = 0 if is_passed else retries + 1
         if not path.end:
             path.points[-1] = curve.recut(path.points[-1])
-        if len(path.points) >= MAX_POINTS or len(path.events) >= MAX_EVENTS:
+        if len(path.points) >= follower.max_points or len(path.events) >= MAX_EVENTS:
             path.end = path.end or "points"
         if change is not None:
             length = FIRST_LENGTH if retries == 0 else max(RETRY_LENGTH**retries, MIN_LENGTH)
         elif curve.cosine(point, new) > GROWTH_COSINE:
             length = min(GROWTH * length, curve.problem.max_length)
     return path
+
+
+class PieceFollower(BranchFollower):
+    """What is looked for on a branch of orbits by linear pieces."""
+
+    curve: PieceCurve
+
+    def closing(self, step: Step) -> list[Mark]:
+        """Return the start as a point of a step, where the parameter has its value again: sections may differ."""
+        value, length = self.start.value, step.length
+        passes = (step.point.value - value) * (step.new.value - value) < 0.0
+        if not (self.closes and passes):
+            return []
+        zero = self.curve.value_of(step.point, (0.0, length), -1, value)
+        is_start = zero is not None and self.curve.distance(zero[1], self.start) < CLOSED
+        return [Mark(*zero, "", "closed")] if zero is not None and is_start else []
 
 
 def _end_at_last(curve: PieceCurve, path: Path, lengths: list[float]) -> None:
@@ -256,11 +271,10 @@ def _pass_change(
     return True
 
 
-def _marks(
-    curve: PieceCurve, point: Point, new: Point, length: float, start: Point | None
-) -> list[Mark] | None:
+def _marks(follower: PieceFollower, step: Step) -> list[Mark] | None:
     """Return the points of a step in order, as `marks_within`, with places where branches cross."""
-    marks = marks_within(curve, point, new, length, start)
+    curve, (point, new, length) = follower.curve, step
+    marks = follower.marks_within(step)
     if marks is None:
         return None
     for i, mark in enumerate(marks):
@@ -275,7 +289,7 @@ def _marks(
             return None
         # The equations are singular there, and a step may fail.
         marks.append(Mark(*((length, new) if crossing is None else crossing), "pitchfork", ""))
-    return sorted(marks, key=length_of)
+    return sorted(marks, key=lambda mark: mark.length)
 
 
 def _is_halved(curve: PieceCurve, beside: Sequence[Point], point: Point) -> bool:

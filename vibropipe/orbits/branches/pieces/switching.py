@@ -4,8 +4,8 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.branches.curve import Point
-from vibropipe.orbits.branches.events import Event
+from vibropipe.continuation.curve import CROSSING, FOLD, Point
+from vibropipe.continuation.path import Event
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.pieces.curve import BETTER, PIECES, SECTION, PieceCurve
 from vibropipe.orbits.branches.pieces.return_map import (
@@ -14,7 +14,7 @@ from vibropipe.orbits.branches.pieces.return_map import (
     LAW,
     fixed_point_jacobian,
 )
-from vibropipe.orbits.branches.steps import CROSSING, DOUBLING, FOLD
+from vibropipe.orbits.branches.steps import DOUBLING
 from vibropipe.orbits.branches.switching import DOUBLED_LENGTH
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 

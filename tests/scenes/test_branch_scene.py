@@ -387,6 +387,17 @@ def test_the_hardest_impact_says_what_lies_at_the_end_of_a_branch(ends, where):
     assert branch_answers(vp.branch(exciter, "nu", ends))[-1].lead.endswith(where)
 
 
+def test_an_unstable_pair_is_not_stable_where_it_begins():
+    # Its multiplier at the pitchfork is 1 but for rounding: both were listed as stable over 1e-6 of nu.
+    exciter = vp.Exciter(l=0.5, nu=1.05, f=0.25, h=0.2, R1=0.7, R2=0.7)
+    branch = vp.branch(exciter, "nu", (0.94, 1.06), switch=["pitchfork"])
+    first = np.flatnonzero(np.diff(branch.branch_id.values, prepend=-1))
+    assert (branch.floquet_multiplier.values[first[1:]].real.max(axis=1) > 1 - 1e-8).all()
+    (only,) = stretches_of(branch)
+    assert only.ends == ("pitchfork", "")
+    assert only.values[0] == pytest.approx(0.951334, abs=1e-6)
+
+
 def test_the_end_of_rests_is_no_bifurcation():
     exciter = vp.Exciter(l=0.5, nu=0.6, f=1.0, h=0.05, R1=0.3, R2=0.2)
     branch = vp.branch(exciter, "nu", (0.5, 1.5))

@@ -110,7 +110,8 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
     speed = np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
     points = dataset["bifurcation_point"].values
     kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
-    branches = dataset["branch_id"].values
+    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
     over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
     gap = SAME * float(along.max() - along.min())
 
@@ -121,7 +122,11 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
 
     for piece in pieces_of(dataset):
         first, last = piece.points.start, piece.points.stop - 1
-        if not piece.is_stable:
+        # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
+        is_first_alone = (
+            last == first + 1 and not stable[last] and branches[first - 1] < branches[first]
+        )
+        if not piece.is_stable or (is_first_alone and moduli[first] > 1.0 - SAME):
             continue
         ends = []
         for index, is_first in ((first, True), (last, False)):
@@ -132,7 +137,6 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             }
             # Next to a bifurcation that ends stability, pieces may change without consequence.
             kind = min(near.values(), key=lambda each: each == "change", default="")
-            # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
             before = index - 1
             if is_first and not near and before >= 0 and branches[before] == branches[index]:
                 kind = (

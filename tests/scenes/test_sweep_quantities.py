@@ -232,6 +232,9 @@ def test_titles_of_maps_say_what_is_seen():
     place = f"ν = {at['nu']:.4g} and, at the end of its range, f = {f[-1]:.4g}"
     assert at["f"] == f[-1]
     assert quantities_title(kept) == f"Impacts are hardest at {place}"
+    ways = xr.concat([kept, kept], xr.Variable("direction", ["up", "down"]))
+    ways = ways.assign_coords(direction=["up", "down"])
+    assert quantities_title(ways) == f"Impacts are hardest at {place}"
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][:, 0, 0] = 9.0

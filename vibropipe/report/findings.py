@@ -132,12 +132,11 @@ def extent_text(mask: xr.DataArray, part: bool = False) -> str:
 
 def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
     """Write the point of a largest value, and what is an end of a range: ν = 1 and, at the end of its range, f = 2."""
-    dims = dataset["regime"].dims
+    dims = [name for name in dataset["regime"].dims if not is_text(dataset[name])]
     ends = [
         name
         for name in dims
         if dataset.sizes[name] > 2
-        and not is_text(dataset[name])
         and top[name].item() in (dataset[name].min().item(), dataset[name].max().item())
     ]
     inner = [name for name in dims if name not in ends]

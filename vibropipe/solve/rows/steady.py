@@ -121,7 +121,7 @@ def steady_state(
             amplified its rounding to 1e-4 of its size, so that rounding may have decided on which of several attractors
             it did. In_window: perturbations grew e^6-fold in the last periods before the motion was left, and whether
             they do for ever is not known: it may settle later. An aperiodic motion without chaos is a transient, on an
-            orbit of more than 256 forcing periods, or one of two frequencies, without damping and contacts.
+            orbit of more than 256 forcing periods, or one of several frequencies, without losses.
         periods_to_settle
             Forcing periods marched; 0 for an orbit in closed form.
         window_periods

@@ -9,7 +9,7 @@ from store_datasets import expected_grid, motion, rows_of_sweep, shard, write_sh
 
 from vibropipe import store
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
-from vibropipe.store import StoreError, joining
+from vibropipe.store import StoreError, sweep_files
 from vibropipe.store.encoding import chunk_shape
 
 DIMS = {"nu": np.linspace(0.3, 3, 7), "f": np.array([0.5, 1.0, 2.0]), "delta": np.array([0, 0.1])}
@@ -23,8 +23,8 @@ def grid_of(dims, follow=None, way="up"):
 
 def small_blocks(monkeypatch, rows=8, chunk_bytes=64):
     """Make blocks and chunks so small that a small grid has many."""
-    monkeypatch.setattr("vibropipe.store.joining.BLOCK_ROWS", rows)
-    monkeypatch.setattr("vibropipe.store.joining.CHUNK_BYTES", chunk_bytes)
+    monkeypatch.setattr("vibropipe.store.sweep_files.BLOCK_ROWS", rows)
+    monkeypatch.setattr("vibropipe.store.sweep_files.CHUNK_BYTES", chunk_bytes)
 
 
 def joined(folder, values, dims, follow=None, cuts=(), name="joined.nc", way="up", **scalars):
@@ -101,7 +101,7 @@ def test_a_large_grid_with_blocks_of_default_size_and_any_cut(tmp_path):
 
 
 def test_a_join_reports_progress(tmp_path, monkeypatch):
-    monkeypatch.setattr(joining, "BLOCK_ROWS", 7)
+    monkeypatch.setattr(sweep_files, "BLOCK_ROWS", 7)
     rows, seen = 60, []
     dims = {"nu": np.arange(10.0), "f": np.arange(6.0)}
     paths = write_shards(tmp_path, rows_of_sweep(rows), [20], grid_of(dims))
@@ -329,7 +329,7 @@ def test_a_failed_join_keeps_the_previous_file(tmp_path, shards, monkeypatch):
     def fail(*_):
         raise OSError(28, "No space left on device")
 
-    monkeypatch.setattr("vibropipe.store.ragged.SequentialWriter.finish", fail)
+    monkeypatch.setattr("vibropipe.store.sweep_files._Writer.finish", fail)
     with pytest.raises(StoreError, match=r"joined\.nc: was not written: the disk is full"):
         store.join(shards, tmp_path / "joined.nc", GRID)
     assert (tmp_path / "joined.nc").read_bytes() == before
@@ -365,4 +365,4 @@ def test_blocks_of_a_grid_are_its_rows_in_order_and_contain_whole_chunks(
     assert stop_of_previous == grid.rows
     start, stop = sorted((chunk_elements % (grid.rows + 1), block_elements % (grid.rows + 1)))
     np.testing.assert_array_equal(filled.ravel()[grid.points(start, stop)], rows[start:stop])
-    np.testing.assert_array_equal(filled.ravel(), grid.rows_of_points())
+    np.testing.assert_array_equal(filled.ravel(), grid.rows_of_points(0, grid.rows))

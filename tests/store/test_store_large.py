@@ -18,9 +18,9 @@ JOIN = """
 import sys
 import numpy as np
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
-from vibropipe.store import join, joining
+from vibropipe.store import join, sweep_files
 
-joining.BLOCK_ROWS = 1 << 13
+sweep_files.BLOCK_ROWS = 1 << 13
 folder, follow, rows = sys.argv[1], sys.argv[2], int(sys.argv[3])
 dims = {"nu": np.arange(100.0), "f": np.arange(rows / 100)}
 join([f"{folder}/shards/{start:04d}.nc" for start in range(0, rows, 5000)],

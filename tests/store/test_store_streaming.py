@@ -1,9 +1,5 @@
 """Rows written as they are solved: the same file as written at once, and no leftovers after a failure."""
 
-import os
-import signal
-import subprocess
-import sys
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -15,7 +11,7 @@ from store_datasets import rows_of_sweep, shard, write_shards
 
 from vibropipe import store
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
-from vibropipe.store import encoding, streaming
+from vibropipe.store import encoding, sweep_files
 
 ROWS = 60
 DIMS = {"nu": np.linspace(0.3, 3, 10), "f": np.linspace(0.1, 2, 6)}
@@ -41,8 +37,7 @@ def write_grid(datasets: Iterable[xr.Dataset], path: Path) -> None:
 @pytest.fixture(params=[encoding.CHUNK_BYTES, 64], ids=["usual chunks", "tiny chunks"])
 def chunks(request, monkeypatch):
     monkeypatch.setattr(encoding, "CHUNK_BYTES", request.param)
-    monkeypatch.setattr(streaming, "CHUNK_BYTES", request.param)
-    monkeypatch.setattr(streaming, "SAMPLE_CHUNK_BYTES", max(8, request.param // 8))
+    monkeypatch.setattr(sweep_files, "CHUNK_BYTES", request.param)
 
 
 @pytest.mark.parametrize("size", [1, 7, 20, ROWS])
@@ -82,7 +77,8 @@ def test_rows_without_impacts_are_written(tmp_path):
     xr.testing.assert_identical(store.load(tmp_path / "a.nc"), store.load(tmp_path / "b.nc"))
 
 
-def test_a_block_is_written_before_the_next_one_is_requested(tmp_path):
+def test_a_block_is_written_before_the_next_one_is_requested(tmp_path, monkeypatch):
+    monkeypatch.setattr(sweep_files, "BLOCK_BYTES", 20 * 4096 * 8)
     rows, sizes = rows_of_sweep(ROWS, phases=4096), []
 
     def watched():
@@ -127,19 +123,3 @@ def test_an_error_between_blocks_leaves_nothing(tmp_path, write, error):
         with pytest.raises(error):
             write(broken(), path)
         assert list(tmp_path.iterdir()) == []
-
-
-def test_the_scratch_of_a_killed_writer_is_removed_by_the_next_one(tmp_path):
-    path = tmp_path / "a.nc"
-    code = (
-        "import os, signal\n"
-        "from vibropipe.store.atomic import scratch_file\n"
-        f"with scratch_file({str(path)!r}) as scratch:\n"
-        "    scratch.write_bytes(b'half')\n"
-        "    os.kill(os.getpid(), signal.SIGKILL)\n"
-    )
-    process = subprocess.run([sys.executable, "-c", code], check=False)
-    assert process.returncode == -signal.SIGKILL
-    assert len(os.listdir(tmp_path)) == 1
-    store.write_rows(blocks(20), path, ROWS)
-    assert list(tmp_path.iterdir()) == [path]

@@ -23,11 +23,10 @@ from vibropipe.store.files import (
     selected_attributes,
     write,
 )
-from vibropipe.store.joining import join, read_shards
 from vibropipe.store.opening import open_study
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
 from vibropipe.store.show import summary
-from vibropipe.store.streaming import write_grid, write_rows
+from vibropipe.store.sweep_files import join, read_shards, write_grid, write_rows
 from vibropipe.store.table import table
 
 __all__ = [

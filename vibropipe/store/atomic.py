@@ -25,8 +25,7 @@ FINGERPRINT = b" vibropipe fingerprint "
 COMMENT_BYTES = 1 << 17
 """Bytes at the end of a figure or report that hold its comment, of at most 1000 names of scenes."""
 TEMPORARY_ENDING = ".part"
-SCRATCH = ".rows"
-TEMPORARY_NAME = r"\.(?P<name>.+?)(\.rows)?\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
+TEMPORARY_NAME = r"\.(?P<name>.+?)\.(?P<host>[A-Za-z0-9-]*)\.(?P<process>\d{1,9})\.part"
 
 # bytes read at once for a checksum
 READ_BYTES = 1 << 20
@@ -69,27 +68,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
         If the disk is full or the folder is not writable; the message names the remedy.
     """
     path = Path(path)
-    with _file_beside(path) as temporary:
-        yield temporary
-        _flush(temporary)
-        os.replace(temporary, path)
-        _flush(path.parent)
-
-
-@contextmanager
-def scratch_file(path: str | os.PathLike[str]) -> Iterator[Path]:
-    """Yield the path of a scratch file beside `path`, which is removed when the block ends.
-
-    Folders and errors are handled as by `atomic_file`.
-    """
-    with _file_beside(Path(path), SCRATCH) as scratch:
-        yield scratch
-
-
-@contextmanager
-def _file_beside(path: Path, suffix: str = "") -> Iterator[Path]:
-    """Yield a temporary file beside `path`; turn errors of writing into NotWrittenError and clean up."""
-    temporary = _temporary(path, suffix)
+    temporary = _temporary(path)
     new_folders: list[Path] = []
     try:
         new_folders += [folder for folder in path.parents if not folder.exists()]
@@ -98,6 +77,9 @@ def _file_beside(path: Path, suffix: str = "") -> Iterator[Path]:
             leftover.unlink(missing_ok=True)
         temporary.touch()
         yield temporary
+        _flush(temporary)
+        os.replace(temporary, path)
+        _flush(path.parent)
     except StoreError:
         raise
     except (OSError, RuntimeError) as error:  # netCDF4 raises RuntimeError when HDF5 fails
@@ -259,9 +241,9 @@ def host_name() -> str:
     return re.sub(r"[^A-Za-z0-9-]", "-", socket.gethostname())
 
 
-def _temporary(path: Path, suffix: str = "") -> Path:
+def _temporary(path: Path) -> Path:
     """Return the temporary name of a file: it names host and process of the writer."""
-    return path.with_name(f".{path.name}{suffix}.{host_name()}.{os.getpid()}{TEMPORARY_ENDING}")
+    return path.with_name(f".{path.name}.{host_name()}.{os.getpid()}{TEMPORARY_ENDING}")
 
 
 def _leftovers(folder: Path, names: Collection[str] | None, foreign: bool) -> list[Path]:

@@ -12,6 +12,7 @@ from __future__ import annotations
 import json
 from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, field
+from math import prod
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -35,8 +36,7 @@ PART_OF = "part_of"
 class StoredVariable:
     """A variable as encoded on disk: its type is one of netCDF, its attributes can be stored.
 
-    values : None if they are written later; chunks : None for the default; grows : the length of the first dimension is
-    not known in advance.
+    values : None if they are written later; chunks : None for the default.
     """
 
     name: str
@@ -46,7 +46,11 @@ class StoredVariable:
     attrs: dict[str, Any] = field(default_factory=dict)
     values: np.ndarray | None = None
     chunks: tuple[int, ...] | None = None
-    grows: bool = False
+
+    @property
+    def bytes_each(self) -> int:
+        """Bytes of a row, or of a sample."""
+        return self.dtype.itemsize * prod(self.shape[1:])
 
 
 def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
@@ -222,9 +226,9 @@ def define_variables(
     variables = list(variables)
     file.setncatts(dict(attrs))
     for item in variables:
-        for axis, (dim, size) in enumerate(zip(item.dims, item.shape, strict=True)):
+        for dim, size in zip(item.dims, item.shape, strict=True):
             if dim not in file.dimensions:
-                file.createDimension(dim, None if item.grows and axis == 0 else size)
+                file.createDimension(dim, size)
         created[item.name] = _create(file, item)
     for item in variables:
         if item.values is not None and 0 not in item.shape:

@@ -8,7 +8,7 @@ that are equal in every shard.
 from __future__ import annotations
 
 from collections.abc import Generator, Iterable, Iterator, Sequence
-from contextlib import ExitStack, contextmanager
+from contextlib import contextmanager
 from dataclasses import dataclass, replace
 from functools import cached_property
 from pathlib import Path
@@ -45,6 +45,21 @@ class Shard:
     attrs: dict[str, Any]
     variables: dict[str, StoredVariable]
 
+    @classmethod
+    def of(
+        cls,
+        path: Path,
+        start: int,
+        stop: int,
+        attrs: dict[str, Any],
+        items: Sequence[StoredVariable],
+        grid: SweepGrid,
+    ) -> Shard:
+        """Return the header of rows with the variables `items`."""
+        # numbers of rows and samples start anew in each shard
+        left_out = {ROW, *(item.attrs.get("sample_dimension") for item in items), *grid.dims}
+        return cls(path, start, stop, attrs, {i.name: i for i in items if i.name not in left_out})
+
     @cached_property
     def samples(self) -> dict[str, str]:
         """Name of the count per row, for each sample dimension."""
@@ -60,10 +75,6 @@ class Shard:
     def ragged(self) -> list[StoredVariable]:
         """Variables over a sample dimension."""
         return [item for item in self.variables.values() if set(item.dims) & set(self.samples)]
-
-    def count(self, dim: str) -> int:
-        """Return the length of a sample dimension."""
-        return next(item.shape[0] for item in self.ragged if item.dims[0] == dim)
 
 
 Values = dict[str, np.ndarray]
@@ -147,12 +158,7 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
             )
         start, stop = (int(attrs.pop(name)) for name in ROW_RANGE_ATTRS)
         items = [_item(variable) for variable in file.variables.values()]
-        sampled = {item.attrs.get("sample_dimension") for item in items}
-        # numbers of rows and samples start anew in each shard
-        left_out = {ROW, *sampled, *grid.dims}
-        shard = Shard(
-            path, start, stop, attrs, {i.name: i for i in items if i.name not in left_out}
-        )
+        shard = Shard.of(path, start, stop, attrs, items, grid)
         held = len(file.dimensions[ROW]) if ROW in file.dimensions else None
         if held != stop - start:
             raise StoreError(
@@ -165,7 +171,7 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
                     f"{path}: must hold as many {dim!r} as {name} counts, got {samples}: {AGAIN}"
                 )
         for item in shard.variables.values():
-            if not {ROW, *sampled} & set(item.dims):
+            if not {ROW, *shard.samples} & set(item.dims):
                 values = np.asarray(file.variables[item.name][...])
                 shard.variables[item.name] = replace(item, values=values)
     return shard
@@ -207,14 +213,6 @@ def _other_value(path: Path, name: str, held: Any, where: str, wanted: Any) -> S
         f"{path}: {name} of {where} differs from the study (must be {float(wanted)!r}, got {float(held)!r}): "
         f"recompute this shard ({AGAIN})"
     )
-
-
-def counts_of(shards: Iterable[Shard], name: str) -> Iterator[tuple[int, np.ndarray]]:
-    """Yield the count `name` of each shard in turn, with its first row."""
-    for shard in shards:
-        with raw(shard.path) as file:
-            counts = file[name][...]
-        yield shard.start, counts
 
 
 def _check_cover(shards: Sequence[Shard], rows: int) -> None:
@@ -271,32 +269,19 @@ def _bytes(item: StoredVariable) -> bytes:
     return b"" if item.values is None else item.values.tobytes()
 
 
-def read_rows(shards: Iterable[Shard], stops: Iterable[int]) -> Generator[Values]:
-    """Yield the values of all variables over `row` or a sample dimension, up to each of the rows `stops`.
-
-    In memory are the rows since the previous stop; one shard is open at a time.
-    """
-    remaining, start, end = iter(shards), 0, 0
-    with ExitStack() as opened_shard:
-        for stop in stops:
-            parts: list[Values] = []
-            while start < stop:
-                if start == end:
-                    opened_shard.close()
-                    shard = next(remaining)
-                    file, end = opened_shard.enter_context(raw(shard.path)), shard.stop
-                    bounds = {
-                        dim: np.concatenate([[0], np.cumsum(file[name][...], dtype=np.int64)])
-                        for dim, name in shard.samples.items()
-                    }
-                span = [start - shard.start, min(stop, end) - shard.start]
-                ranges = {ROW: span} | {dim: ends[span] for dim, ends in bounds.items()}
-                items = [*shard.gridded, *shard.ragged]
-                parts.append(
-                    {item.name: file[item.name][slice(*ranges[item.dims[0]])] for item in items}
-                )
-                start = min(stop, end)
-            yield {
-                name: values if len(parts) == 1 else np.concatenate([part[name] for part in parts])
-                for name, values in parts[0].items()
+def read_rows(shards: Iterable[Shard], max_rows: int, max_bytes: int) -> Generator[Values]:
+    """Yield the values of all variables over `row` or a sample dimension, some rows at a time, in their order."""
+    for shard in shards:
+        items, rows = [*shard.gridded, *shard.ragged], shard.stop - shard.start
+        row_bytes = sum(item.bytes_each * item.shape[0] for item in items) // rows
+        # a power of two, as chunks are, so that most of them are read once
+        step = 1 << (min(max_rows, max(1, max_bytes // max(1, row_bytes))).bit_length() - 1)
+        with raw(shard.path) as file:
+            bounds = {
+                dim: np.concatenate([[0], np.cumsum(file[name][...], dtype=np.int64)])
+                for dim, name in shard.samples.items()
             }
+            for start in range(0, rows, step):
+                span = [start, min(start + step, rows)]
+                ranges = {ROW: span} | {dim: ends[span] for dim, ends in bounds.items()}
+                yield {item.name: file[item.name][slice(*ranges[item.dims[0]])] for item in items}

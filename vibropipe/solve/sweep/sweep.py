@@ -289,7 +289,7 @@ def assemble(
         {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
         for shard in ordered
     ]
-    flat = take_rows(concatenate(parts), grid.rows_of_points())
+    flat = take_rows(concatenate(parts), grid.rows_of_points(0, grid.rows))
     variables = {
         name: ((*grid.dims, *dims[1:]), values.reshape(*grid.shape, *values.shape[1:]))
         if dims[0] == "row"

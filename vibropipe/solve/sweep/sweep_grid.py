@@ -129,11 +129,6 @@ class SweepGrid:
         """Sizes in the order of the rows."""
         return tuple(self.shape[axis] for axis in self.row_axes)
 
-    @property
-    def in_order(self) -> bool:
-        """Whether the order of the rows is that of the grid."""
-        return self.row_axes == tuple(range(len(self.dims)))
-
     def indices(self, rows: Any) -> tuple[Any, ...]:
         """Return the indices of rows along each dimension of the grid."""
         return self.in_grid_order(np.unravel_index(rows, self.row_shape))
@@ -143,9 +138,11 @@ class SweepGrid:
         indices = self.indices(np.arange(start, stop))
         return np.asarray(np.ravel_multi_index(indices, self.shape))
 
-    def rows_of_points(self) -> np.ndarray:
-        """Return the row at each point of the grid, points in C order."""
-        return np.arange(self.rows).reshape(self.row_shape).transpose(self._row_positions).ravel()
+    def rows_of_points(self, start: int, stop: int) -> np.ndarray:
+        """Return the row at each of the points [start, stop) of the grid, points in C order."""
+        indices = np.unravel_index(np.arange(start, stop), self.shape)
+        in_rows = tuple(indices[axis] for axis in self.row_axes)
+        return np.asarray(np.ravel_multi_index(in_rows, self.row_shape))
 
     def parameters(self, names: Sequence[str], rows: np.ndarray) -> np.ndarray:
         """Return the values (rows, names) of parameters, swept or shared, of the given rows."""

@@ -223,6 +223,9 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
     assert reason in yields["note"]
     assert yields["rows"][2][1:] == ["–"] * len(names)
     assert verdicts(bound) == ["can be made", "no tolerance"]
+    missed = bound.assign(tolerance_result=("design", [3, 3]))
+    reason = "Designs 1 and 2 have no tolerance: not all that is wanted holds."
+    assert reason in tables({"shifted": missed})[1].as_data()["note"]
     bound["yield"], bound["yield_low"], bound["yield_high"] = (
         ("design", [1.0, share]) for share in (0.614, 0.6, 0.63)
     )
@@ -238,6 +241,13 @@ def test_a_design_on_its_bound_has_no_tolerance(dataset):
     picture = picture_of("design", bound, "designs")
     assert picture.title(bound, None, {}) == "Designs 1 and 2 lose 40 to 50 % of their parts"
     assert verdicts(bound) == ["loses parts"] * 2
+
+
+def test_what_was_not_found_may_be_there(dataset):
+    missed = dataset.assign(design_result=("design", [1, 1]), design_miss=("design", [0.24, 0.3]))
+    (answer,) = answers({"shifted": missed})["shifted"]
+    assert answer.lead == "No design was found that keeps all that is wanted."
+    assert answer.rest.startswith("The nearest that was found misses by 0.24 of what is wanted: ")
 
 
 def test_yields_are_never_rounded_to_all():

@@ -35,6 +35,7 @@ from vibropipe.scenes.design.spread_pictures import (
 from vibropipe.scenes.design.workshop import (
     held_too_wide,
     no_tolerance,
+    no_tolerance_text,
     nominal_text,
     shown_tolerance,
     toleranced,
@@ -237,7 +238,10 @@ def describe_sketch(dataset: xr.Dataset) -> str:
         f"Wanted: {wanted_text(dataset)}",
     ]
     if has_tolerances(dataset):
-        parts.append(no_tolerance(dataset, 0) or "May be off: all at once, rounded down")
+        reason = no_tolerance(dataset, 0)
+        parts.append(
+            no_tolerance_text([0], reason) if reason else "May be off: all at once, rounded down"
+        )
     if dataset.attrs.get("scatter") == "given":
         red = "; red: a tolerance below it" if held_too_wide(dataset, 0) else ""
         parts.append(f"Workshop: given standard deviation{red}")

@@ -270,7 +270,7 @@ def title_designs(dataset: xr.Dataset) -> str:
     """Return the title: which designs lose parts, how many keep all that is wanted, or how many there are."""
     n, met = dataset.sizes["design"], is_met(dataset)
     if not met.any():
-        return "No design keeps all that is wanted; design 1 misses least"
+        return "No design was found that keeps all that is wanted; design 1 misses least"
     if has_yield(dataset):
         if lost := lost_text(dataset):
             return lost.rstrip(".")

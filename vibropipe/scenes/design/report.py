@@ -145,8 +145,8 @@ def missed(dataset: xr.Dataset) -> Answer:
     """Return by how much the nearest design misses, and why."""
     miss = format_number(float(dataset["design_miss"].values[0]), 2)
     reason = DesignResult(int(dataset["design_result"].values[0])).reason
-    rest = f"The nearest misses by {miss} of what is wanted: {reason}."
-    return Answer("No design keeps all that is wanted.", rest)
+    rest = f"The nearest that was found misses by {miss} of what is wanted: {reason}."
+    return Answer("No design was found that keeps all that is wanted.", rest)
 
 
 def reached(dataset: xr.Dataset) -> Answer:

@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.design.data import Part, has_spread, spread_parts
+from vibropipe.scenes.design.workshop import percent
 from vibropipe.solve.design.tolerance import WORST
 from vibropipe.words.wording import series
 
@@ -156,7 +157,7 @@ def leading(dataset: xr.Dataset) -> list[str]:
         if float(share[most]) > 0.5:
             name = plain_symbol_of(best[str(best["parameter"].values[most])])
             words = f"the {part.words(dataset)}"
-            texts.append(f"{words} comes from {name} ({100 * float(share[most]):.0f} %)")
+            texts.append(f"{words} comes from {name} ({percent(float(share[most]))})")
     return texts
 
 

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -35,10 +36,10 @@ def workshop_texts(dataset: xr.Dataset) -> list[str]:
     """Return what tables of tolerances mean, which designs have none and why, and which cannot be held."""
     if not has_tolerances(dataset):
         return []
-    texts = [BOX]
-    texts += [
-        f"{text}." for row in range(numbers(dataset).size) if (text := no_tolerance(dataset, row))
-    ]
+    texts, rows = [BOX], range(numbers(dataset).size)
+    reasons = {row: reason for row in rows if (reason := no_tolerance(dataset, row))}
+    for reason in dict.fromkeys(reasons.values()):
+        texts.append(f"{no_tolerance_text([n for n in reasons if reasons[n] == reason], reason)}.")
     marked = [
         f"{series(plain_symbol_of(dataset[name]) for name in names)} of design {number}"
         for row, number in enumerate(numbers(dataset))
@@ -56,10 +57,23 @@ def no_tolerance(dataset: xr.Dataset, row: int) -> str:
     result = ToleranceResult(int(dataset["tolerance_result"].values[row]))
     if result == ToleranceResult.FOUND:
         return ""
-    reason = result.reason
-    if result == ToleranceResult.ON_BOUND and (bound := nearest_bound(dataset, row)):
-        reason += f" {bound}"
-    return f"Design {row + 1} has no tolerance: {reason}"
+    is_on_bound = result == ToleranceResult.ON_BOUND
+    bound = nearest_bound(dataset, row) if is_on_bound else None
+    return f"{result.reason} {bound}" if bound else result.reason
+
+
+def no_tolerance_text(rows: Sequence[int], reason: str) -> str:
+    """Write which designs have no tolerances, and why."""
+    return f"{designs_text(rows)} {'has' if len(rows) == 1 else 'have'} no tolerance: {reason}"
+
+
+def designs_text(rows: Sequence[int]) -> str:
+    """Write the numbers of designs: Design 1, Designs 1 and 3, Designs 2 to 4."""
+    if len(rows) == 1:
+        return f"Design {rows[0] + 1}"
+    is_run = len(rows) > 2 and rows[-1] - rows[0] == len(rows) - 1
+    which = f"{rows[0] + 1} to {rows[-1] + 1}" if is_run else series(str(row + 1) for row in rows)
+    return f"Designs {which}"
 
 
 def held_too_wide(dataset: xr.Dataset, row: int) -> list[str]:
@@ -186,13 +200,11 @@ def lost_text(dataset: xr.Dataset) -> str:
     lost = np.flatnonzero(is_lost(dataset)) if has_yield(dataset) else np.empty(0, int)
     if not lost.size:
         return ""
-    shares = dataset["yield"].values[lost]
+    shares, which = dataset["yield"].values[lost], designs_text(lost.tolist())
     if lost.size == 1:
-        return f"Design {lost[0] + 1} loses {percent(1 - shares[0], up=True)} of its parts."
+        return f"{which} loses {percent(1 - shares[0], up=True)} of its parts."
     least, most = percent(1 - shares.max()), percent(1 - shares.min(), up=True)
-    last = len(shares) == 2 or (np.diff(lost) > 1).any()
-    which = series(str(n + 1) for n in lost) if last else f"{lost[0] + 1} to {lost[-1] + 1}"
-    return f"Designs {which} lose {least.removesuffix(' %')} to {most} of their parts."
+    return f"{which} lose {least.removesuffix(' %')} to {most} of their parts."
 
 
 def lost_answer(dataset: xr.Dataset) -> str:
@@ -217,6 +229,7 @@ def nominal(dataset: xr.Dataset, name: str, row: int) -> float:
 
 def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
     """Write a tolerance, less what the nominal value is rounded by where it is shown, and rounded down."""
-    value = nominal(dataset, name, row)
+    value, tolerance = nominal(dataset, name, row), float(dataset[f"{name}_tolerance"].values[row])
     rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
-    return at_least(float(dataset[f"{name}_tolerance"].values[row]) - rounding, DIGITS)
+    # What is short of a digit by rounding alone, as that of a deviation that is given, has it.
+    return at_least((tolerance - rounding) * (1.0 + 1e-9), DIGITS)

@@ -294,4 +294,6 @@ def miss_text(problem: Problem, nearest: Candidate) -> str:
     at = problem.parameters(nearest.share[None])[0]
     place = ", ".join(f"{name} = {at[Parameters._fields.index(name)]:.6g}" for name in problem.vary)
     reason = DesignResult(nearest.result).reason
-    return f"No design is met. The nearest has {place}: {'; '.join(misses)}; {reason}."
+    return (
+        f"No design that was found is met. The nearest has {place}: {'; '.join(misses)}; {reason}."
+    )

@@ -275,6 +275,8 @@ def test_errors_are_stated(branches):
     branch = branches["soft"]
     # Close to a fold an orbit is hardly isolated.
     tame = np.abs(branch.floquet_multiplier.values).max(axis=1) < 0.9
+    # An orbit that only touches has no derivative.
+    tame[branch.bifurcation_point.values] = False
     error = branch.displacement_strobe_error.values[tame]
     assert tame.sum() > 100
     assert (error < 1e-11).all()

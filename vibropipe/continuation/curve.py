@@ -41,11 +41,15 @@ Zero = tuple[float, "Point"]
 
 
 class Point(NamedTuple):
-    """A point of a curve: unknowns and tangent (size,), and test functions, FOLD and CROSSING first."""
+    """A point of a curve: unknowns and tangent (size,), and test functions, FOLD and CROSSING first.
+
+    curve : where a path goes on from curve to curve, the one that the point lies on
+    """
 
     u: NDArray
     tangent: NDArray
     tests: NDArray
+    curve: Any = None
 
     @property
     def value(self) -> float:

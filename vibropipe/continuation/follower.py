@@ -214,7 +214,7 @@ class Follower:
         reached = curve.advance(point, at)
         if reached is None or not curve.weighted(reached.u - there) < SAME_POINT:
             return []
-        return [Mark(at, Point(there, self.start.tangent, self.start.tests), "", "closed")]
+        return [Mark(at, self.start._replace(u=there), "", "closed")]
 
     def _missed(self, new: Point) -> float | None:
         """Return where, from the last point, a test function changes sign that none of three points shows; or None."""

@@ -75,6 +75,9 @@ class Curve(CompiledCurve):
         Scale of impact velocities, > 0.
     """
 
+    # A `Sequence`, or the law of an orbit with other events.
+    sequence: Any
+
     def __init__(self, problem: Problem, sequence: Sequence, speed: float) -> None:
         self.problem, self.sequence, self.speed = problem, sequence, speed
         self.periodic = range(len(sequence.supports))

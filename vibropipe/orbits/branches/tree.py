@@ -217,10 +217,10 @@ def _key(branch: Branch, event: Event) -> Key:
     """Return what tells a bifurcation of a branch from others."""
     if branch.curve is None:
         return event.kind, branch.values[event.point], 0.0, 0.0
-    sequence, u = branch.curve.sequence, branch.points[event.point].u
-    # Of an orbit that is known by its section, the section stands for the impacts.
-    n = len(sequence.supports)
-    velocities = u[n:-1] / (sequence.span if n else 1.0)
+    point = branch.points[event.point]
+    # Along a branch with several laws each point has the curve of its own.
+    sequence, u = (point.curve or branch.curve).sequence, point.u
+    velocities = u[len(sequence.supports) : -1] / sequence.span
     total = 0.0 if sequence.mirrored else float(velocities.sum())
     return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
 

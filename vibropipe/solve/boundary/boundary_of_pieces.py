@@ -12,10 +12,11 @@ from vibropipe.orbits.boundaries.pieces.search import SettledPieces, find_bounda
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.steps import DETERMINANT, TRACE
+from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE, new_march_room
+from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE
 from vibropipe.solve.rows.label import Variables
 
 if TYPE_CHECKING:
@@ -40,7 +41,7 @@ def boundaries_of_pieces(
         Of all exciters of the box.
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each)]
-    return find_boundaries_of_pieces(box, orbits, of, effects, new_march_room(effects))
+    return find_boundaries_of_pieces(box, orbits, of, Marcher(effects))
 
 
 def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:

@@ -57,8 +57,8 @@ def branch(
     parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
     least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
-    settles has the same rests. With soft supports or friction an orbit is a fixed point of its return map, and is
-    followed over changes of what begins its linear pieces.
+    settles has the same rests. With soft supports or friction an orbit is a zero of equations over its law, the events
+    of its period in turn, and is followed from law to law.
 
     Parameters
     ----------

@@ -7,23 +7,18 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.march.grid import new_grid_room
-from vibropipe.march.log import new_log
-from vibropipe.march.piece_log import piece_log_of
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.pieces.curve import PieceCurve
-from vibropipe.orbits.branches.pieces.following import follow_pieces
-from vibropipe.orbits.branches.pieces.rows import write_piece_points
-from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
-from vibropipe.orbits.branches.tree import Rules, Tree, follow_tree
+from vibropipe.orbits.branches.tree import Tree, follow_tree
+from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.following import LAWS
+from vibropipe.orbits.law.marching import CAPACITY, Marcher
+from vibropipe.orbits.law.rows import write_piece_points
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
-from vibropipe.orbits.sensitivity.pieces.columns import new_variations
 from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
 from vibropipe.physics.effects import Effects, has_soft_support
-from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.solve.equilibrium import from_equilibrium
 from vibropipe.solve.rows.row_results import (
     ImpactBuffer,
@@ -37,17 +32,10 @@ from vibropipe.solve.rows.row_results import (
 if TYPE_CHECKING:
     import xarray as xr
 
-# Capacities of the log of an orbit, in contacts and pieces.
-CAPACITY = 4096
 # Least scale of displacements, as a share of l.
 MIN_SIZE = 1e-3
-PIECES = Rules(follow_pieces, limit_of_pieces, seeds_of_pieces)
-
-
-def new_march_room(effects: Effects) -> tuple[Any, ...]:
-    """Return `march_room` of `march_orbit`."""
-    pieces = piece_log_of(effects, CAPACITY)
-    return new_log(CAPACITY, CAPACITY, *pieces), np.empty(DEGREE + 1), new_grid_room(effects)
+# Friction at which an orbit that is followed from none has its law read: without friction no turn is an event.
+MIN_FRICTION = 1e-100
 
 
 def follow_branches_of_pieces(
@@ -78,13 +66,17 @@ def follow_branches_of_pieces(
     amplitude = float(start.displacement_amplitude.max())
     size = max(amplitude, abs(x), MIN_SIZE * exciter.l)
     speed = max(exciter.nu * size, abs(v))
-    m = int(start.period_multiple)
-    room = new_variations(CAPACITY, 0, 0, 0)
-    curve = PieceCurve(problem, m, size, speed, effects, new_march_room(effects), room)
-    point = curve.settle(np.array([x, v, own]))
+    marcher, p = Marcher(effects), exciter.parameters()
+    if Parameters._fields[problem.along] == "friction":
+        p = p._replace(friction=max(p.friction, MIN_FRICTION))
+    read = marcher.law_of(p, np.array([x, v]), int(start.period_multiple), problem.symmetric)
+    if read is None:
+        return None
+    curve = LawCurve(problem, read.law, Scales(size, speed), marcher)
+    point = curve.settle(np.concatenate([read.u.T.ravel(), [own]]))
     if point is None:
         return None
-    return follow_tree(problem, Seed(curve, point, own, signs), switches, PIECES)
+    return follow_tree(problem, Seed(curve, point, own, signs), switches, LAWS)
 
 
 def solve_branch_of_pieces(
@@ -100,7 +92,7 @@ def solve_branch_of_pieces(
     ----------
     effects : Effects
     branch : Branch
-        Of a `PieceCurve`.
+        Of a `LawCurve`.
     parameters : (points, parameters) array
     harmonics : int
         Number of harmonics.
@@ -109,10 +101,9 @@ def solve_branch_of_pieces(
     """
     n = len(parameters)
     curve = branch.curve
-    assert isinstance(curve, PieceCurve)
-    begins = [(point, curve.state_at_start(point)) for point in branch.points]
-    sections = np.array([curve.state_at(point, 0.0) if at is None else at for point, at in begins])
-    march_room = new_march_room(effects)
+    assert isinstance(curve, LawCurve)
+    sections = np.array([point.curve.state_at(point) for point in branch.points])
+    march_room = curve.marcher.room
     size = CAPACITY * n
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
     out = new_rows(n, harmonics, outputs, listed, effects)

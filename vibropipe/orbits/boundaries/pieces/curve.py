@@ -25,7 +25,7 @@ from vibropipe.march.piece_log import (
     new_piece_log,
 )
 from vibropipe.orbits.boundaries.curve import TOUCHES, BoundaryCurve, Box, Touch
-from vibropipe.orbits.boundaries.pieces.flights import march_pieces, motion_within
+from vibropipe.orbits.boundaries.pieces.flights import motion_within
 from vibropipe.orbits.boundaries.pieces.law import (
     Law,
     contacts_of,
@@ -38,6 +38,7 @@ from vibropipe.orbits.boundaries.system import GRAZINGS, parameters_of_point
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.steps import DETERMINANT, GAP, SPEED, TESTS, TRACE
 from vibropipe.orbits.branches.symmetry import EQUAL_HALVES
+from vibropipe.orbits.law.marching import march_pieces
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.flow import DEGREE
 

@@ -5,31 +5,13 @@ from __future__ import annotations
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.march.grid import exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import allow_work, clear_log
-from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import AT, CAUSE, FORM, FREE, HOME, SPAN, STICK, TURN
-from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.boundaries.pieces.replay import gap_to, state_within
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.load import forcing_period
 
 # Samples of a flight in the search for its least gap.
 SAMPLES = 64
-
-
-@jit
-def march_pieces(e, p, turns, x, v, m, march_room) -> bool:
-    """Log the motion of m periods from (x, v); return whether it could be marched."""
-    log, c, grid_room = march_room
-    grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
-    clear_log(log)
-    state = start_state(log.pieces, e, p, grid, turns, x, v)
-    end = grid_time(turns + m, grid.steps)
-    allow_work(log, MAX_ROW_WORK)
-    _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
-    return status == OK
 
 
 @jit

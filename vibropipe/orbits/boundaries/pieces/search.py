@@ -11,22 +11,20 @@ from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.pieces.curve import TOUCHES_BELOW, PieceBoundary
-from vibropipe.orbits.boundaries.pieces.flights import march_pieces, nearest_touch
+from vibropipe.orbits.boundaries.pieces.flights import nearest_touch
 from vibropipe.orbits.boundaries.pieces.law import Law, law_of
 from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
 from vibropipe.orbits.boundaries.seeds import KINDS, begin_linear, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import Problem, is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.pieces.curve import SECTION, PieceCurve
-from vibropipe.orbits.branches.pieces.following import follow_pieces
-from vibropipe.orbits.branches.pieces.switching import limit_of_pieces, seeds_of_pieces
-from vibropipe.orbits.branches.tree import Rules, follow_tree
+from vibropipe.orbits.branches.tree import follow_tree
+from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
+from vibropipe.orbits.law.marching import Marcher, march_pieces
 from vibropipe.orbits.row import row_parameters
-from vibropipe.orbits.sensitivity.pieces.columns import new_variations
 from vibropipe.physics.effects import Effects
 
-PIECES = Rules(follow_pieces, limit_of_pieces, seeds_of_pieces)
 # Least gap of a flight, as a share of the size of the orbit, next to which a grazing is sought.
 NEAR_TOUCH = 1e-2
 # Relative difference of the states of two orbits of the same parameters that are one.
@@ -38,8 +36,6 @@ AHEAD = (1e-6, 1e-5, 1e-4, 1e-3)
 MAX_BOUNDARIES = 256
 # Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
 MAX_CONTACTS = 24
-# Capacity of the variations of an orbit, in pieces.
-CAPACITY = 4096
 
 
 class SettledPieces(NamedTuple):
@@ -56,17 +52,16 @@ def find_boundaries_of_pieces(
     box: Box,
     orbits: Iterable[SettledPieces],
     of: Collection[str],
-    effects: Effects,
-    march_room: tuple[Any, ...],
+    marcher: Marcher,
 ) -> tuple[list[Boundary], bool]:
     """Follow all boundaries that pass through bifurcations of the branches of some orbits.
 
-    Arguments are those of `vibropipe.orbits.boundaries.search.find_boundaries`; march_room : as for `march_orbit`.
+    Arguments are those of `vibropipe.orbits.boundaries.search.find_boundaries`; marcher : marches the motions.
     Returns the boundaries, and whether all were followed: they are left at MAX_BOUNDARIES.
     """
     boundaries: list[Boundary] = []
-    room = effects, march_room
-    for branch in _branches(box, orbits, *room):
+    room = marcher.effects, marcher.room
+    for branch in _branches(box, orbits, marcher):
         for event in branch.events:
             kind = "grazing" if event.kind == "change" else event.kind
             if kind not in of or kind not in KINDS:
@@ -83,11 +78,8 @@ def find_boundaries_of_pieces(
     return boundaries, True
 
 
-def _branches(
-    box: Box, orbits: Iterable[SettledPieces], effects: Effects, march_room: tuple[Any, ...]
-) -> Iterator[Branch]:
+def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> Iterator[Branch]:
     """Yield the branches of orbits along both parameters, none twice."""
-    room = new_variations(CAPACITY, 0, 0, 0)
     passed: dict[tuple[int, float], list[tuple[float, int, np.ndarray]]] = {}
     ordered = list(orbits)
     for index in (0, 1):
@@ -111,9 +103,13 @@ def _branches(
                 orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
                 box.max_length,
             )  # fmt: skip
-            curve = PieceCurve(problem, orbit.m, orbit.size, orbit.speed, effects, march_room, room)
-            point = curve.settle(np.array([*state, value]))
             orbits_there.append((value, orbit.m, state))
+            p = row_parameters(orbit.values.reshape(1, -1), 0)
+            read = marcher.law_of(p, state, orbit.m, box.symmetric)
+            if read is None:
+                continue
+            curve = LawCurve(problem, read.law, Scales(orbit.size, orbit.speed), marcher)
+            point = curve.settle(np.concatenate([read.u.T.ravel(), [value]]))
             if point is None:
                 continue
             seed = Seed(curve, point, value, (1.0, -1.0))
@@ -124,24 +120,21 @@ def _branches(
 
 def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
     """Yield the branch of a seed, and those that begin at its bifurcations."""
-    (parent,) = follow_tree(problem, seed, (), PIECES).branches
+    (parent,) = follow_tree(problem, seed, (), LAWS).branches
     yield parent
     for event in parent.events:
-        if event.kind in SWITCHED and not limit_of_pieces(parent, event):
-            for child in seeds_of_pieces(parent, event):
-                yield from follow_tree(problem, child, (), PIECES).branches
+        if event.kind in SWITCHED and not limit_of_laws(parent, event):
+            for child in seeds_of_laws(parent, event):
+                yield from follow_tree(problem, child, (), LAWS).branches
 
 
 def _passed(branch: Branch, at: set[float]) -> list[tuple[float, int, np.ndarray]]:
     """Return value, period multiple and state at the section of a branch at some values."""
-    curve = branch.curve
-    assert isinstance(curve, PieceCurve)
-    m = curve.sequence.m
     return [
-        (each.value, m, curve.state_at(each, float(visit)))
+        (each.value, each.curve.sequence.m, each.curve.state_at(each, visit))
         for each in branch.points
         if each.value in at
-        for visit in range(m)
+        for visit in range(each.curve.sequence.m)
     ]
 
 
@@ -167,19 +160,19 @@ def _begin(
     march_room: tuple[Any, ...],
 ) -> Iterator[tuple[Any, Point]]:
     """Yield the boundary through a bifurcation of a branch, if there is one, and its point there."""
-    curve = branch.curve
-    assert isinstance(curve, PieceCurve)
     points = branch.points[event.point : event.point + (2 if event.kind == "change" else 1)]
     for point in points:
         values = branch.problem.values.copy()
         values[branch.problem.along] = point.value
+        curve = point.curve
         m = curve.sequence.m
         if event.reason == "doubled" and kind == FLIPS:
             m //= 2
         slow = TOUCHES_BELOW * curve.speed if kind == GRAZINGS else 0.0
-        turns, ends = float(point.tests[SECTION]), values[box.along]
+        ends = values[box.along]
         p = row_parameters(values.reshape(1, -1), 0)
-        if not march_pieces(effects, p, turns, point.u[0], point.u[1], 2.0 * m, march_room):
+        x, v = curve.state_at(point).tolist()
+        if not march_pieces(effects, p, 0.0, x, v, 2.0 * m, march_room):
             continue
         law = law_of(march_room[0].pieces, m, box.symmetric, slow, p.friction > 0.0)
         if law is None:

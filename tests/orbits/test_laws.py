@@ -1,0 +1,166 @@
+"""Orbits by their laws: the equations against differences and marches, the elimination against a dense solution."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.march.piece_log import CAUSE, SLIP, STICK, TURN
+from vibropipe.orbits.branches.curve import Problem
+from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.edits import happenings, law_from
+from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.equations import fill_blocks, new_blocks
+from vibropipe.orbits.law.following import follow_laws
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+
+SOFT = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.4, "k1": 100, "k2": 100, "h1": 3, "h2": 3}
+EXCITERS = {
+    "soft": SOFT,
+    "soft and rigid": {"l": 0.5, "nu": 1.1, "f": 1.0, "h": 0.2, "k1": 200, "R2": 0.6, "delta": 0.03},
+    "friction": {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7, "friction": 0.05},
+    "stick": {"l": 1.0, "nu": 0.5, "f": 1.5, "h": 0.1, "R1": 0.7, "R2": 0.7, "friction": 0.4},
+    "stick in contact": {"l": 1.0, "nu": 0.4, "f": 1.2, "h": 0.1, "k1": 50, "k2": 50, "friction": 0.5},
+    "no contact": {"l": 5.0, "nu": 0.6, "f": 0.5, "h": 0.1, "friction": 0.2},
+    "rest": {"l": 0.5, "nu": 0.3, "f": 0.9, "h": 0.1, "R1": 0.6, "R2": 0.5, "friction": 0.03},
+    "two harmonics": {"l": 0.5, "nu": 0.9, "f": 0.9, "h": 0.3, "k1": 80, "h1": 2, "R2": 0.6, "f2": 0.2, "phi2": 0.4},
+}  # fmt: skip
+
+
+@pytest.fixture(scope="module")
+def marcher():
+    return Marcher(Effects(soft=1, friction=1, second_harmonic=1))
+
+
+def point_of(name, marcher, along="nu", low=0.2, high=2.5):
+    exciter = vp.Exciter(**EXCITERS[name])
+    start = vp.steady_state(exciter)
+    p = exciter.parameters()
+    state = np.array([float(start.displacement_strobe), float(start.velocity_strobe)])
+    symmetric = "R1" not in EXCITERS[name] or EXCITERS[name]["R1"] == EXCITERS[name].get("R2")
+    symmetric = symmetric and not {"delta", "f2"} & set(EXCITERS[name])
+    symmetric = symmetric and EXCITERS[name].get("k1") == EXCITERS[name].get("k2")
+    read = marcher.law_of(p, state, int(start.period_multiple), symmetric)
+    index = Parameters._fields.index(along)
+    problem = Problem(np.array(p), index, low, high, (), symmetric, 0.02)
+    curve = LawCurve(
+        problem, read.law, Scales(float(start.displacement_amplitude.max()), 1.0), marcher
+    )
+    return curve, read, p, state
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_newton_returns_to_the_orbit_that_was_marched(name, marcher):
+    curve, read, p, state = point_of(name, marcher)
+    rng = np.random.default_rng(3)
+    u = read.u.T.ravel()
+    free = (np.abs(u) > 0.0) * (1.0 + 1e-4 * rng.standard_normal(u.size))
+    point = curve.settle(np.append(u * free, p.nu))
+    assert point is not None
+    np.testing.assert_allclose(point.u[:-1], u, atol=2e-13)
+    np.testing.assert_allclose(curve.state_at(point), state, atol=1e-12)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
+    _curve, read, p, _state = point_of(name, marcher)
+    law, u = read
+    n, columns = len(u), np.arange(len(ALL_DIFFERENTIATED))
+    exact, beside = new_blocks(n, columns.size), new_blocks(n, 0)
+    fill_blocks(p, law, u, columns, exact)
+
+    def rests(q, v):
+        fill_blocks(q, law, v, np.zeros(0, np.int64), beside)
+        return beside.rest.copy()
+
+    step = 1e-6
+    for i in range(n):
+        for j in range(2):
+            up, down = u.copy(), u.copy()
+            up[i, j] += step
+            down[i, j] -= step
+            slope = (rests(p, up) - rests(p, down)) / (2.0 * step)
+            expected = np.zeros((n, 2))
+            expected[i] += exact.at[i, :, j]
+            expected[(i + 1) % n] += exact.before[(i + 1) % n, :, j]
+            if j == 1 and law.codes[i, CAUSE] in (SLIP, 8):
+                continue  # has no second unknown
+            np.testing.assert_allclose(slope, expected, atol=1e-7 * np.abs(expected).max())
+    for k, parameter in enumerate(ALL_DIFFERENTIATED):
+        if parameter in ("k1", "k2") and getattr(p, parameter) == 0.0:
+            continue  # another exciter
+        ends = [
+            rests(p._replace(**{parameter: getattr(p, parameter) + change}), u)
+            for change in (step, -step)
+        ]
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        np.testing.assert_allclose(exact.by[:, :, k], slope, atol=1e-7, err_msg=parameter)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 16])
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_elimination_is_the_dense_solution(n, k):
+    rng = np.random.default_rng(n + 10 * k)
+    before, at = rng.standard_normal((2, n, 2, 2))
+    by, rest = rng.standard_normal((n, 2, k)), rng.standard_normal((n, 2))
+    borders, corner = rng.standard_normal((k, n, 2)), rng.standard_normal((k, k))
+    target, x, q = rng.standard_normal(k), np.empty((n, 2)), np.empty(k)
+    for wrap in (1.0, -1.0):
+        dense = np.zeros((2 * n + k, 2 * n + k))
+        for i in range(n):
+            rows, last = slice(2 * i, 2 * i + 2), 2 * ((i - 1) % n)
+            dense[rows, rows] += at[i]
+            dense[rows, last : last + 2] += before[i] * (wrap if i == 0 else 1.0)
+            dense[rows, 2 * n :] = by[i]
+        dense[2 * n :, : 2 * n], dense[2 * n :, 2 * n :] = borders.reshape(k, 2 * n), corner
+        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q)
+        solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
+        np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=1e-9, atol=1e-11)
+        assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
+
+
+def test_elimination_keeps_digits_of_what_grows_along_an_orbit():
+    """A growth of 1e12 over 40 blocks, whose product of transfers has no digit of the start left."""
+    n = 40
+    before = np.tile(np.diag([-2.0, -0.5]), (n, 1, 1))
+    at, none = np.tile(np.eye(2), (n, 1, 1)), (np.zeros((0, n, 2)), np.zeros((0, 0)), np.zeros(0))
+    expected = np.random.default_rng(5).standard_normal((n, 2))
+    rest = np.array([before[i] @ expected[i - 1] + at[i] @ expected[i] for i in range(n)])
+    x = np.empty((n, 2))
+    solve_cyclic(before, at, np.zeros((n, 2, 0)), rest, 1.0, *none, x, np.zeros(0))
+    np.testing.assert_allclose(x, expected, atol=1e-14)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_events_without_frames_give_the_law_again(name, marcher):
+    _curve, read, p, _state = point_of(name, marcher)
+    law, u = read
+    if name == "no contact":
+        assert set(law.codes[:, CAUSE].tolist()) <= {int(TURN), int(STICK), int(SLIP)}
+    made = law_from(happenings(law, p, u), p, law.span, law.mirrored)
+    assert made is not None
+    np.testing.assert_array_equal(made[0].codes[:, :3], law.codes[:, :3])
+    np.testing.assert_allclose(made[1], u, atol=1e-15)
+
+
+@pytest.mark.parametrize(
+    ("name", "way"),
+    [("soft", 1), ("soft", -1), ("soft and rigid", 1), ("soft and rigid", -1), ("stick", 1), ("stick in contact", 1)],
+)  # fmt: skip
+def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
+    """A march from each orbit, stable or not, meets the events of its law and returns, but for rounding that grows."""
+    curve, read, p, _state = point_of(name, marcher, low=0.3)
+    start = curve.settle(np.append(read.u.T.ravel(), p.nu))
+    path = follow_laws(curve, start if way > 0 else start.reversed(), False)
+    assert sum(event.kind == "change" for event in path.events) >= 1
+    assert path.end == "limit"
+    for point in path.points[:: max(1, len(path.points) // 60)]:
+        own, at = point.curve, point.curve.parameters(point.value)
+        state = own.state_at(point)
+        returned = marcher.after(at, state, float(own.sequence.m))
+        growth = 1.0 + np.abs(point.tests[4]) ** (2 if own.sequence.mirrored else 1)
+        np.testing.assert_allclose(returned, state, atol=1e-11 * growth)

@@ -1,0 +1,247 @@
+"""Points of a branch of orbits of one law: zeros of its equations, stable or not, with the margins that they keep."""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.continuation.curve import FOLD, Point
+from vibropipe.continuation.curve import Curve as Continued
+from vibropipe.continuation.newton import CONVERGED, MAX_CHANGE, MAX_CORRECTIONS, STALLED
+from vibropipe.march.piece_log import CAUSE, HOME, STICK, TURN
+from vibropipe.orbits.branches.curve import Curve, Problem
+from vibropipe.orbits.branches.sequence import parameters_at
+from vibropipe.orbits.branches.steps import (
+    DETERMINANT,
+    DOUBLING,
+    GAP,
+    GAP_FLIGHT,
+    GAP_SIDE,
+    GAP_TIME,
+    SPEED,
+    TESTS,
+    TRACE,
+)
+from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.equations import fill_blocks, new_blocks
+from vibropipe.orbits.law.law import SECTION, Law
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.margins import fill_margins
+from vibropipe.orbits.law.states import state_within
+from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.flow import DEGREE
+
+# Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event.
+MARGIN, SLOW_EVENT = TESTS, TESTS + 1
+# Iterations towards the vector that an orbit is doubled along.
+ITERATIONS = 3
+NO_BORDER = np.zeros((0, 0)), np.zeros(0)
+
+
+class Scales(NamedTuple):
+    """Scales of displacement and velocity of orbits, > 0."""
+
+    size: float
+    speed: float
+
+
+class LawCurve(Curve):
+    """The branch of orbits of one law.
+
+    Unknowns are the times of all events, what is free of the state before each, and the parameter.
+
+    Parameters
+    ----------
+    problem : Problem
+    law : Law
+    scales : Scales
+    marcher : Marcher
+        Marches motions of the exciters.
+    """
+
+    def __init__(self, problem: Problem, law: Law, scales: Scales, marcher: Marcher) -> None:
+        self.problem, self.sequence, self.scales, self.marcher = problem, law, scales, marcher
+        self.size, self.speed = size, speed = scales
+        n = len(law.codes)
+        kinds = law.codes[:, CAUSE]
+        weights = np.ones(2 * n + 1)
+        weights[n : 2 * n] = np.where(np.isin(kinds, (TURN, STICK)), 1.0 / size, 1.0 / speed)
+        self.periodic = range(n)
+        if kinds[0] == SECTION:
+            weights[0], self.periodic = 1.0 / size, ()
+        weights[-1] = 1.0 / (problem.high - problem.low)
+        Continued.__init__(self, weights, problem.max_length)
+        self._values = problem.values.reshape(1, -1).copy()
+        name = Parameters._fields[problem.along]
+        self._columns = np.array([ALL_DIFFERENTIATED.index(name)])
+        self._blocks, self._margins = new_blocks(n, 1), np.zeros((of.KINDS, 4))
+        self._c, self._no_columns = np.empty(DEGREE + 1), new_blocks(n, 0)
+
+    def with_sequence(self, sequence: Any) -> LawCurve:  # noqa: D102
+        return LawCurve(self.problem, sequence, self.scales, self.marcher)
+
+    def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:  # noqa: D102
+        return Point(u, tangent, tests, self)
+
+    def parameters(self, value: float) -> Any:
+        """Return the `Parameters` at a value of the one that varies."""
+        return parameters_at(self._values, self.problem.along, value)
+
+    def events_of(self, u: np.ndarray) -> np.ndarray:
+        """Return the unknowns as an array (n, 2)."""
+        n = len(self.sequence.codes)
+        return np.ascontiguousarray(u[: 2 * n].reshape(2, n).T)
+
+    def solve(self, u: np.ndarray, target: float) -> Point | None:  # noqa: D102 - as Curve
+        border, previous = self.work.border.copy(), math.inf
+        for _ in range(MAX_CORRECTIONS):
+            if not self._fill(u):
+                return None
+            step, sign = self._solve(self._blocks.rest, border, float(border @ u) - target)
+            change = float(np.abs(step * self.weights).max())
+            if sign == 0.0 or not change < MAX_CHANGE:
+                return None
+            u -= step
+            if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
+                return self._point(u, border) if self._fill(u) else None
+            previous = change
+        return None
+
+    def nearest(self, u: np.ndarray) -> Point | None:
+        """Return the point that Newton's method finds near u, across the branch; None if there is none."""
+        for fixed in (-1, *range(len(self.sequence.codes))):
+            border = np.zeros(len(u))
+            border[fixed] = 1.0
+            if not self._fill(u):
+                return None
+            tangent, sign = self._solve(np.zeros_like(self._blocks.rest), border, 1.0)
+            norm = float(np.linalg.norm(tangent * self.weights))
+            if sign != 0.0 and 0.0 < norm < math.inf:
+                return self.advance(self.point(u, tangent / norm, np.zeros(0)), 0.0)
+        return None
+
+    def state_at(self, point: Point, visit: int = 0) -> np.ndarray:
+        """Return (x, x') after some whole periods from the phase 0 of the force, counted from the equilibrium."""
+        law, u = self.sequence, self.events_of(point.u)
+        n, p = len(law.codes), self.parameters(point.value)
+        if law.codes[0, CAUSE] == SECTION:
+            return point.u[:2].copy()
+        for i in range(n):
+            last = float(u[i + 1, 0]) if i + 1 < n else float(u[0, 0]) + law.span
+            # An orbit comes to this phase once; its mirror image half an orbit earlier.
+            for later, sign in ((0.0, 1.0), (-law.span, -1.0))[: 1 + law.mirrored]:
+                at = visit + later
+                at += law.m * math.ceil((u[i, 0] - at) / law.m)
+                if at <= last:
+                    y, w = state_within(p, law, i, u, at)
+                    home = int(law.codes[i, HOME])
+                    x = to_displacement(p, home, float(y))
+                    return sign * np.array([x, to_velocity(home, float(w))])
+        return np.full(2, math.nan)
+
+    def _fill(self, u: np.ndarray) -> bool:
+        """Fill the blocks at u; return whether they are finite."""
+        reach = self.problem.high - self.problem.low
+        is_in_reach = self.problem.low - reach < u[-1] < self.problem.high + reach
+        if not (is_in_reach and np.isfinite(u).all()):
+            return False
+        p = self.parameters(float(u[-1]))
+        fill_blocks(p, self.sequence, self.events_of(u), self._columns, self._blocks)
+        return bool(np.isfinite(self._blocks.rest).all())
+
+    def _solve(
+        self, rest: np.ndarray, border: np.ndarray, target: float
+    ) -> tuple[np.ndarray, float]:
+        """Return the solution of the bordered equations at the blocks, and the sign of the determinant."""
+        n, blocks = len(self.sequence.codes), self._blocks
+        x, q = np.zeros((n, 2)), np.zeros(1)
+        borders = np.ascontiguousarray(border[: 2 * n].reshape(2, n).T)[np.newaxis]
+        corner = border[-1:].reshape(1, 1)
+        sign, _log = solve_cyclic(
+            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner,
+            np.array([target]), x, q,
+        )  # fmt: skip
+        return np.concatenate([x.T.ravel(), q]), sign
+
+    def _point(self, u: np.ndarray, border: np.ndarray) -> Point | None:
+        """Return a corrected point, whose blocks are filled, with its tangent along the border and its tests."""
+        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), border, 1.0)
+        norm = float(np.linalg.norm(tangent * self.weights))
+        if sign == 0.0 or not 0.0 < norm < math.inf:
+            return None
+        tangent /= norm
+        tests = np.zeros(TESTS + 2)
+        tests[FOLD] = tangent[-1] * self.weights[-1]
+        tests[DOUBLING] = self._doubling()
+        tests[TRACE], tests[DETERMINANT] = self._return_map()
+        fill_margins(
+            self.parameters(float(u[-1])), self.sequence, self.events_of(u), self._c, self._margins
+        )
+        least, scale = self._margins[:, of.VALUE], self._margin_scales(float(u[-1]))
+        tests[SPEED] = min(least[of.SPEED] * scale[of.SPEED], 1.0)
+        others = [least[kind] * scale[kind] for kind in range(1, of.KINDS)]
+        kind = 1 + int(np.argmin(others))
+        tests[GAP], tests[MARGIN] = min(others[kind - 1], 1.0), kind
+        tests[GAP_FLIGHT], tests[GAP_SIDE], tests[GAP_TIME] = self._margins[kind, 1:]
+        tests[SLOW_EVENT] = self._margins[of.SPEED, of.AT]
+        return Point(u, tangent, tests, self)
+
+    def _margin_scales(self, value: float) -> np.ndarray:
+        """Return the factors that make margins pure numbers."""
+        friction = max(float(self.parameters(value).friction), 1e-100)
+        scales = np.array(
+            [1.0 / self.speed, 1.0, 1.0 / friction, 1.0 / self.size, 1.0 / self.speed]
+        )
+        return scales
+
+    def _determinant(self, wrap: float) -> tuple[float, float]:
+        """Return sign and logarithm of the determinant of the cyclic system with a factor of the wrapping block."""
+        n, blocks = len(self.sequence.codes), self._blocks
+        sign, log = solve_cyclic(
+            blocks.before, blocks.at, self._no_columns.by, blocks.rest, wrap,
+            np.zeros((0, n, 2)), *NO_BORDER, np.zeros((n, 2)), np.zeros(0),
+        )  # fmt: skip
+        return float(sign), float(log)
+
+    def _doubling(self) -> float:
+        """Return the share of the determinant that is zero where an orbit doubles, or loses its symmetry.
+
+        The sum of both determinants is that of the blocks, times 2 (1 + det M); it is 0 where a piece vanishes.
+        """
+        (sign, log), (other_sign, other) = self._determinant(-1.0), self._determinant(1.0)
+        top = max(log, other)
+        if not top > -math.inf:
+            return 0.0
+        one, two = math.exp(log - top), math.exp(other - top)
+        return math.copysign(one / (one + two), sign * (sign * one + other_sign * two))
+
+    def _return_map(self) -> tuple[float, float]:
+        """Return trace and determinant of the derivative of the return map, from those of the cyclic system."""
+        n, blocks = len(self.sequence.codes), self._blocks
+        transfer = np.eye(2)
+        for i in range(n):
+            try:
+                transfer = -np.linalg.solve(blocks.at[i], blocks.before[i] @ transfer)
+            except np.linalg.LinAlgError:
+                return math.nan, math.nan
+        return float(np.trace(transfer)), float(np.linalg.det(transfer))
+
+    def end_of(self, test: int, point: Point) -> tuple[str, str]:  # noqa: D102 - as Curve
+        return "change", "speed" if test == SPEED else "gap"
+
+    def doubling_vector(self, point: Point) -> np.ndarray:  # noqa: D102 - as Curve
+        n, blocks = len(self.sequence.codes), self._blocks
+        self._fill(point.u)
+        rest, x = np.ones((n, 2)), np.zeros((n, 2))
+        for _ in range(ITERATIONS):
+            solve_cyclic(
+                blocks.before, blocks.at, self._no_columns.by, rest, -1.0, np.zeros((0, n, 2)),
+                *NO_BORDER, x, np.zeros(0),
+            )  # fmt: skip
+            rest = x / np.abs(x).max()
+        return np.append(rest.T.ravel(), 0.0)

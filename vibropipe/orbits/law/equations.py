@@ -1,0 +1,241 @@
+"""The equations of an orbit over its law: each piece ends in the state just before the next event.
+
+Unknowns of an event are its time, in forcing periods, and what neither the piece before nor the condition of the event
+fixes of the state just before it: the velocity at a support, the displacement of a turn or stick from the reference of
+its frame, nothing of a slip or a release; a section has both, and no time. Mirror images have the opposite numbers. Row
+i is a piece from event i - 1 to event i: before[i] du[i - 1] + at[i] du[i] + by[i] dp = -rest[i].
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.piece_log import (
+    CAUSE,
+    DIRECTION,
+    FORM,
+    HELD,
+    HOME,
+    RELEASE,
+)
+from vibropipe.orbits.law.law import is_contact, trivial_order
+from vibropipe.orbits.law.states import (
+    arrival,
+    arrival_by,
+    departure,
+    departure_by,
+    flight_of,
+    flown_by,
+    hold_force,
+    press_by,
+)
+from vibropipe.physics.derivatives import (
+    NU,
+)
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load import (
+    forcing_period,
+)
+from vibropipe.physics.piece import (
+    acceleration_of,
+    by_phase,
+    flown,
+    force_at_end,
+)
+from vibropipe.physics.stiffness import piece_rate, piece_taylor
+from vibropipe.physics.turns import TWO_PI
+
+# Span that stands for 0 where a row is divided by a power of it, in forcing periods; product of rate and time below
+# which the quotient is summed from powers.
+TINY, SHORT = 1e-30, 0.5
+# Time below which derivatives over its square are those of this time.
+SHORTEST = 1e-4
+
+
+class Blocks(NamedTuple):
+    """The blocks of the equations of n events by k parameters.
+
+    Attributes
+    ----------
+    before, at : (n, 2, 2) float
+        Derivatives by the unknowns of the event before, and of the event.
+    by : (n, 2, k) float
+        Derivatives by the parameters.
+    rest : (n, 2) float
+        Residuals.
+    polynomial : (DEGREE + 1,) float
+        Work array.
+    """
+
+    before: np.ndarray
+    at: np.ndarray
+    by: np.ndarray
+    rest: np.ndarray
+    polynomial: np.ndarray
+
+
+def new_blocks(n: int, k: int) -> Blocks:
+    """Return blocks for n events and k parameters."""
+    before, at = np.zeros((2, n, 2, 2))
+    return Blocks(before, at, np.zeros((n, 2, k)), np.zeros((n, 2)), np.empty(DEGREE + 1))
+
+
+@jit
+def fill_row(p, law, i, u, columns, blocks) -> float:
+    """Fill row i of the blocks; return the span of its piece in forcing periods."""
+    before, at, by, rest, _c = blocks
+    n = law.codes.shape[0]
+    last = (i - 1) % n
+    start, end = departure(p, law, last, u), arrival(p, law, i, u)
+    # The mirror image of a state in a frame of a support has the same numbers.
+    sign, later = 1.0, 0.0
+    if i == 0:
+        later = law.span
+        if law.mirrored == 1 and law.codes[last, HOME] == 0:
+            sign = -1.0
+    turns = end.t + later - start.t
+    if law.codes[i, CAUSE] == RELEASE:
+        # No support presses the mass any more, whatever came before.
+        fill_release(p, law, i, end.t, columns, blocks)
+        return turns
+    if law.codes[last, FORM] == HELD:
+        rest[i, 0], rest[i, 1] = start.y - sign * end.y, 0.0
+        before[i, 0, 0], before[i, 0, 1] = start.y_0, start.y_1
+        at[i, 0, 0], at[i, 0, 1] = -sign * end.y_0, -sign * end.y_1
+        before[i, 1, 0], before[i, 1, 1], at[i, 1, 0], at[i, 1, 1] = 0.0, 0.0, 0.0, 1.0
+        for j in range(columns.size):
+            y, _w = departure_by(p, law, last, u, columns[j])
+            by[i, 0, j], by[i, 1, j] = y - sign * arrival_by(p, law, i, u, columns[j]), 0.0
+        return turns
+    order, row = trivial_order(law, i), 0 if is_contact(law.codes[i, CAUSE]) else 1
+    if order > 0 and abs(turns) < TINY:
+        turns = TINY
+    flight = flight_of(p, law, last, start.t, turns)
+    y, w = flown(flight, start.y, start.w)
+    pulls = acceleration_of(flight, force_at_end(flight), y, w)
+    rest[i, 0], rest[i, 1] = y - sign * end.y, w - sign * end.w
+    slopes = (w, pulls)
+    if order > 0:
+        rest[i, row], slope = divided(flight, start, row, order, blocks.polynomial)
+        slopes = (slope, pulls) if row == 0 else (w, slope)
+        if order > 1 and abs(flight.t) < SHORTEST:
+            # Derivatives over the square of a time would cancel: those of a longer time are close to them.
+            longer = math.copysign(SHORTEST, turns) / forcing_period(p)
+            flight = flight_of(p, law, last, start.t, longer)
+    fill_derivatives(p, law, i, u, flight, (start, end), sign, columns, blocks)
+    if order > 0:
+        divide_row(i, row, flight.t**order, columns, blocks)
+    fill_times(i, p, (start, end), slopes, turns, columns, blocks)
+    return turns
+
+
+@jit
+def fill_release(p, law, i, t, columns, blocks) -> None:
+    """Fill the row of a release, which fixes its time alone."""
+    before, at, by, rest, _c = blocks
+    value, _stiffness, rate = hold_force(p, law, i, t)
+    rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * p.friction, 0.0
+    for row in range(2):
+        for j in range(2):
+            before[i, row, j], at[i, row, j] = 0.0, 0.0
+        for j in range(columns.size):
+            by[i, row, j] = press_by(p, law, i, t, columns[j]) if row == 0 else 0.0
+    at[i, 0, 0], at[i, 1, 1] = rate, 1.0
+
+
+@jit
+def fill_derivatives(p, law, i, u, flight, ends, sign, columns, blocks) -> None:
+    """Fill the derivatives of row i at a fixed time of flight; ends : states at the start and at the end."""
+    before, at, by, _rest, _c = blocks
+    last = (i - 1) % law.codes.shape[0]
+    start, end = ends
+    # A later start is a later phase of the force.
+    late, faster = by_phase(flight)
+    free, k = flight.free, flight.stiffness
+    before[i, 0, 0] = start.timed * TWO_PI * late + free.c * start.y_0
+    before[i, 1, 0] = start.timed * TWO_PI * faster - k * free.s * start.y_0
+    before[i, 0, 1] = free.c * start.y_1 + free.s * start.w_1
+    before[i, 1, 1] = free.ds * start.w_1 - k * free.s * start.y_1
+    at[i, 0, 0], at[i, 1, 0] = -sign * end.y_0, 0.0
+    at[i, 0, 1], at[i, 1, 1] = -sign * end.y_1, -sign * end.w_1
+    for j in range(columns.size):
+        dy, dw = departure_by(p, law, last, u, columns[j])
+        to_y, to_w = flown_by(p, law, last, flight, (start.y, start.w), start.t, columns[j])
+        by[i, 0, j] = to_y + free.c * dy + free.s * dw - sign * arrival_by(p, law, i, u, columns[j])
+        by[i, 1, j] = to_w + free.ds * dw - k * free.s * dy
+
+
+@jit
+def divide_row(i, row, power, columns, blocks) -> None:
+    """Divide the derivatives of a row."""
+    before, at, by, _rest, _c = blocks
+    for j in range(2):
+        before[i, row, j] /= power
+        at[i, row, j] /= power
+    for j in range(columns.size):
+        by[i, row, j] /= power
+
+
+@jit
+def fill_times(i, p, ends, slopes, turns, columns, blocks) -> None:
+    """Add the derivatives by the time of flight, which shrinks as the forcing period does."""
+    before, at, by, _rest, _c = blocks
+    start, end = ends
+    period = forcing_period(p)
+    for row in range(2):
+        rate = period * (slopes[0] if row == 0 else slopes[1])
+        before[i, row, 0] -= start.timed * rate
+        at[i, row, 0] += end.timed * rate
+        for j in range(columns.size):
+            if columns[j] == NU:
+                by[i, row, j] -= turns / p.nu * rate
+
+
+@jit
+def divided(flight, start, row, order, c):
+    """Return displacement (row 0) or velocity at the end of a flight over a power of its time, and its slope by it.
+
+    The start has no powers below: the quotient is a polynomial, whose coefficients are those of the flight.
+    """
+    t = flight.t
+    if abs(t) * max(piece_rate(flight.stiffness, flight.damping), 2.0 * flight.nu) > SHORT:
+        y, w = flown(flight, start.y, start.w)
+        value, rate = y, w
+        if row == 1:
+            value, rate = w, acceleration_of(flight, force_at_end(flight), y, w)
+        return value / t**order, (rate - order * value / t) / t**order
+    piece_taylor(
+        c, start.y, start.w, flight.force, flight.load, flight.stiffness, flight.damping,
+        flight.nu, t, 1,
+    )  # fmt: skip
+    total, slope, lowest = 0.0, 0.0, order + row
+    for n in range(DEGREE, lowest - 1, -1):
+        term = c[n] if row == 0 else n * c[n]
+        total += term
+        slope += (n - lowest) * term
+    power = t**lowest
+    return total / power, slope / power / t
+
+
+@jit
+def fill_blocks(p, law, u, columns, blocks) -> float:
+    """Fill the blocks of all rows; return the least span of a piece, in forcing periods.
+
+    Parameters
+    ----------
+    p : Parameters
+    law : Law
+    u : (n, 2) float
+        Unknowns.
+    columns : (k,) int64
+        Parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`.
+    blocks : Blocks
+    """
+    least = np.inf
+    for i in range(law.codes.shape[0]):
+        least = min(least, fill_row(p, law, i, u, columns, blocks))
+    return least

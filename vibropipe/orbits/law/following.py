@@ -1,0 +1,202 @@
+"""Following orbits from law to law: where a margin reaches zero, the law that its edit names or a march goes on."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from dataclasses import replace
+
+import numpy as np
+
+from vibropipe.continuation.curve import Point
+from vibropipe.continuation.follower import FIRST_LENGTH
+from vibropipe.continuation.path import LIMIT, Event, Path
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT
+from vibropipe.orbits.branches.following import Branch, Seed, follow
+from vibropipe.orbits.branches.steps import GAP, SPEED
+from vibropipe.orbits.branches.switching import limit_at, seeds_at
+from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.branches.tree import Rules
+from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law.curve import MARGIN, LawCurve
+from vibropipe.orbits.law.edits import edits, law_from
+from vibropipe.orbits.law.law import SECTION, Law, without_events
+
+# Lengths from the end of a law at which the next one is tried, and the largest distance of its first orbit from it.
+TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3
+# Lengths at which a branch goes on, if it keeps its margins there.
+CLOSE = (1e-6, 1e-5, 1e-4)
+# Distance in the parameter, as a share of its range, at which a march seeks the next law, how many orbits it settles,
+# and the largest distance, weighted, of the orbit that it finds.
+BESIDE, SETTLING, CLOSEST = 1e-6, 32, 1e-2
+# Weighted difference of the halves of an orbit that are the same.
+SAME_HALVES = 1e-8
+# Shares of the scale of speeds at which a branch with a cusp at its end goes on, and by how many periods each earlier.
+SPEEDS, SPREAD = (1e-4, 1e-3), 0.2
+# Laws after which a branch is left: where contacts chatter, others follow ever again.
+MAX_LAWS = 200
+# Least margin that counts as kept: rounding of a zero.
+KEPT = 1e-13
+
+
+def follow_laws(
+    curve: LawCurve, start: Point, closes: bool = True, first_length: float = FIRST_LENGTH
+) -> Path:
+    """Follow a branch from a point along its tangent, through the ends of its laws.
+
+    Arguments and result are those of `following.follow`. Where the events change there is an event of kind "change";
+    the path ends there where no orbit continues it.
+    """
+    path = follow(curve, start, closes, first_length)
+    while path.end in ("gap", "speed") and len(path.events) < MAX_LAWS:
+        after = beyond(path.points[-1])
+        if after is None:
+            break
+        last = len(path.points) - 1
+        problem = curve.problem
+        if not problem.low < after.value < problem.high:
+            path.end = LIMIT
+            break
+        path.events[-1] = Event("change", "", last)
+        more = follow(after.curve, after, False, FIRST_LENGTH)
+        path.points += more.points
+        path.lengths += more.lengths
+        path.events += [each._replace(point=each.point + last + 1) for each in more.events]
+        path.end = more.end
+    return path
+
+
+def beyond(point: Point) -> Point | None:
+    """Return the orbit at the end of a law as a point of the branch that goes on, along it; None if none is found."""
+    curve = point.curve
+    for law, u in _laws_at(point):
+        if law.key == curve.sequence.key:
+            continue
+        begun = begin_at(curve.with_sequence(law), np.concatenate([u.T.ravel(), point.u[-1:]]))
+        if begun is not None:
+            return begun
+    return _marched_beyond(point)
+
+
+def _marched_beyond(point: Point) -> Point | None:
+    """Return the orbit that a march next to the end of a law settles on, if it is close and has another law."""
+    curve, problem = point.curve, point.curve.problem
+    m = curve.sequence.m
+    begin = curve.state_at(point)
+    reach = problem.high - problem.low
+    for share in (BESIDE, -BESIDE):
+        value = point.value + share * reach
+        p = curve.parameters(value)
+        state = curve.marcher.after(p, begin, float(SETTLING * m))
+        read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
+        if state is None or read is None or read.law.key == curve.sequence.key:
+            continue
+        there = curve.with_sequence(read.law)
+        first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
+        if first is None or not is_kept(first) or _repeats(first):
+            continue
+        change = (there.state_at(first) - begin) / np.array(curve.scales)
+        if np.abs(change).max() < CLOSEST:
+            return first if first.tangent[-1] * share > 0.0 else first.reversed()
+    return None
+
+
+def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
+    """Yield the laws that may follow a point at which a margin is zero, and their unknowns there."""
+    curve, law = point.curve, point.curve.sequence
+    p, u = curve.parameters(point.value), curve.events_of(point.u)
+    kinds = [of.SPEED, int(point.tests[MARGIN])]
+    if abs(point.tests[GAP]) < abs(point.tests[SPEED]):
+        kinds.reverse()
+    for kind in kinds:
+        if abs(point.tests[SPEED if kind == of.SPEED else GAP]) > NEAR:
+            continue
+        for events in edits(law, p, u, point.tests, kind):
+            if not events:
+                yield (
+                    without_events(law.span, law.mirrored),
+                    curve.state_at(point)[np.newaxis],
+                )
+                continue
+            forms = [(law.span, law.mirrored)]
+            if law.codes[0, CAUSE] == SECTION and curve.problem.symmetric and law.m % 2:
+                # What happens on an orbit that is its own mirror image happens on both sides.
+                forms = [(0.5 * law.m, 1)]
+            for span, mirrored in forms:
+                made = law_from(events, p, span, mirrored)
+                if made is not None:
+                    yield made
+
+
+def begin_at(curve: LawCurve, u: np.ndarray) -> Point | None:
+    """Return a point of a branch next to u, where a margin is zero, along the side where it grows, if there is one.
+
+    At the end itself the determinants are zero, and signs of tests rounding.
+    """
+    end = curve.nearest(u)
+    if end is None or float(np.abs((end.u - u) * curve.weights).max()) > NEAR:
+        return _away_from(curve, u)
+    for length in TRIED:
+        for side in (end, end.reversed()):
+            ahead = curve.advance(side, length)
+            if ahead is not None and is_kept(ahead) and not _repeats(ahead):
+                nearer = (curve.advance(side, each) for each in CLOSE if each < length)
+                return next((each for each in nearer if each and is_kept(each)), ahead)
+    return None
+
+
+def _away_from(curve: LawCurve, u: np.ndarray) -> Point | None:
+    """Return a point next to u of a branch that has a cusp there, known by the speed of its slowest contact.
+
+    As where a mass that is held at the surface of a soft support begins to enter it: what it does there has times that
+    go with different powers of that speed.
+    """
+    codes = curve.sequence.codes
+    n, begins = len(codes), np.flatnonzero(np.isin(codes[:, CAUSE], (ENTER, IMPACT)))
+    if not begins.size:
+        return None
+    slowest = int(begins[np.abs(u[n + begins]).argmin()])
+    way = 1.0 if codes[slowest, HOME] == 1 else -1.0
+    for share in SPEEDS:
+        moved = u.copy()
+        moved[n + slowest] = way * share * curve.speed
+        moved[slowest] -= SPREAD * share
+        together = np.flatnonzero(np.diff(u[:n]) == 0.0) + 1
+        moved[together[together > slowest + 1]] += share ** (2.0 / 3.0)
+        point = curve.settle(moved, n + slowest)
+        if point is not None and is_kept(point) and not _repeats(point):
+            return point if way * point.tangent[n + slowest] > 0.0 else point.reversed()
+    return None
+
+
+def _repeats(point: Point) -> bool:
+    """Return whether an orbit repeats its half, or mirrors it: another law solves the same equations."""
+    curve = point.curve
+    if curve.sequence.m % 2 and not curve.problem.symmetric:
+        return False
+    return bool(halves_agree(curve.sequence, point.u, curve.weights, SAME_HALVES))
+
+
+def is_kept(point: Point) -> bool:
+    """Return whether an orbit keeps all margins."""
+    return min(point.tests[GAP], point.tests[SPEED]) > KEPT
+
+
+def law_branch_at(branch: Branch, event: Event) -> Branch:
+    """Return a branch as one of the law that its orbits have at an event."""
+    return replace(branch, curve=branch.points[event.point].curve)
+
+
+def limit_of_laws(branch: Branch, event: Event) -> str:
+    """Return why the orbits that begin at a bifurcation are not followed: as `switching.limit_at`."""
+    return limit_at(law_branch_at(branch, event), event)
+
+
+def seeds_of_laws(branch: Branch, event: Event) -> list[Seed]:
+    """Return the branches that begin at a flip or a pitchfork; none at others."""
+    if event.kind not in ("flip", "pitchfork"):
+        return []
+    return seeds_at(law_branch_at(branch, event), event)
+
+
+LAWS = Rules(follow_laws, limit_of_laws, seeds_of_laws)
+"""How branches of orbits by their laws are followed."""

@@ -1,0 +1,89 @@
+"""Where a chatter ends that no event counts: its flights in turn, until what is left is a geometric series."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.piece_log import HOME
+from vibropipe.orbits.law.states import hold_force, sign_of
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.load import constant_load, force_at, forcing_period
+from vibropipe.physics.piece import acceleration_of, flight_over, flown, force_at_end
+
+# Relative change of the pressing force over a flight of a chatter from which on the rest is a geometric series, and the
+# largest one over the first flight that no event counts, and over later ones, against little more than friction.
+SHORT_HOP, LONG_HOP, LONGEST_HOP = 1e-7, 0.3, 1.0
+# The most flights of a chatter, and Newton's iterations for the time of one.
+MAX_HOPS, MAX_NEWTON = 2000, 20
+
+
+@jit
+def landing_of(p, law, i, t, w, c):
+    """Return the time in forcing periods from the departure of a chatter to its end, and how long its first flight is.
+
+    The flights are those of the exact motion until they are so short that the rest is a geometric series. The length
+    is the relative change of the force that presses the mass; both are infinite where nothing does.
+    """
+    home, begin, first = law.codes[i, HOME], t, -1.0
+    R, period = (p.R1 if home == 1 else p.R2), forcing_period(p)
+    for _ in range(MAX_HOPS):
+        value, _stiffness, rate = hold_force(p, law, i, t)
+        rises, falls = -value + p.friction, -value - p.friction
+        if not falls > 0.0:
+            return np.inf, np.inf
+        up = w / rises
+        down = math.sqrt(up * up * rises / falls)
+        share = (up + down) * (abs(rate) / period + p.h * rises) / falls
+        if first < 0.0:
+            first = share
+        if share < SHORT_HOP or not w > 0.0:
+            # Speeds fall by a constant factor: the arrival is slower than the departure where there is friction.
+            factor = R * math.sqrt(falls / rises)
+            return (t - begin) + (up + down) / (
+                1.0 - factor
+            ) / period if factor < 1.0 else np.inf, first
+        if share > LONGEST_HOP:
+            return np.inf, first
+        span, w = hop_of(p, law, i, t, w, up, down)
+        if not w > 0.0:
+            return np.inf, first
+        t += span
+        w *= R
+    return np.inf, first
+
+
+@jit
+def hop_of(p, law, i, t, w, up, down):
+    """Return the duration of a flight of a chatter, in forcing periods, and the speed of its end, 0 if there is none.
+
+    up, down : guesses of the times of its rise and fall.
+    """
+    home, period = law.codes[i, HOME], forcing_period(p)
+    sigma = sign_of(home)
+    load = constant_load(sigma, support_position(p, home))
+    y, speed, total = 0.0, w, 0.0
+    for way in (1.0, -1.0):
+        # Without friction both parts are one flight.
+        is_whole = p.friction == 0.0
+        span = up + down if is_whole else up if way > 0.0 else down
+        force, pull = force_at(p, sigma, t + total, 1), load - way * p.friction
+        for _ in range(MAX_NEWTON):
+            flight = flight_over(1.0, p.h, pull, force, p.nu, span / period)
+            end, rate = flown(flight, y, speed)
+            change = acceleration_of(flight, force_at_end(flight), end, rate)
+            step = rate / change
+            if is_whole or way < 0.0:
+                # The gap over the time, whose root at 0 is the start.
+                step = end / rate if not is_whole else end * span / (rate * span - end)
+            span -= step
+            if abs(step) <= 1e-15 * abs(span):
+                break
+        flight = flight_over(1.0, p.h, pull, force, p.nu, span / period)
+        y, speed = flown(flight, y, speed)
+        total += span / period
+        if is_whole:
+            break
+    return total, -speed

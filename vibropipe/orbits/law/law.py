@@ -1,0 +1,138 @@
+"""A law of motion: the events of an orbit in turn, and what its linear pieces are between them, as data."""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.piece_log import (
+    CAUSE,
+    CONTACT,
+    DIRECTION,
+    ENTER,
+    FORM,
+    FREE,
+    HELD,
+    HOME,
+    IMPACT,
+    LEAVE,
+    RELEASE,
+    REST_BEGINS,
+    SLIP,
+    STICK,
+    TURN,
+)
+
+# What begins the only piece of an orbit without events: its section, at a given phase.
+SECTION = np.int64(0)
+
+
+class Law(NamedTuple):
+    """The events of an orbit, which repeat after a span; each begins a piece that the next one ends.
+
+    Attributes
+    ----------
+    codes : (n, 4) int8
+        Of each event and the piece after it, as in a `PieceLog`: what happens, what the piece is, the frame that it is
+        written in (that of the support last met; 0 without any), and the direction of sliding in this frame.
+    span : float
+        Length in forcing periods.
+    mirrored : int
+        1 where the orbit goes on with the mirror image of all this, half an orbit later.
+    """
+
+    codes: np.ndarray
+    span: float
+    mirrored: int
+
+    @property
+    def m(self) -> int:
+        """Period multiple of the orbit."""
+        return round(self.span * (1 + self.mirrored))
+
+    @property
+    def supports(self) -> np.ndarray:
+        """The events, as `Sequence` has its supports."""
+        return self.codes
+
+    @property
+    def on_first(self) -> np.ndarray:
+        """Whether each event is the beginning of a contact with support 1."""
+        return np.isin(self.codes[:, CAUSE], (ENTER, IMPACT, REST_BEGINS)) & (
+            self.codes[:, HOME] == 1
+        )
+
+    def image(self, codes: np.ndarray) -> np.ndarray:
+        """Return the mirror image of events and pieces."""
+        image = codes.copy()
+        is_placed = codes[:, HOME] > 0
+        image[is_placed, HOME] = 3 - codes[is_placed, HOME]
+        image[~is_placed, DIRECTION] *= -1
+        return image
+
+    def like(self, m: int, mirrored: int, codes: np.ndarray) -> Law:
+        """Return another law."""
+        return Law(codes, 0.5 * m if mirrored else float(m), mirrored)
+
+    @property
+    def key(self) -> tuple[float, int, bytes]:
+        """What tells laws apart: no matter which event is listed first."""
+        n = len(self.codes)
+        turned = [np.roll(self.codes, -i, axis=0).tobytes() for i in range(n)]
+        if self.mirrored:
+            image = self.image(self.codes)
+            both = np.concatenate([self.codes, image])
+            turned = [np.roll(both, -i, axis=0)[:n].tobytes() for i in range(2 * n)]
+        return self.span, self.mirrored, min(turned)
+
+
+def without_events(span: float, mirrored: int) -> Law:
+    """Return the law of an orbit on which nothing happens, known by its state at the phase 0."""
+    codes = np.array([[SECTION, FREE, 0, 1]], np.int8)
+    return Law(codes, span * (1 + mirrored), 0)
+
+
+@jit
+def is_contact(kind) -> bool:
+    """Return whether an event is that the mass arrives at a support, or leaves a soft one."""
+    return kind in (ENTER, LEAVE, IMPACT, REST_BEGINS)
+
+
+@jit
+def frame_before(law, i) -> int:
+    """Return the frame of the piece that event i ends; of a mirrored law, before event 0, that of its image."""
+    if i > 0:
+        return law.codes[i - 1, HOME]
+    home = law.codes[law.codes.shape[0] - 1, HOME]
+    return 3 - home if law.mirrored == 1 and home > 0 else home
+
+
+@jit
+def acts_in(law, i) -> bool:
+    """Return whether a soft support acts during piece i; a held mass stays where it was."""
+    n = law.codes.shape[0]
+    for back in range(n):
+        form = law.codes[(i - back) % n, FORM]
+        if form != HELD:
+            return form == CONTACT
+    return False
+
+
+@jit
+def trivial_order(law, i) -> int:
+    """Return the order of the root at span 0 of the condition that ends the piece before event i; 0 if there is none.
+
+    A piece that begins where the condition of its end holds, too, may vanish: its equation is divided by a power of its
+    span, so that it stays regular there, and a branch passes the end of a law as any other point.
+    """
+    before = (i - 1) % law.codes.shape[0]
+    kind, began = law.codes[i, CAUSE], law.codes[before, CAUSE]
+    if is_contact(kind):
+        if law.codes[i, HOME] != frame_before(law, i):
+            return 0
+        return 3 if began == RELEASE else 1 if is_contact(began) else 0
+    if kind in (TURN, STICK):
+        return 2 if began in (SLIP, RELEASE) else 1 if began == TURN else 0
+    return 0

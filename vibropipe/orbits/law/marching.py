@@ -1,0 +1,75 @@
+"""Marches of motions by pieces, whose logs give laws."""
+
+from __future__ import annotations
+
+from typing import Any
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.grid import exact_steps, grid_in_room, grid_time, new_grid_room
+from vibropipe.march.log import allow_work, clear_log, new_log
+from vibropipe.march.loop import OK, march
+from vibropipe.march.piece_log import HOME, PIECES, W_END, Y_END, piece_log_of
+from vibropipe.march.piece_state import start_state
+from vibropipe.orbits.law.reading import Read, law_of
+from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.limits import MAX_ROW_WORK
+
+# Capacities of the log of an orbit, in contacts and pieces.
+CAPACITY = 4096
+
+
+@jit
+def march_pieces(e, p, turns, x, v, m, march_room) -> bool:
+    """Log the motion of m periods from (x, v) at a phase; return whether it could be marched."""
+    log, c, grid_room = march_room
+    grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
+    clear_log(log)
+    state = start_state(log.pieces, e, p, grid, turns, x, v)
+    end = grid_time(turns + m, grid.steps)
+    allow_work(log, MAX_ROW_WORK)
+    _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
+    return status == OK
+
+
+class Marcher:
+    """Marches motions of exciters with some effects, one after another.
+
+    Parameters
+    ----------
+    effects : Effects
+        With pieces: of soft supports or friction, absent or not.
+    """
+
+    def __init__(self, effects: Effects) -> None:
+        self.effects = effects
+        pieces = piece_log_of(effects, CAPACITY)
+        self.room = (
+            new_log(CAPACITY, CAPACITY, *pieces),
+            np.empty(DEGREE + 1),
+            new_grid_room(effects),
+        )
+
+    @property
+    def pieces(self) -> Any:
+        """The log of the last march."""
+        return self.room[0].pieces
+
+    def after(self, p: Any, state: np.ndarray, periods: float) -> np.ndarray | None:
+        """Return (x, x') after whole periods from that at phase 0; None if the march fails."""
+        if not march_pieces(self.effects, p, 0.0, state[0], state[1], periods, self.room):
+            return None
+        pieces = self.pieces
+        last = int(pieces.counts[PIECES]) - 1
+        home = int(pieces.codes[last, HOME])
+        y, w = float(pieces.values[last, Y_END]), float(pieces.values[last, W_END])
+        return np.array([to_displacement(p, home, y), to_velocity(home, w)])
+
+    def law_of(self, p: Any, state: np.ndarray, m: int, symmetric: bool) -> Read | None:
+        """Return the law of the orbit of m periods from (x, x') at phase 0; None if there is none."""
+        if not march_pieces(self.effects, p, 0.0, state[0], state[1], 2.0 * m, self.room):
+            return None
+        return law_of(self.pieces, p, m, symmetric)

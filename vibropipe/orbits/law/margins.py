@@ -1,0 +1,268 @@
+"""What an orbit keeps to while its law holds: margins, each positive, whose zeros are where other laws begin.
+
+Newton's method also finds orbits that are none: flights through a support, sticks under a force beyond the friction.
+"""
+
+from __future__ import annotations
+
+import numpy as np
+
+from vibropipe.compiler import jit
+from vibropipe.march.piece_log import (
+    CAUSE,
+    CONTACT,
+    DIRECTION,
+    FORM,
+    HELD,
+    HOME,
+    LEAVE,
+    RELEASE,
+    REST_BEGINS,
+    RESTING,
+    SLIP,
+    STICK,
+    TURN,
+)
+from vibropipe.orbits.law.landing import LONG_HOP, landing_of
+from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact
+from vibropipe.orbits.law.states import (
+    arrival,
+    departure,
+    flight_of,
+    hold_force,
+    sign_of,
+)
+from vibropipe.orbits.pieces import steps_of_span
+from vibropipe.physics.contact import support_position
+from vibropipe.physics.flow import DEGREE, displacement, velocity
+from vibropipe.physics.load import force_at, forcing_period
+from vibropipe.physics.piece import flight_over, flown
+from vibropipe.physics.stiffness import piece_taylor
+
+# Kinds of margins: the least speed at a support, span of a piece, excess of what holds or turns the mass, gap of a
+# flight (or depth within a contact) where it turns, and speed of sliding.
+SPEED, SPAN, HOLD, GAP, SLIDE = range(5)
+KINDS = 5
+# Of each margin: its value, the event or piece, the support, and the time in forcing periods.
+VALUE, AT, SIDE, TIME = range(4)
+# Parts of a step in which a turning point is sought, bisections for it, and the most steps of one polynomial each.
+PARTS, BISECTIONS, MAX_STEPS = 4, 40, 1024.0
+# Parts of a forcing period in which the largest force on a held mass is sought.
+HELD_PARTS = 64
+
+
+@jit
+def note(margins, kind, value, i, side, time) -> None:
+    """Keep a margin if it is the least of its kind."""
+    if value < margins[kind, VALUE] or value != value:
+        margins[kind, VALUE], margins[kind, AT], margins[kind, SIDE] = value, i, side
+        margins[kind, TIME] = time
+
+
+@jit
+def fill_margins(p, law, u, c, margins) -> None:
+    """Fill the margins (KINDS, 4) of an orbit; those that nothing bounds are infinite.
+
+    Parameters
+    ----------
+    p : Parameters
+    law : Law
+    u : (n, 2) float
+    c : (DEGREE + 1,) float
+        Work array.
+    margins : (KINDS, 4) float
+    """
+    margins[:] = 0.0
+    margins[:, VALUE] = np.inf
+    n = law.codes.shape[0]
+    for i in range(n):
+        of_event(p, law, u, i, margins)
+        later = law.span if i == n - 1 else 0.0
+        start, end = departure(p, law, i, u), arrival(p, law, (i + 1) % n, u)
+        turns = end.t + later - start.t
+        if law.codes[i, CAUSE] != SECTION:
+            note(margins, SPAN, turns, i, 0, start.t)
+        if not turns > 0.0:
+            continue
+        if law.codes[i, FORM] == RESTING:
+            of_rest(p, law, i, start, turns, c, margins)
+        elif law.codes[i, FORM] == HELD:
+            of_held(p, law, i, start.y, start.t, turns, p.friction, margins)
+        else:
+            of_motion(p, law, i, start, turns, c, margins)
+
+
+@jit
+def of_event(p, law, u, i, margins) -> None:
+    """Note the margins of event i itself."""
+    kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
+    if kind == SECTION:
+        return
+    before = arrival(p, law, i, u)
+    if is_contact(kind):
+        frame = frame_before(law, i)
+        approach = before.w if frame == 0 or frame != home else -before.w
+        if frame == 0 and home == 2:
+            approach = -approach
+        if kind != REST_BEGINS:
+            note(margins, SPEED, -approach if kind == LEAVE else approach, i, home, before.t)
+        return
+    if kind in (SLIP, RELEASE):
+        _value, _stiffness, rate = hold_force(p, law, i - 1, before.t)
+        note(margins, HOLD, law.codes[i, DIRECTION] * rate * p.nu, i, 0, before.t)
+        return
+    of_turning_point(p, law, i, before, margins)
+    value, stiffness, _rate = hold_force(p, law, i, before.t)
+    force = value - stiffness * before.y
+    if kind == STICK:
+        note(margins, HOLD, p.friction - abs(force), i, 0, before.t)
+    elif kind == TURN:
+        note(margins, HOLD, law.codes[i, DIRECTION] * force - p.friction, i, 0, before.t)
+
+
+@jit
+def of_turning_point(p, law, i, before, margins) -> None:
+    """Note the distance from the supports at which friction turns or holds the mass; in a contact the depth."""
+    frame, y = frame_before(law, i), before.y
+    if acts_in(law, i):
+        note(margins, GAP, -y, i, frame, before.t)
+        return
+    if frame == 0:
+        note(margins, GAP, support_position(p, 1) - y, i, 1, before.t)
+        note(margins, GAP, y - support_position(p, 2), i, 2, before.t)
+        return
+    note(margins, GAP, y, i, frame, before.t)
+    note(margins, GAP, 2.0 * p.l - y, i, 3 - frame, before.t)
+
+
+@jit
+def of_held(p, law, i, y, t, turns, bound, margins) -> None:
+    """Note by how much a bound, of a stick the friction, exceeds the force on a held mass where the latter turns."""
+    parts = int(np.ceil(turns * HELD_PARTS)) + 1
+    length = turns / parts
+    for part in range(parts):
+        low, high = t + part * length, t + (part + 1) * length
+        _value, _stiffness, rate = hold_force(p, law, i, low)
+        _value, _stiffness, later = hold_force(p, law, i, high)
+        if not rate * later < 0.0:
+            continue
+        for _ in range(BISECTIONS):
+            middle = 0.5 * (low + high)
+            _value, _stiffness, between = hold_force(p, law, i, middle)
+            if between * rate > 0.0:
+                low = middle
+            else:
+                high = middle
+        value, stiffness, _rate = hold_force(p, law, i, low)
+        force = value - stiffness * y
+        if law.codes[i, FORM] == RESTING:
+            note(margins, HOLD, bound - force, i, 0, low)
+        else:
+            note(margins, HOLD, bound - abs(force), i, 1 if force > 0.0 else -1, low)
+
+
+@jit
+def of_rest(p, law, i, start, turns, c, margins) -> None:
+    """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
+    landing, share = landing_of(p, law, i, start.t, start.w, c)
+    note(margins, SPAN, turns - landing, i, -1, start.t)
+    note(margins, SPAN, LONG_HOP - share, i, -1, start.t)
+    if landing < turns:
+        friction = p.friction
+        of_held(p, law, i, 0.0, start.t + landing, turns - landing, friction, margins)
+
+
+@jit
+def of_motion(p, law, i, start, turns, c, margins) -> None:
+    """Note gaps, depths and speeds of sliding of a piece where they turn."""
+    period = forcing_period(p)
+    flight = flight_of(p, law, i, start.t, turns)
+    steps = min(steps_of_span(p, flight.stiffness, flight.damping, abs(flight.t), 1), MAX_STEPS)
+    y, w, sigma = start.y, start.w, sign_of(law.codes[i, HOME])
+    dt = flight.t / steps
+    is_exact = steps < MAX_STEPS
+    for step in range(int(steps)):
+        at = start.t + step * dt / period
+        force = force_at(p, sigma, at, 1)
+        if not is_exact:
+            part = flight_over(
+                flight.stiffness,
+                flight.damping,
+                flight.load,
+                flight.force,
+                p.nu,
+                step * dt / period,
+            )
+            y, w = flown(part, start.y, start.w)
+        piece_taylor(c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, 1)
+        if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
+            c[1], c[2] = 0.0, 0.0  # without rounding
+        of_step(p, law, i, at, dt, c, margins)
+        y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+    n = law.codes.shape[0]
+    direction = law.codes[i, DIRECTION]
+    if p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
+        note(margins, SLIDE, direction * w, i, 0, start.t + turns)
+
+
+@jit
+def slope_of(c, order, theta) -> float:
+    """Return the first or second derivative of a polynomial by theta."""
+    total = 0.0
+    for n in range(DEGREE, order - 1, -1):
+        factor = n if order == 1 else n * (n - 1)
+        total = total * theta + factor * c[n]
+    return total
+
+
+@jit
+def turning_point(c, order, low, high, first) -> float:
+    """Return where a derivative of a polynomial changes its sign, which is that of `first` at the lower end."""
+    for _ in range(BISECTIONS):
+        middle = 0.5 * (low + high)
+        if slope_of(c, order, middle) * first > 0.0:
+            low = middle
+        else:
+            high = middle
+    return 0.5 * (low + high)
+
+
+@jit
+def of_step(p, law, i, at, dt, c, margins) -> None:
+    """Note the margins of one step of a piece, a polynomial, in parts in which its slope is monotonic."""
+    direction, period = law.codes[i, DIRECTION], forcing_period(p)
+    rubs = p.friction > 0.0 and direction != 0
+    first = slope_of(c, 2, 0.0)
+    for part in range(PARTS):
+        low, high = part / PARTS, (part + 1) / PARTS
+        last, middle = slope_of(c, 2, high), high
+        if first * last < 0.0:
+            middle = turning_point(c, 2, low, high, first)
+            if rubs and first * direction < 0.0:
+                speed = direction * velocity(c, DEGREE, middle, dt)
+                note(margins, SLIDE, speed, i, 0, at + middle * dt / period)
+        of_part(p, law, i, at, dt, c, low, middle, margins)
+        if middle < high:
+            of_part(p, law, i, at, dt, c, middle, high, margins)
+        first = last
+
+
+@jit
+def of_part(p, law, i, at, dt, c, low, high, margins) -> None:
+    """Note the gap, or the depth in a contact, where a polynomial with a monotonic slope turns."""
+    first, home = slope_of(c, 1, low), law.codes[i, HOME]
+    if not first * slope_of(c, 1, high) < 0.0:
+        return
+    theta = turning_point(c, 1, low, high, first)
+    y, time = displacement(c, DEGREE, theta), at + theta * dt / forcing_period(p)
+    if law.codes[i, FORM] == CONTACT:
+        if first > 0.0:
+            note(margins, GAP, -y, i, home, time)
+    elif home == 0:
+        side = 1 if first > 0.0 else 2
+        support = support_position(p, side)
+        note(margins, GAP, support - y if side == 1 else y - support, i, side, time)
+    elif first > 0.0:
+        note(margins, GAP, 2.0 * p.l - y, i, 3 - home, time)
+    else:
+        note(margins, GAP, y, i, home, time)

@@ -1,0 +1,218 @@
+"""The law of an orbit, and its unknowns, read from the log of a march."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.march.piece_log import (
+    AT,
+    BEGIN,
+    CAUSE,
+    CONTACT,
+    DIRECTION,
+    ENTER,
+    FORM,
+    FREE,
+    HOME,
+    IMPACT,
+    LEAVE,
+    PIECES,
+    RELEASE,
+    REST_BEGINS,
+    RESTING,
+    SLIP,
+    STICK,
+    TOUCH,
+    TURN,
+    W_END,
+    PieceLog,
+    W,
+    Y,
+)
+from vibropipe.orbits.law.landing import landing_of
+from vibropipe.orbits.law.law import Law
+from vibropipe.physics.contact import to_displacement, to_velocity
+
+# Difference of two phases, in forcing periods, and of two velocities or displacements, relative, that are one.
+SAME_PHASE, SAME_STATE = 1e-5, 1e-4
+# Relative change of the pressing force over a flight of a chatter below which no event counts it.
+COUNTED = 0.1
+
+
+class Read(NamedTuple):
+    """A law and its unknowns (n, 2), as `equations` has them."""
+
+    law: Law
+    u: np.ndarray
+
+
+class _Event(NamedTuple):
+    """An event of a march: codes of the event and its piece, time, and what is free of the state before it."""
+
+    codes: np.ndarray
+    at: float
+    own: float
+
+
+def law_of(pieces: PieceLog, p: Any, m: int, symmetric: bool, slow: float = 0.0) -> Read | None:
+    """Return the law of an orbit and its unknowns.
+
+    Parameters
+    ----------
+    pieces : PieceLog
+        Of a march over 2 m periods.
+    p : Parameters
+    m : int
+        Period multiple.
+    symmetric : bool
+        Whether the exciter is its own mirror image: an orbit that is, is then known by its half.
+    slow : float
+        Speed below which a support is only touched.
+
+    Returns
+    -------
+    Read or None
+        None if the march has no event twice that repeats with the orbit.
+    """
+    events = _without_tails(_events_of(pieces, p, slow), p)
+    first = _first(events)
+    if first is None:
+        return _without_events(pieces, p, m)
+    if symmetric and m % 2:
+        half = _again(events, first, 0.5 * m, True)
+        if half is not None:
+            return _cut(events[first:half], 0.5 * m, 1)
+    last = _again(events, first, float(m), False)
+    return None if last is None else _cut(events[first:last], float(m), 0)
+
+
+def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
+    """Return the events of a march after its start, in frames of the support last met."""
+    n = int(pieces.counts[PIECES])
+    codes, values = pieces.codes[:n].copy(), pieces.values[:n]
+    events: list[_Event] = []
+    home, inside = int(codes[0, HOME]), codes[0, FORM] == CONTACT
+    for i in range(1, n):
+        cause, there = int(codes[i, CAUSE]), int(codes[i, HOME])
+        before = int(codes[i - 1, HOME])
+        speed = to_velocity(before, float(values[i - 1, W_END]))
+        approach = speed if there == 1 else -speed
+        if cause in (ENTER, LEAVE, IMPACT, REST_BEGINS):
+            is_slow = abs(approach) < slow
+            ends = cause == LEAVE and not inside
+            if cause != LEAVE:
+                inside = cause == ENTER and not is_slow
+            elif not ends:
+                inside = False
+            if (is_slow and cause != LEAVE) or ends:
+                continue
+            event = codes[i].copy()
+            events.append(_Event(event, float(values[i, AT]), speed))
+            home = there
+            continue
+        if cause in (TOUCH, BEGIN):
+            continue
+        if cause == RELEASE:
+            events.append(_Event(codes[i].copy(), float(values[i, AT]), 0.0))
+            continue
+        event = codes[i].copy()
+        if event[FORM] == CONTACT and not inside:
+            event[FORM] = FREE
+        x = to_displacement(p, there, float(values[i, Y]))
+        own = x - to_displacement(p, home, 0.0)
+        if (home == 1) != (there == 1):
+            event[DIRECTION] *= -1
+        event[HOME] = home
+        events.append(_Event(event, float(values[i, AT]), own))
+    return events
+
+
+def _without_tails(events: list[_Event], p: Any) -> list[_Event]:
+    """Return events with each chatter cut before its first short flight, where the rest then counts as begun."""
+    kept, tail = list[_Event](), False
+    for event in reversed(events):
+        kind, home = int(event.codes[CAUSE]), int(event.codes[HOME])
+        if kind == REST_BEGINS:
+            tail = True
+        elif tail and kind == TURN:
+            kept.append(event)
+            continue
+        elif tail and kind == IMPACT and home == kept_home(kept):
+            begun = event._replace(codes=np.array([REST_BEGINS, RESTING, home, 0], np.int8))
+            if is_short(begun, p):
+                while kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
+                    kept.pop()
+                kept.append(begun)
+                continue
+            tail = False
+        else:
+            tail = False
+        kept.append(event)
+    return kept[::-1]
+
+
+def kept_home(kept: list[_Event]) -> int:
+    """Return the support of the rest that the last events kept lead to."""
+    return int(
+        next(each.codes[HOME] for each in reversed(kept) if each.codes[CAUSE] == REST_BEGINS)
+    )
+
+
+def is_short(begun: _Event, p: Any) -> bool:
+    """Return whether the first flight after an impact is so short that no event needs to count it."""
+    home = int(begun.codes[HOME])
+    speed = (p.R1 if home == 1 else p.R2) * abs(begun.own)
+    law = Law(begun.codes[np.newaxis], 1.0, 0)
+    _landing, share = landing_of(p, law, 0, begun.at, speed, np.empty(0))
+    return bool(share < COUNTED)
+
+
+def _first(events: list[_Event]) -> int | None:
+    """Return the index of the first contact after another, or of the first turn or stick where there is none."""
+    for causes in ((ENTER, IMPACT), (REST_BEGINS,), (TURN, STICK)):
+        for i, event in enumerate(events):
+            if event.codes[CAUSE] in causes:
+                return i
+    return None
+
+
+def _again(events: list[_Event], first: int, span: float, mirrored: bool) -> int | None:
+    """Return where the first event, or its mirror image, happens again after `span` periods."""
+    begin = events[first]
+    home = int(begin.codes[HOME])
+    towards = 3 - home if mirrored and home > 0 else home
+    sign = -1.0 if mirrored else 1.0
+    for i in range(first + 1, len(events)):
+        event = events[i]
+        if abs(event.at - begin.at - span) > SAME_PHASE or event.codes[HOME] != towards:
+            continue
+        scale = SAME_STATE * abs(begin.own)
+        same = abs(sign * event.own - begin.own) <= scale
+        if event.codes[CAUSE] == begin.codes[CAUSE] and same:
+            return i
+    return None
+
+
+def _cut(events: list[_Event], span: float, mirrored: int) -> Read:
+    """Return the law of some events in turn, whose frames are those of the support last met."""
+    codes = np.array([each.codes for each in events], np.int8)
+    begin = float(np.floor(events[0].at))
+    u = np.zeros((len(events), 2))
+    u[:, 0] = [each.at - begin for each in events]
+    u[:, 1] = [0.0 if each.codes[CAUSE] == SLIP else each.own for each in events]
+    return Read(Law(codes, span, mirrored), u)
+
+
+def _without_events(pieces: PieceLog, p: Any, m: int) -> Read:
+    """Return the law of an orbit on which nothing happens, with its section at phase 0."""
+    form, home = int(pieces.codes[0, FORM]), int(pieces.codes[0, HOME])
+    codes = np.array(
+        [[BEGIN, FREE if form == FREE else form, 0, pieces.codes[0, DIRECTION]]], np.int8
+    )
+    own = home if form == CONTACT else 0
+    codes[0, HOME] = own
+    x = to_displacement(p, home, float(pieces.values[0, Y])) - to_displacement(p, own, 0.0)
+    u = np.array([[x, to_velocity(home, float(pieces.values[0, W]))]])
+    return Read(Law(codes, float(m), 0), u)

@@ -12,7 +12,7 @@ from numpy.typing import NDArray
 
 from vibropipe.continuation.curve import CROSSING, FOLD, OWN_TESTS, Curve, Point, Zero
 from vibropipe.continuation.follower import MIN_LENGTH, Follower
-from vibropipe.continuation.path import Event, Mark, Path, Step, Wanted, joined
+from vibropipe.continuation.path import Event, Mark, Path, Step, Wanted, both_ways, joined
 
 Filled = tuple[NDArray, NDArray]
 ONES = np.ones(2)
@@ -137,12 +137,18 @@ def test_unknowns_may_return_a_whole_number_later() -> None:
 def test_a_curve_ends_at_limits_beyond_its_fold() -> None:
     curve = Curve(ONES, 0.1, fold)
     start = started(curve, (0.5, 0.25))
-    paths = []
-    for side in (start, start.reversed()):
+
+    def follow(side: Point) -> Path:
         follower = Circle(curve, side)
         follower.wanted = [Wanted(1, 1.0, "limit", 1.0)]
-        paths.append(follower.follow())
+        return follower.follow()
+
+    paths = both_ways(follow, start)
     assert [path.end for path in paths] == ["limit", "limit"]
+    assert paths[1].points[0] is start
+    back, ahead = both_ways(follow, start, (-1.0,))
+    assert (len(back.points), ahead.points[-1].value) == (1, 1.0)
+    assert ahead.points[-1].u[0] == paths[0].points[-1].u[0]
     points, events = joined(*paths)
     x = np.array([point.u[0] for point in points])
     assert x[[0, -1]] == pytest.approx(sorted(x[[0, -1]], key=lambda v: v * (x[-1] - x[0])))

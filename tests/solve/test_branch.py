@@ -413,3 +413,23 @@ def test_limits_are_named(monkeypatch) -> None:
 def test_no_branch_of_a_cascade_is_lost(exciter, along: str, to: tuple[float, float]) -> None:
     branch = vp.branch(exciter, along, to, switch=KINDS)
     assert BranchEnd.LOST not in branch.end_reason.values
+
+
+def test_an_isola_ends_with_its_start() -> None:
+    """It closes after two folds, within the range of the parameter."""
+    exciter = vp.Exciter(
+        nu=1.4887842456968716, f=1.0, h=0.1105434900727844, l=0.24910568978054132,
+        delta=0.17896693412204812, R1=0.7420878101424426, R2=0.5657227200485793,
+    )  # fmt: skip
+    ds = vp.branch(exciter, "h", (0.0, 0.5), switch=())
+    assert ds.end_reason.values.tolist()[-1] == BranchEnd.CLOSED
+    assert ds.bifurcation_kind.values.tolist() == [
+        Bifurcation.FOLD,
+        Bifurcation.FOLD,
+        Bifurcation.END,
+    ]
+    for name in ("h", "displacement_strobe", "velocity_strobe", "residual", "impact_velocity_max"):
+        assert (ds[name][-1] == ds[name][0]).all()
+    assert ds.residual.max() < 1e-13
+    assert float(ds.h.min()) > 0.0
+    assert float(ds.h.max()) < 0.5

@@ -39,8 +39,11 @@ class Follower:
     # Test functions that are positive on the curve, which ends where one is zero, and those whose zeros are noted.
     ends: tuple[int, ...] = ()
     turns: tuple[int, ...] = ()
-    # Whether one that ends the curve may jump where another does, and then needs not be located.
+    # Whether test functions may jump, or be infinite, at an end: others are then compared just before it, and one that
+    # cannot be located beside it is none.
     jumps = False
+    # Those of which two zeros between points are sought; all without a choice.
+    hinted: tuple[int, ...] | None = None
     # Values at which points are wanted, or at which the curve ends.
     wanted: Sequence[Wanted] = ()
     max_points = 20_000
@@ -144,8 +147,7 @@ class Follower:
         if marks is None:
             return None
         last: Point | None = new
-        if marks and self.turns:
-            # At an end other tests may be infinite: they are compared just before.
+        if marks and self.jumps:
             last = self.curve.advance(point, (1.0 - 1e-6) * min(mark.length for mark in marks))
             if last is None:
                 return None
@@ -220,7 +222,7 @@ class Follower:
         """Return where, from the last point, a test function changes sign that none of three points shows; or None."""
         before, point = self.path.points[-2:]
         back, ahead = self.path.lengths[-1], self.length
-        for test in (*self.turns, *self.ends):
+        for test in (*self.turns, *self.ends) if self.hinted is None else self.hinted:
             a, b, c = before.tests.item(test), point.tests.item(test), new.tests.item(test)
             if not (a * b > 0.0 and b * c > 0.0 and abs(b) < abs(a) and abs(b) <= abs(c)):
                 continue

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable
+from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from typing import NamedTuple
 
@@ -85,6 +85,20 @@ class Path:
             return None
         self.points.pop()
         return self.lengths.pop() + hint
+
+
+def both_ways(
+    follow: Callable[[Point], Path], start: Point, signs: Sequence[float] = (1.0, -1.0)
+) -> tuple[Path, Path]:
+    """Follow a curve from a point along its tangent (sign 1), against it (-1), or both unless it closes.
+
+    Returns the paths before and after the point; a curve followed to one side begins there.
+    """
+    paths: list[Path] = []
+    for sign in signs:
+        if not (paths and paths[0].end == "closed"):
+            paths.append(follow(start if sign > 0.0 else start.reversed()))
+    return (paths[1] if len(paths) > 1 else Path([start])), paths[0]
 
 
 def joined(back: Path, ahead: Path) -> tuple[list[Point], list[Event]]:

@@ -27,6 +27,7 @@ class BoundaryFollower(Follower):
 
     curve: BoundaryCurve
     ends = (SPEED, GAP)
+    hinted = (GAP, SPEED)
     max_points = 5_000
     crawl_length = 1e-5
 

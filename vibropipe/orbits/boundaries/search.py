@@ -3,12 +3,13 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
 
 from vibropipe.continuation.curve import Point
-from vibropipe.continuation.path import Event, Path, joined
+from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
 from vibropipe.orbits.boundaries.following import follow
 from vibropipe.orbits.boundaries.seeds import begin
@@ -159,7 +160,4 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
 
 def follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
     """Follow a boundary from a point to both ends."""
-    ahead = follow(curve, point)
-    reverse = point.reversed()
-    back = Path([reverse]) if ahead.end == "closed" else follow(curve, reverse)
-    return Boundary(curve, *joined(back, ahead))
+    return Boundary(curve, *joined(*both_ways(partial(follow, curve), point)))

@@ -8,7 +8,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.continuation.path import Event, Path, joined
+from vibropipe.continuation.path import Event, Path, both_ways, joined
 from vibropipe.orbits.branches.curve import Curve
 from vibropipe.orbits.branches.curve import Problem as Problem
 from vibropipe.orbits.branches.following import Branch, Seed, follow
@@ -229,17 +229,10 @@ def _follow_seed(problem: Problem, seed: Seed, rules: Rules) -> Branch:
     """Follow a branch from its seed, to one or both sides."""
     if seed.curve is None or seed.point is None:
         return _follow_linear_seed(problem, seed)
-    paths: dict[float, Path] = {}
-    for sign in seed.signs:
-        if sign < 0.0 and 1.0 in paths and paths[1.0].end == "closed":
-            continue
-        start = seed.point if sign > 0.0 else seed.point.reversed()
-        paths[sign] = rules.follow(seed.curve, start, len(seed.signs) > 1, seed.first_length)
-    none = Path([seed.point])
-    # Followed to one side only, the branch begins at its start.
-    back, ahead = paths.get(-1.0, none), paths.get(1.0, none)
-    if 1.0 not in paths:
-        back, ahead = none, back
+    closes, length = len(seed.signs) > 1, seed.first_length
+    back, ahead = both_ways(
+        lambda start: rules.follow(seed.curve, start, closes, length), seed.point, seed.signs
+    )
     points, events = joined(back, ahead)
     for path, index in ((back, 0), (ahead, len(points) - 1)):
         if path.end in ("lost", "points", "closed", "continuum"):

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Iterator, Mapping
 from pathlib import Path
 from types import MappingProxyType
 from typing import TYPE_CHECKING
@@ -22,7 +22,15 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
-DRAWN = ("figures", "report", "scenes", "words", "jobs/reporting.py", "jobs/making.py")
+DRAWN = (
+    "figures",
+    "report",
+    "scenes",
+    "words",
+    "jobs/drawing.py",
+    "jobs/reporting.py",
+    "jobs/making.py",
+)
 
 
 def figure_names(scene: BaseScene) -> list[str]:
@@ -42,6 +50,38 @@ def figures_of(study: Study) -> dict[str, BaseScene]:
         if name not in left_out
         for figure in figure_names(scene)
     }
+
+
+def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
+    """Yield each figure: name, path, scene, picture, title, caption, heading, and the text for screen readers.
+
+    The datasets are in units for display (`Study.shown`).
+    """
+    for scene_name in dict.fromkeys(scene.name for scene in figures_of(study).values()):
+        scene: BaseScene = study.scenes[scene_name]
+        dataset = datasets[scene_name]
+        pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
+        own_caption = " ".join(scene.caption.split())
+        for name, picture in zip(figure_names(scene), pictures, strict=True):
+            description = picture.describe(dataset, scene.figure, datasets)
+            title = picture.title(dataset, scene.figure, datasets)
+            yield {
+                "type": "figure",
+                "name": name,
+                "path": f"figures/{name}.pdf",
+                "scene": scene_name,
+                "picture": picture.name,
+                "title": title or scene.title or words_of(scene_name),
+                "caption": own_caption or description,
+                "heading": picture.heading,
+                "alt": description,
+            }
+            own_caption = ""  # the caption of the study describes the first picture
+
+
+def words_of(name: str) -> str:
+    """Write the name of a scene as a title: Second scene."""
+    return name.replace("_", " ").capitalize()
 
 
 def scenes_drawn(study: Study, scene: BaseScene) -> list[str]:

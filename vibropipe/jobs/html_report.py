@@ -9,7 +9,7 @@ import re
 from collections.abc import Collection
 from pathlib import Path
 
-from vibropipe.jobs.drawing import figures_of
+from vibropipe.jobs.drawing import figure_entries, figures_of
 from vibropipe.jobs.run import Run
 from vibropipe.store import StoreError, read_scenes
 from vibropipe.study import Study
@@ -67,8 +67,6 @@ def captions(run: Run, name: str) -> dict[str, str]:
 
 def captions_from_data(study: Study, results: Path) -> dict[str, str]:
     """Return the captions of the figures of a study as in its PDF; none if a dataset is missing."""
-    from vibropipe.jobs.reporting import figure_entries
-
     try:
         datasets = read_scenes(results / study.name, study.scenes, study.fingerprints)
     except StoreError:

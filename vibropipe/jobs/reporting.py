@@ -9,20 +9,19 @@ from pathlib import Path
 from types import MappingProxyType
 from typing import Any
 
-import xarray as xr
-
 from vibropipe.jobs.drawing import (
+    figure_entries,
     figure_names,
     figures_of,
     remove_unchosen,
     report_fingerprint,
+    words_of,
 )
 from vibropipe.report import typeset
 from vibropipe.report.exciter import bare_symbols, drawing_of, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
 from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
-from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import (
@@ -270,11 +269,6 @@ def _heading(study: Study, figure: Mapping[str, str]) -> str:
     return figure["heading"] or ("" if is_said or len(study.scenes) == 1 else title)
 
 
-def words_of(name: str) -> str:
-    """Write the name of a scene as a title: Second scene."""
-    return name.replace("_", " ").capitalize()
-
-
 def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table]:
     """Yield the tables of a kind, those without a scene after the last one that is drawn."""
     last = [label for label in own if label in drawn] or list(own)
@@ -299,30 +293,3 @@ def _methods(
     ]
     room = max(MAX_LINES - len(about[:1]) - len(last), 0)
     return [line for line in (*about, *own[:room], *last) if line.text]
-
-
-def figure_entries(study: Study, datasets: Mapping[str, xr.Dataset]) -> Iterator[dict[str, str]]:
-    """Yield each figure: name, path, scene, picture, title, caption, heading, and the text for screen readers.
-
-    The datasets are in units for display (`Study.shown`).
-    """
-    for scene_name in dict.fromkeys(scene.name for scene in figures_of(study).values()):
-        scene: BaseScene = study.scenes[scene_name]
-        dataset = datasets[scene_name]
-        pictures = kind_of(scene).pictures_of(dataset, scene.figure.chosen())
-        own_caption = " ".join(scene.caption.split())
-        for name, picture in zip(figure_names(scene), pictures, strict=True):
-            description = picture.describe(dataset, scene.figure, datasets)
-            title = picture.title(dataset, scene.figure, datasets)
-            yield {
-                "type": "figure",
-                "name": name,
-                "path": f"figures/{name}.pdf",
-                "scene": scene_name,
-                "picture": picture.name,
-                "title": title or scene.title or words_of(scene_name),
-                "caption": own_caption or description,
-                "heading": picture.heading,
-                "alt": description,
-            }
-            own_caption = ""  # the caption of the study describes the first picture

@@ -73,7 +73,7 @@ def test_answers_name_orbits_velocities_and_means(datasets):
     assert orbits.rest == "This is known of “symmetric”, “offset” and “very_unequal_scene”."
     assert hardest.lead.startswith("The hardest impact recorded is on support ")
     assert (means.lead, means.rest) == (
-        "The mean displacement is largest in the motion “offset”.",
+        "The mean displacement is largest in size in the motion “offset”.",
         "It is −0.035.",
     )
     (alone,) = answers({"offset": datasets["offset"]}).values()

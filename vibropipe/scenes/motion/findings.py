@@ -188,7 +188,7 @@ def mean_answer(datasets: Datasets) -> Answer | None:
             f"The mean displacement is not zero in {motion_text(name)}.", f"It is {texts[name]}."
         )
     return Answer(
-        f"The mean displacement is largest in {motion_text(name)}.", f"It is {texts[name]}."
+        f"The mean displacement is largest in size in {motion_text(name)}.", f"It is {texts[name]}."
     )
 
 

@@ -272,14 +272,16 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     solved = " with a result" if unknown.any() else ""
     if not number:
         return Answer(f"No row{solved} along {symbol} has impacts.")
-    where = only_between_text(lines[0][axis], np.asarray(possible.any(axis=0)))
+    rest = "" if number == len(lines) else "Some lines have none."
+    # Between two rows without impacts none is known.
+    if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
+        return Answer(f"Rows with impacts lie {only}.", rest)
     if possible.all():
         where = f"in all rows{solved} along {symbol}"
-    elif not where:
+    else:
         reach = bool(struck[:, [0, -1]].any(axis=0).all())
         ends = f"up to both ends of the range of {symbol}, but not in all rows"
         where = ends if reach else f"in some rows along {symbol}"
-    rest = "" if number == len(lines) else "Some lines have none."
     return Answer(f"Impacts occur {where}.", rest)
 
 

@@ -73,6 +73,14 @@ def dataset():
     return vp.basins(exciter, np.linspace(-0.4, 0.6, 40), np.linspace(-2, 2, 40), starts=64)
 
 
+def test_a_motion_that_does_not_repeat_is_known_in_a_window(dataset):
+    assert "window" not in describe_basins(dataset)
+    chaos = dataset.copy(deep=True)
+    chaos["regime"][0], chaos["window_periods"][0] = Regime.APERIODIC, 128
+    told = "Aperiodic motions are so in a window of at least 128 forcing periods: whether one settles later is not"
+    assert told in describe_basins(chaos)
+
+
 def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     path = study_in(tmp_path)

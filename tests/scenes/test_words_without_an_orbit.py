@@ -8,6 +8,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.motion_words import (
+    aperiodic_text,
     has_orbit,
     is_unstable,
     orbit_texts,
@@ -18,7 +19,6 @@ from vibropipe.figures.text import format_number
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.motion.findings import multiplier_text, orbit_text, struck_text
 from vibropipe.scenes.motion.report import steady_columns
-from vibropipe.scenes.sweep.captions import aperiodic_text
 from vibropipe.scenes.sweep.quantities import with_impacts_per_period
 from vibropipe.view.row_numbers import law_text, lines_of
 from vibropipe.words.regimes import Chaos, Regime

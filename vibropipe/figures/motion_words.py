@@ -154,3 +154,15 @@ def window_text(row: xr.Dataset) -> str:
     """Write over how long a motion without an orbit is known; whether it is a transient is not."""
     periods = int(row["window_periods"]) if "window_periods" in row else 0
     return f"in a window of {count(periods, 'forcing period')}" if periods else ""
+
+
+def aperiodic_text(dataset: xr.Dataset) -> str:
+    """Write in how long a window motions are aperiodic; empty if none is."""
+    aperiodic = dataset["regime"].values == Regime.APERIODIC
+    if not aperiodic.any() or "window_periods" not in dataset:
+        return ""
+    periods = dataset["window_periods"].transpose(*dataset["regime"].dims).values[aperiodic].min()
+    return (
+        f"Aperiodic motions are so in a window of at least {count(int(periods), 'forcing period')}: "
+        "whether one settles later is not known"
+    )

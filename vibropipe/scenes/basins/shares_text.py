@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
-from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.motion_words import amount_text, aperiodic_text
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import DASH, Answer, Table
@@ -55,6 +55,7 @@ def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> 
         "upright bars: 95 % intervals for as many random starts",
         "Grey lines: a motion appears or vanishes" if changes_of(dataset) else "",
         missing_text(dataset),
+        aperiodic_text(dataset),
     )
 
 

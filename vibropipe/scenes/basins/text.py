@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import outwards
-from vibropipe.figures.motion_words import amount_text, number_word
+from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
 from vibropipe.figures.text import (
     digits,
     format_number,
@@ -80,6 +80,7 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         if dataset.sizes["attractor_id"]
         else "",
         missing_text(dataset),
+        aperiodic_text(dataset),
         f"Below: {times}" if has_times else "",
         slowest if has_times else "",
     )

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import number_word
+from vibropipe.figures.motion_words import aperiodic_text, number_word
 from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
@@ -198,20 +198,6 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     text = series(texts)
     total = dataset["regime"].size
     return f"Of {count(total, 'row')}, {text}; bars: regime of each row" if text else ""
-
-
-def aperiodic_text(dataset: xr.Dataset) -> str:
-    """Write in how long a window motions are aperiodic; empty if none is."""
-    aperiodic = dataset["regime"].values == Regime.APERIODIC
-    if not aperiodic.any() or "window_periods" not in dataset:
-        return ""
-    periods = int(
-        dataset["window_periods"].transpose(*dataset["regime"].dims).values[aperiodic].min()
-    )
-    return (
-        f"Aperiodic motions are so in a window of at least {count(periods, 'forcing period')}: "
-        "whether one settles later is not known"
-    )
 
 
 def unresolved_text(dataset: xr.Dataset) -> str:

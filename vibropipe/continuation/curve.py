@@ -18,13 +18,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from vibropipe.continuation.newton import (
+    DONE,
     FAILED,
-    GOES_ON,
     MAX_CORRECTIONS,
+    factorise,
     fill_tangent,
     new_work,
-    newton_step,
     predict,
+    solve_factorised,
+    verdict,
 )
 
 # Length of a step at which the zero of a test function is located: the parameter is then known to 1e-13 of its range.
@@ -74,7 +76,7 @@ class Curve:
         Largest weighted length of a step.
     fill : callable, optional
         Of the unknowns: returns the residual (n,) and its derivative (n, size), or None where there is none. Curves
-        with a `solve` of their own do without.
+        with a `step` and `finished`, or a `solve`, of their own do without.
     tests : callable, optional
         Of the unknowns and that derivative: returns the test functions beside FOLD and CROSSING.
     """
@@ -101,22 +103,38 @@ class Curve:
 
         The tangent of the point is directed along the border.
         """
-        assert self.fill is not None
-        work, said = self.work, GOES_ON
-        work.last[0] = math.inf
+        previous = math.inf
         for _ in range(MAX_CORRECTIONS):
-            filled = self.fill(u)
-            if filled is None:
+            step = self.step(u, target)
+            change = math.inf if step is None else self.weighted(step)
+            said = verdict(change, previous)
+            if step is None or said == FAILED:
                 return None
-            work.rhs[:-1], work.matrix[:-1] = filled
-            said = newton_step(u, target, self.weights, work)
-            if said != GOES_ON:
-                break
-        filled = None if said in (FAILED, GOES_ON) else self.fill(u)
+            u -= step
+            if said == DONE:
+                return self.finished(u)
+            previous = change
+        return None
+
+    def step(self, u: NDArray, target: float) -> NDArray | None:
+        """Return what a step of Newton's method takes from u in the plane of `solve`; None without equations there."""
+        filled = self.fill(u) if self.fill is not None else None
+        if filled is None:
+            return None
+        work = self.work
+        work.rhs[:-1], work.matrix[:-1] = filled
+        work.rhs[-1], work.matrix[-1] = work.border @ u - target, work.border
+        factorise(work.matrix, work.pivots)
+        solve_factorised(work.matrix, work.pivots, work.rhs)
+        return work.rhs
+
+    def finished(self, u: NDArray) -> Point | None:
+        """Return a corrected point with its tangent and its test functions."""
+        filled = self.fill(u) if self.fill is not None else None
         if filled is None:
             return None
         tangent = np.empty(u.size)
-        fill_tangent(self.weights, work, tangent)
+        fill_tangent(self.weights, self.work, tangent)
         bordered = np.vstack([filled[1], tangent * self.squares]) / self.weights
         first = tangent[-1] * self.weights[-1], np.linalg.det(bordered)
         return Point(u, tangent, np.array([*first, *self.tests(u, filled[1])]))

@@ -119,6 +119,15 @@ def predict(start, tangent, length, weights, border, u):
 
 
 @jit
+def verdict(change, previous):
+    """Return what the weighted changes of a step and of the one before (infinite before the first) say of them."""
+    if not change < MAX_CHANGE:
+        return FAILED
+    stalls = change <= STALLED and change >= 0.8 * previous
+    return DONE if change <= CONVERGED or stalls else GOES_ON
+
+
+@jit
 def newton_step(u, target, weights, work):
     """Take one Newton step of u, in place, for the equations in work, within the plane work.border . u = target.
 
@@ -133,13 +142,11 @@ def newton_step(u, target, weights, work):
     solve_factorised(work.matrix, work.pivots, work.rhs)
     for k in range(size):
         change = max(change, abs(work.rhs[k] * weights[k]))
-    if not change < MAX_CHANGE:
-        return FAILED
-    for k in range(size):
-        u[k] -= work.rhs[k]
-    previous, work.last[0] = work.last[0], change
-    stalls = change <= STALLED and change >= 0.8 * previous
-    return DONE if change <= CONVERGED or stalls else GOES_ON
+    said, work.last[0] = verdict(change, work.last[0]), change
+    if said != FAILED:
+        for k in range(size):
+            u[k] -= work.rhs[k]
+    return said
 
 
 @jit

@@ -9,7 +9,6 @@ import numpy as np
 
 from vibropipe.continuation.curve import FOLD, Point
 from vibropipe.continuation.curve import Curve as Continued
-from vibropipe.continuation.newton import CONVERGED, MAX_CHANGE, MAX_CORRECTIONS, STALLED
 from vibropipe.march.piece_log import CAUSE, HOME, STICK, TURN
 from vibropipe.orbits.branches.curve import Curve, Problem
 from vibropipe.orbits.branches.sequence import parameters_at
@@ -97,20 +96,15 @@ class LawCurve(Curve):
         n = len(self.sequence.codes)
         return np.ascontiguousarray(u[: 2 * n].reshape(2, n).T)
 
-    def solve(self, u: np.ndarray, target: float) -> Point | None:  # noqa: D102 - as Curve
-        border, previous = self.work.border.copy(), math.inf
-        for _ in range(MAX_CORRECTIONS):
-            if not self._fill(u):
-                return None
-            step, sign = self._solve(self._blocks.rest, border, float(border @ u) - target)
-            change = float(np.abs(step * self.weights).max())
-            if sign == 0.0 or not change < MAX_CHANGE:
-                return None
-            u -= step
-            if change <= CONVERGED or (change <= STALLED and change >= 0.8 * previous):
-                return self._point(u, border) if self._fill(u) else None
-            previous = change
-        return None
+    # The equations are compiled, Newton's method is not.
+    solve = Continued.solve
+
+    def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
+        if not self._fill(u):
+            return None
+        border = self.work.border
+        step, sign = self._solve(self._blocks.rest, border, float(border @ u) - target)
+        return None if sign == 0.0 else step
 
     def nearest(self, u: np.ndarray) -> Point | None:
         """Return the point that Newton's method finds near u, across the branch; None if there is none."""
@@ -168,9 +162,10 @@ class LawCurve(Curve):
         )  # fmt: skip
         return np.concatenate([x.T.ravel(), q]), sign
 
-    def _point(self, u: np.ndarray, border: np.ndarray) -> Point | None:
-        """Return a corrected point, whose blocks are filled, with its tangent along the border and its tests."""
-        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), border, 1.0)
+    def finished(self, u: np.ndarray) -> Point | None:  # noqa: D102 - as Curve
+        if not self._fill(u):
+            return None
+        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), self.work.border, 1.0)
         norm = float(np.linalg.norm(tangent * self.weights))
         if sign == 0.0 or not 0.0 < norm < math.inf:
             return None

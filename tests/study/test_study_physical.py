@@ -70,6 +70,15 @@ def test_units_are_free_and_mean_the_same() -> None:
         assert fingerprint(other, name) == fingerprint(study, name)
 
 
+@pytest.mark.parametrize("name", ["along", "over", "vary", "tolerance"])
+def test_scenes_and_motions_may_have_the_names_of_keys(name):
+    named = study_with(("sweep: {kind", f"{name}: {{kind"), ("{one:", f"{{{name}:"))
+    plain = study_with()
+    assert named.scenes[name].data_keys() == plain.scenes["sweep"].data_keys()
+    physical = named.scenes["races"].motions[name].physical
+    assert physical == plain.scenes["races"].motions["one"].physical
+
+
 def test_mass_and_dimensions_are_part_of_the_fingerprint(monkeypatch) -> None:
     # The same numbers without units, from another mass and stiffness: stored in other units.
     study = study_with()

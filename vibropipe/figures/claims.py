@@ -13,7 +13,7 @@ from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol, plain_symbol_of, with_units
+from vibropipe.figures.text import format_number, plain_symbol_of, with_units
 from vibropipe.words.wording import series
 
 # Digits beyond which two numbers count as equal: 0.1 + 0.2 is rounded up to 0.3, not to 0.301.
@@ -118,7 +118,7 @@ def rising_text(values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]
     names = [str(dim) for dim in dims if _rises_at_end(values, at, str(dim))]
     if not names:
         return ""
-    return f"it still rises at the end of the range of {series(map(plain_symbol, names))}"
+    return f"it still rises at the end of the range of {series(plain_symbol_of(values[each]) for each in names)}"
 
 
 def _rises_at_end(values: xr.DataArray, at: xr.DataArray, dim: str) -> bool:

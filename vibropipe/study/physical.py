@@ -96,6 +96,11 @@ def is_physical(tree: dict[str, Any]) -> bool:
     return isinstance(tree.get("physical"), dict)
 
 
+def _last_key(path: KeyPath) -> str:
+    """Return the key at the end of a path; empty at its start, and for the name of a scene or a motion."""
+    return "" if path[-2:-1] in ((), ("scenes",), ("motions",)) else str(path[-1])
+
+
 class _Reader:
     """Reads the quantities of one study and lists their faults."""
 
@@ -157,11 +162,11 @@ class _Reader:
                     )
                     for name, v in value.items()
                 }
-            elif path[-1:] and path[-1] in VARIED and key not in (*SWEPT, *STARTS):
+            elif (own := _last_key(path)) in VARIED and key not in (*SWEPT, *STARTS):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
                 self.problems.append(replace(problem, hint=hint or problem.hint))
-                plain.setdefault("nu", STAND_INS[str(path[-1])])
+                plain.setdefault("nu", STAND_INS[own])
             elif key in KEYS and key not in OTHERS:
                 plain[NAMES.get(key, key)] = self.quantity(key, value, (*path, key))
             elif key == "along" and isinstance(value, str):
@@ -182,17 +187,17 @@ class _Reader:
 
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
-        n_problems = len(self.problems)
+        n_problems, of = len(self.problems), _last_key(path[:-1])
         si = self.in_si(key, value, path)
-        if path[-2:-1] in (("over",), ("vary",)) and not isinstance(value, (dict, list)):
+        if of in ("over", "vary") and not isinstance(value, (dict, list)):
             del self.problems[n_problems:]  # the model says which lists are taken
             return self.scaled(key, si)
-        if path[-2:-1] == ("along",):
+        if of == "along":
             return self.scaled(key, si)
         if isinstance(value, (dict, list)) and len(self.problems) == n_problems:
             self.check_grid(si, value, path)
         if len(self.problems) > n_problems:
-            if path[-2:-1] == ("vary",):
+            if of == "vary":
                 return STAND_INS["vary"]
             n_values = len(value) if isinstance(value, list) else 1
             stand_ins = [STAND_IN * (n + 1) for n in range(n_values)]

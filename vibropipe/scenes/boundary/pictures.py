@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, number_word, times_word
-from vibropipe.figures.text import flag_texts, plain_symbol, sentences
+from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.boundary.curves import draw_boundaries, kinds_present, marks, of_kinds, plane
 from vibropipe.scenes.boundary.keys import BoundaryFigure
@@ -33,7 +33,7 @@ def describe_boundaries(
     """Return the caption: what is drawn, and which curves there are."""
     left_out = [name for name in kinds_present(dataset) if name not in (show or (name,))]
     dataset = of_kinds(dataset, show)
-    x, y = (plain_symbol(name) for name in plane(dataset))
+    x, y = (plain_symbol_of(dataset[name]) for name in plane(dataset))
     unstable = bool((dataset["stable"] == 0).any())
     return sentences(
         f"Curves of bifurcations of orbits over {x} and {y}"

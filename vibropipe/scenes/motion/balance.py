@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel, zero_line
 from vibropipe.figures.palette import METHODS
 from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
+from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     ORDINALS,
     axis_label,
@@ -81,6 +82,8 @@ def draw_energy(dataset: xr.Dataset) -> Figure:
 def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
     """Draw a bar with its value for each term."""
     values = [value for _, _, value in terms]
+    span = max(map(abs, values), default=1.0) or 1.0
+    values = [value if abs(value) > ROUNDING * span else 0.0 for value in values]
     for position, value in enumerate(values):
         # what is lost is hatched and darker
         style: dict[str, Any] = (
@@ -89,7 +92,6 @@ def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
             else {"facecolor": LOST, "edgecolor": "white", "hatch": "////"}
         )
         ax.bar(position, value, linewidth=0, width=0.6, **style)
-    span = max(map(abs, values), default=1.0) or 1.0
     for position, value in enumerate(values):
         ax.annotate(
             format_number(value, 3), (position, value), (0, 2 if value >= 0 else -2),
@@ -135,7 +137,7 @@ def draw_spectra(dataset: xr.Dataset) -> Figure:
     for number, name in enumerate(names):
         ax = axes(figure, LEFT + number * (width + LEFT), 1.1, width, SPECTRUM - 1.7)
         draw_spectrum(ax, dataset, name)
-        ax.set(xlabel=label("harmonic"), ylabel=axis_label(dataset[f"{name}_amplitude"]))
+        ax.set(xlabel=label("harmonic"), ylabel=axis_label(dataset[f"{name}_amplitude"], width=24))
         panel(ax, "ab"[number] if len(names) > 1 else "", name)
     handles = spectrum_handles(dataset)
     if len(handles) > 1:

@@ -12,7 +12,6 @@ from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
     parameters_text,
-    plain_symbol,
     plain_symbol_of,
     reasons_text,
     sentences,
@@ -146,7 +145,7 @@ def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
     found = len(combinations(dataset, dims))
     if found <= most:
         return ""
-    names = series(plain_symbol(name) for name in dims)
+    names = series(plain_symbol_of(dataset[name]) for name in dims)
     return f"Of {found} combinations of {names}, {most} evenly spaced ones are drawn"
 
 
@@ -154,7 +153,7 @@ def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel])
     """Write which panels are not drawn, since small multiples have no room for them; empty if all are."""
     left_out = panels[len(fitting_panels(dataset, dims, panels)) :]
     names = series(series_words(dataset, panel.series[0]) for panel in left_out)
-    parameters = series(plain_symbol(name) for name in dims)
+    parameters = series(plain_symbol_of(dataset[name]) for name in dims)
     return (
         f"Not drawn, since a page with a column for each {parameters} has no room: {names}"
         if left_out
@@ -168,7 +167,7 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     `arrows` tells whether arrows mark the directions.
     """
     ways, follow = directions(dataset), str(dataset.attrs.get("follow", ""))
-    along = f" along {plain_symbol(follow.split()[0])}" if follow else ""
+    along = f" along {plain_symbol_of(dataset[follow.split()[0]])}" if follow else ""
     words = " and ".join(f"{way}wards" for way in ways)
     kept = "; arrows: jumps" if arrows else ""
     if not ways:

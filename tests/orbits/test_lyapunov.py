@@ -12,7 +12,7 @@ from scipy.linalg import expm
 
 import vibropipe as vp
 from vibropipe.orbits.growth import BLOCK_PERIODS, EXPONENT_PERIODS
-from vibropipe.solve.sweep.sweep import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
 
 OUTPUTS = ("stability", "poincare", "lyapunov")
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}
@@ -171,12 +171,12 @@ def test_cuts_and_cores_do_not_change_a_bit_and_other_outputs_neither() -> None:
         {"nu": np.linspace(0.8, 1.3, 90)},
     )
     outputs = ("harmonics", "impacts", *OUTPUTS)
-    whole = vp.sweep(exciter, over, outputs=outputs)
+    whole, grid = vp.sweep(exciter, over, outputs=outputs), grid_of(exciter, over)
     shards = [
-        solve_shard(exciter, over, start, stop, outputs=outputs)
+        solve_shard(grid, start, stop, outputs=outputs)
         for start, stop in ((0, 7), (60, 90), (7, 60))
     ]
-    xr.testing.assert_identical(assemble(shards, over), whole)
+    xr.testing.assert_identical(assemble(shards, grid), whole)
     cores = numba.get_num_threads()
     numba.set_num_threads(1)
     try:

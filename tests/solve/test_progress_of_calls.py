@@ -3,7 +3,7 @@
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import solve_blocks
+from vibropipe.solve.sweep.sweep import grid_of, solve_blocks
 from vibropipe.words.progress import WorkCount, part_of
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
@@ -29,7 +29,9 @@ NEWMARK = {"method": "newmark", "steps_per_period": 20, "tau_end": END}
         (lambda heard: vp.tolerance(EXCITER, {"f": 0.01}, samples=16, progress=heard), 18),
         (
             lambda heard: list(
-                solve_blocks(EXCITER, {"nu": [0.9, 1.0, 1.1, 1.2]}, 1, 4, 1, progress=heard)
+                solve_blocks(
+                    grid_of(EXCITER, {"nu": [0.9, 1.0, 1.1, 1.2]}), 1, 4, 1, progress=heard
+                )
             ),
             3,
         ),

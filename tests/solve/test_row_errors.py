@@ -13,7 +13,7 @@ from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
 from vibropipe.words.status import Status
 
 NUDGE = mpmath.mpf("1e-18")
@@ -78,8 +78,9 @@ def test_a_sweep_to_an_accuracy_is_cut_and_joined_like_any_other() -> None:
     exciter = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
     over = {"f": [0.2, 1.0], "nu": [0.8, 1.0, 1.2]}
     whole = vp.sweep(exciter, over, accuracy=1e-8)
-    parts = [solve_shard(exciter, over, *cut, accuracy=1e-8) for cut in ((0, 2), (2, 6))]
-    assert whole.identical(assemble(parts, over))
+    grid = grid_of(exciter, over)
+    parts = [solve_shard(grid, *cut, accuracy=1e-8) for cut in ((0, 2), (2, 6))]
+    assert whole.identical(assemble(parts, grid))
     assert whole.error.dims == ("f", "nu")
     assert (whole.error < 1e-12).all()
     assert not vp.sweep(exciter, over).variables.keys() & {"error"}

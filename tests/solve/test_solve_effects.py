@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.motion.run import MotionRequest, closed_form_solver, run_motion
-from vibropipe.solve.sweep.sweep import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of, solve_shard
 from vibropipe.words.parameters import COMMON_EFFECTS
 from vibropipe.words.status import Status
 
@@ -80,12 +80,12 @@ def test_what_the_parameters_have_can_not_be_left_out() -> None:
 
 def test_effects_of_a_shard_are_those_of_the_whole_sweep() -> None:
     """Rows without damping in a sweep with damping: as shards of their own they use the same kernel, bit for bit."""
-    exciter, over = vp.Exciter(**FORCED), {"h": [0.0, 0.1, 0.3]}
+    grid = grid_of(vp.Exciter(**FORCED), {"h": [0.0, 0.1, 0.3]})
     options: dict[str, Any] = {"outputs": ("impacts",)}
     with pytest.raises(vp.ParameterError, match="must include damping"):
-        solve_shard(exciter, over, 0, 1, **options, effects=list(COMMON_EFFECTS)[1:])
-    whole = solve_shard(exciter, over, 0, 3, **options)
-    parts = [solve_shard(exciter, over, row, row + 1, **options) for row in range(3)]
+        solve_shard(grid, 0, 1, **options, effects=list(COMMON_EFFECTS)[1:])
+    whole = solve_shard(grid, 0, 3, **options)
+    parts = [solve_shard(grid, row, row + 1, **options) for row in range(3)]
     assert {part.attrs["effects"] for part in parts} == {whole.attrs["effects"]}
     for name in ("displacement_strobe", "velocity_strobe", "residual"):
         joined = np.concatenate([part[name].values for part in parts])

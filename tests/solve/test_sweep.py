@@ -15,8 +15,8 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.solve.rows import many as rows
 from vibropipe.solve.sweep import sweep_grid
-from vibropipe.solve.sweep.sweep import PATIENCE, assemble, solve_blocks, solve_shard
-from vibropipe.solve.sweep.sweep_grid import SweepGrid, row_blocks
+from vibropipe.solve.sweep.sweep import PATIENCE, assemble, grid_of, solve_blocks, solve_shard
+from vibropipe.solve.sweep.sweep_grid import row_blocks
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}
@@ -78,9 +78,9 @@ def test_motion_energy_and_harmonics_tell_of_the_same_orbit(whole: xr.Dataset) -
 @pytest.mark.parametrize("follow", [None, ("nu", "up"), ("f", "down"), ("f", "both")])
 @pytest.mark.parametrize("cuts", [2, 3])
 def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
-    ends = SweepGrid(OVER, follow).cuts(cuts)
-    shards = [solve_shard(EXCITER, OVER, a, b, follow=follow) for a, b in itertools.pairwise(ends)]
-    joined = assemble(shards[::-1], OVER, follow)
+    grid = grid_of(EXCITER, OVER, follow)
+    shards = [solve_shard(grid, a, b) for a, b in itertools.pairwise(grid.cuts(cuts))]
+    joined = assemble(shards[::-1], grid)
     xr.testing.assert_identical(joined, vp.sweep(EXCITER, OVER, follow=follow))
 
 
@@ -99,10 +99,9 @@ def test_blocks_are_the_sweep_cut_between_chains(
 ) -> None:
     monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
     monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
-    grid = SweepGrid(OVER, follow)
+    grid = grid_of(EXCITER, OVER, follow)
     count, chain = grid.rows, grid.chain_length
-    options = {"follow": follow, "accuracy": accuracy}
-    blocks = list(solve_blocks(EXCITER, OVER, 0, count, 8, **options))
+    blocks = list(solve_blocks(grid, 0, count, 8, accuracy=accuracy))
     ends = [0, *(block.attrs["row_stop"] for block in blocks)]
     assert [block.attrs["row_start"] for block in blocks] == ends[:-1]
     sizes = np.diff(ends)
@@ -111,8 +110,8 @@ def test_blocks_are_the_sweep_cut_between_chains(
     assert set(sizes % chain) == {0}
     assert sizes[:-1].min() >= 8
     assert sizes.max() <= 8 + max(2, chain)
-    whole = vp.sweep(EXCITER, OVER, **options)
-    xr.testing.assert_identical(assemble(blocks, OVER, follow), whole)
+    whole = vp.sweep(EXCITER, OVER, follow=follow, accuracy=accuracy)
+    xr.testing.assert_identical(assemble(blocks, grid), whole)
 
 
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
@@ -128,7 +127,7 @@ def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     solve_piece = rows.solve_piece
     monkeypatch.setattr(rows, "solve_piece", watched)
     over = {"nu": np.linspace(1, 3, 200)}
-    blocks = solve_blocks(EXCITER, over, 0, 200, 8)
+    blocks = solve_blocks(grid_of(EXCITER, over), 0, 200, 8)
     assert next(blocks).sizes["row"] == 8
     time.sleep(0.2)
     ahead = max(numba.get_num_threads() + 1, 4) * 2

@@ -7,7 +7,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
 
 GIVEN = {"l": 0.5, "h": 0.1, "f": 0.7, "R1": 0.8, "R2": 0.8}
 X0, V0 = np.array([-0.4, 0.0, 0.6]), np.array([-0.9, 0.0, 1.3, 0.4])
@@ -38,8 +38,9 @@ def test_starts_and_parameters_are_swept_together_in_any_cuts() -> None:
         alone = vp.sweep(exciter, {"nu": over["nu"]}, x0=x0, v0=0.2)
         for name in ("regime", "displacement_strobe", "displacement_amplitude"):
             np.testing.assert_array_equal(whole[name].sel(x0=x0), alone[name])
-    shards = [solve_shard(exciter, over, a, b, v0=0.2) for a, b in ((3, 10), (0, 3))]
-    xr.testing.assert_identical(assemble(shards, over), whole)
+    grid = grid_of(exciter, over)
+    shards = [solve_shard(grid, a, b, start=(None, 0.2)) for a, b in ((3, 10), (0, 3))]
+    xr.testing.assert_identical(assemble(shards, grid), whole)
 
 
 @pytest.mark.slow  # compiles kernels of its own

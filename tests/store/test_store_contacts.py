@@ -34,7 +34,7 @@ def test_contacts_join_like_all_quantities(tmp_path, follow):
     grid, paths = grid_of(EXCITER, OVER, follow), []
     length = max(grid.chain_length, 2)
     for start in range(0, grid.rows, length):
-        part = solve_shard(EXCITER, OVER, start, start + length, outputs=OUTPUTS, follow=follow)
+        part = solve_shard(grid, start, start + length, outputs=OUTPUTS)
         paths.append(tmp_path / f"{start}.nc")
         store.write(part.assign_attrs(IDENTITY), paths[-1])
     store.join(paths[::-1], tmp_path / "joined.nc", grid)
@@ -45,7 +45,7 @@ def test_contacts_are_written_block_by_block(tmp_path):
     grid = grid_of(EXCITER, OVER, None)
     blocks = (
         block.assign_attrs(IDENTITY)
-        for block in solve_blocks(EXCITER, OVER, 0, grid.rows, 5, outputs=OUTPUTS)
+        for block in solve_blocks(grid, 0, grid.rows, 5, outputs=OUTPUTS)
     )
     write_grid(blocks, tmp_path / "streamed.nc", grid)
     check_alike(store.load(tmp_path / "streamed.nc"), vp.sweep(EXCITER, OVER, outputs=OUTPUTS))

@@ -19,7 +19,7 @@ def test_sensitivities_join_like_all_quantities(tmp_path, follow):
     whole = vp.sweep(EXCITER, OVER, outputs=OUTPUTS, follow=follow)
     grid, paths = grid_of(EXCITER, OVER, follow), []
     for cut in ((0, 3), (3, 6)):
-        part = solve_shard(EXCITER, OVER, *cut, outputs=OUTPUTS, follow=follow)
+        part = solve_shard(grid, *cut, outputs=OUTPUTS)
         paths.append(tmp_path / f"{cut[0]}.nc")
         store.write(part.assign_attrs(IDENTITY), paths[-1])
     store.join(paths, tmp_path / "joined.nc", grid)

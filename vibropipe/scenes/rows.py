@@ -17,10 +17,7 @@ if TYPE_CHECKING:
 
 def row_grid(scene: BaseScene) -> SweepGrid:
     """Return the grid that a scene runs over, with the parameters that are not swept."""
-    values = scene.over_arrays()
-    exciter = scene.resolved_exciter().items()
-    shared = {name: value for name, value in exciter if name not in values}
-    return SweepGrid(values, scene.follow_pair(), shared)
+    return SweepGrid(scene.over_arrays(), scene.follow_pair(), scene.resolved_exciter())
 
 
 def stored_grid(scene: BaseScene) -> SweepGrid:

@@ -29,7 +29,7 @@ from vibropipe.solve.rebuild import (
 )
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.solve.shown_units import shown_in
-from vibropipe.solve.sweep.sweep import PATIENCE, assemble, solve_blocks
+from vibropipe.solve.sweep.sweep import PATIENCE, assemble, grid_of, solve_shard
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol
@@ -136,17 +136,16 @@ def _swept(
     start = _START.fullmatch(str(dataset.attrs.get("start", "")))
     options: dict[str, Any] = {}
     if start and follow is None and not {"x0", "v0"} & over.keys() and "m" not in dataset.coords:
-        options = {"x0": None if "support" in start[0] else float(start[1]), "v0": float(start[2])}
+        x0 = None if "support" in start[0] else float(start[1])
+        options = {"start": (x0, float(start[2]))}
     shown = {STEADY[name].output for name in drawn_by("sweep") if name in dataset}
     outputs = [name for name in OUTPUTS if name in shown]
-    rows = int(np.prod([len(values) for values in over.values()])) * (
-        2 if follow and follow[1] == "both" else 1
+    grid = grid_of(exciter, over, follow)
+    harmonics = dataset.sizes.get("harmonic", 1)
+    rows = solve_shard(
+        grid, 0, grid.rows, outputs=outputs, progress=on_rows, harmonics=harmonics, **options
     )
-    blocks = solve_blocks(
-        exciter, over, 0, rows, rows, follow=follow, outputs=outputs, progress=on_rows,
-        harmonics=dataset.sizes.get("harmonic", 1), **options,
-    )  # fmt: skip
-    return assemble(list(blocks), over, follow)
+    return assemble([rows], grid)
 
 
 class WhatIf:

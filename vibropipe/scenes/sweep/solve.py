@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from vibropipe.physics.exciter import Exciter
+from vibropipe.scenes.rows import row_grid
 from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep.sweep import assemble, solve_blocks
 
@@ -20,8 +20,7 @@ if TYPE_CHECKING:
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
     """Solve all rows of a sweep in memory and return them on its grid."""
     (rows,) = _solve_plain(scene, 0, scene.row_count, scene.row_count, progress)
-    dataset = assemble([rows], scene.over_arrays(), scene.follow_pair())
-    return stored(dataset, scene.mass_and_stiffness)
+    return stored(assemble([rows], row_grid(scene)), scene.mass_and_stiffness)
 
 
 def solve_rows(
@@ -46,15 +45,12 @@ def _solve_plain(
 ) -> Generator[xr.Dataset]:
     """Solve rows without units."""
     return solve_blocks(
-        Exciter(**scene.resolved_exciter()),
-        scene.over_arrays(),
+        row_grid(scene),
         start,
         stop,
         size,
-        x0=scene.start.x0,
-        v0=None if "v0" in scene.over else scene.start.v0,
+        start=(scene.start.x0, scene.start.v0),
         harmonics=scene.harmonics,
-        follow=scene.follow_pair(),
         outputs=tuple(scene.outputs),
         progress=progress,
         accuracy=scene.solver.arguments().get("accuracy"),

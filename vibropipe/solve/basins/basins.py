@@ -149,8 +149,7 @@ def rows_of_basins(
         given, over = computed_values(client, given), over and computed_values(client, over)
     xs, vs = check_starts(exciter, given["x0"], given["v0"])
     values = {} if over is None else _check_over(exciter, over, xs)
-    shared = {name: value for name, value in exciter.stated().items() if name not in values}
-    grid = SweepGrid({**values, "x0": xs, "v0": vs}, None, shared)
+    grid = SweepGrid({**values, "x0": xs, "v0": vs}, None, exciter.stated())
     return BasinRows(exciter, grid, turn, starts)
 
 

@@ -18,7 +18,7 @@ from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
 from vibropipe.solve.branch.branch import KEEP_SYMMETRY, is_symmetric
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
-from vibropipe.solve.sweep.sweep import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of, solve_shard
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
 
@@ -193,10 +193,10 @@ def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> 
         name: low + middles * (high - low)
         for name, low, high in zip(names, box.low, box.high, strict=True)
     }
-    first = Exciter(**{**vars(exciter), **{name: float(grid[0]) for name, grid in over.items()}})
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
     options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
-    return [solve_shard(first, over, 0, lines * lines, follow=each, **options) for each in follows]
+    grids = [grid_of(exciter, over, follow) for follow in follows]
+    return [solve_shard(grid, 0, grid.rows, **options) for grid in grids]
 
 
 def _orbits_of(rows: xr.Dataset) -> list[Settled]:

@@ -16,6 +16,7 @@ from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import start_at
 from vibropipe.solve.rows.label import Variables, concatenate
 from vibropipe.solve.sweep.sweep import solve_shard
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
@@ -90,10 +91,8 @@ def follow_rest(
     def state_at(value: float, near: tuple[float, float]) -> xr.Dataset:
         moved = Exciter(**{**vars(exciter), name: value})
         x = float(start_at(moved.l, moved.delta, *near))
-        return solve_shard(
-            moved, {"nu": [moved.nu]}, 0, 1, x0=x, v0=near[1], harmonics=harmonics,
-            outputs=outputs,
-        )  # fmt: skip
+        grid = SweepGrid({}, None, moved.stated())
+        return solve_shard(grid, 0, 1, start=(x, near[1]), harmonics=harmonics, outputs=outputs)
 
     step = problem.max_length / DEFAULT_STEP * (problem.high - problem.low) / REST_POINTS
     parts = {sign: _one_way(problem, own, sign, step, kind, section, state_at) for sign in signs}

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, assemble, solve_shard
+from vibropipe.solve.sweep.sweep import MAX_PERIODS, assemble, check_solver, solve_shard
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import OF_STEADY_STATE
 
@@ -149,9 +150,10 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     exciter.check_frequency()
-    over = {"nu": [exciter.nu]}
-    shard = solve_shard(
-        exciter, over, 0, 1, x0=x0, v0=v0, harmonics=harmonics, outputs=outputs,
-        accuracy=accuracy, effects=effects, patience=patience,
-    )  # fmt: skip
-    return warn_unsolved(assemble([shard], over).isel(nu=0).drop_vars("row_size", errors="ignore"))
+    grid, start = (
+        SweepGrid({}, None, exciter.stated()),
+        (None if x0 is None else float(x0), float(v0)),
+    )
+    solver = check_solver(harmonics, outputs, accuracy, patience)
+    shard = solve_shard(grid, 0, 1, start=start, effects=effects, **solver)
+    return warn_unsolved(assemble([shard], grid).drop_vars("row_size", errors="ignore"))

@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names, has_soft_support, resolve_effects
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import row_errors, with_error
@@ -119,58 +119,50 @@ def sweep(
     ----------
     .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
     """
-    grid = grid_of(exciter, over if client is None else computed_values(client, over), follow)
-    solve = partial(
-        solve_shard, exciter, grid.values, x0=x0, v0=v0, harmonics=harmonics, follow=follow,
-        outputs=outputs, accuracy=accuracy, effects=effects, patience=patience,
-    )  # fmt: skip
+    given = over if client is None else computed_values(client, over)
+    grid = grid_of(exciter, given, follow)
+    check_swept_start(given, x0, v0)
+    start = check_corners(grid, x0, 0.0 if v0 is None else v0)
+    solver = check_solver(harmonics, outputs, accuracy, patience)
+    solve: Any = partial(solve_shard, grid, start=start, effects=effects, **solver)
     shards = [solve(0, grid.rows)] if client is None else solve_on_cluster(client, solve, grid)
-    return warn_unsolved(assemble(shards, grid.values, follow))
+    return warn_unsolved(assemble(shards, grid))
 
 
 def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
     """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
     values, followed = check_over(over), check_follow(over, follow)
     exciter.check_frequency([name for name, array in values.items() if array.any()])
-    derived = swept_dampings(exciter, values)
-    left_out = values.keys() | derived
+    left_out = values.keys() | swept_dampings(exciter, values)
     shared = {name: value for name, value in exciter.stated().items() if name not in left_out}
     return SweepGrid(values, followed, shared)
 
 
-def solve_shard(
-    exciter: Exciter, over: Mapping[str, Any], row_start: int, row_stop: int, **options: Any
-) -> xr.Dataset:
-    """Solve the rows [row_start, row_stop) of a sweep.
+def check_solver(
+    harmonics: int, outputs: Sequence[str], accuracy: float | None, patience: int
+) -> dict[str, Any]:
+    """Return these arguments of `sweep` as options of `solve_blocks`; ParameterError if one is not valid."""
+    return {
+        "harmonics": check_whole("harmonics", harmonics, limits.HARMONICS),
+        "outputs": check_outputs(outputs),
+        "accuracy": None if accuracy is None else check_accuracy(accuracy),
+        "patience": check_whole("patience", patience, limits.PATIENCE),
+    }
 
-    Parameters
-    ----------
-    exciter, over
-        As for `sweep`.
-    row_start, row_stop : int
-        Rows of the shard, numbered as in `SweepGrid`; whole chains. Results do not depend on the cuts.
-    **options
-        Other arguments of `sweep` except `client`.
 
-    Returns
-    -------
-    xarray.Dataset
-        Quantities over the dimension `row`.
-    """
-    (shard,) = solve_blocks(exciter, over, row_start, row_stop, row_stop - row_start, **options)
+def solve_shard(grid: SweepGrid, row_start: int, row_stop: int, **options: Any) -> xr.Dataset:
+    """Solve the rows [row_start, row_stop) of a sweep over the dimension `row`; arguments as of `solve_blocks`."""
+    (shard,) = solve_blocks(grid, row_start, row_stop, row_stop - row_start, **options)
     return shard
 
 
 def solve_blocks(
-    exciter: Exciter,
-    over: Mapping[str, Any],
+    grid: SweepGrid,
     row_start: int,
     row_stop: int,
     block_rows: int,
-    x0: float | None = None,
-    v0: float | None = None,
+    start: tuple[float | None, float] = (None, 0.0),
     harmonics: int = 3,
-    follow: Follow = None,
     outputs: Sequence[str] = SWEEP_DEFAULT,
     progress: Progress | None = None,
     accuracy: float | None = None,
@@ -179,16 +171,20 @@ def solve_blocks(
 ) -> Generator[xr.Dataset]:
     """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
 
-    A block is computed when it is requested, and few rows are solved ahead of it.
+    A block is computed when it is requested, and few rows are solved ahead of it. The arguments have been checked.
 
     Parameters
     ----------
-    exciter, over, x0, v0, harmonics, follow, outputs, accuracy, effects, patience
-        As for `sweep`.
+    grid : SweepGrid
+        Grid of the sweep.
     row_start, row_stop : int
-        First row and end, numbered as in `SweepGrid`; whole chains.
+        First row and end; whole chains. Results do not depend on the cuts.
     block_rows : int
         Least number of rows per block.
+    start : (float or None, float)
+        x0 and v0, of those that are not swept.
+    harmonics, outputs, accuracy, effects, patience
+        As for `sweep`.
     progress : callable, optional
         Called as progress(done, total), in rows from `row_start` to `row_stop`.
 
@@ -200,39 +196,29 @@ def solve_blocks(
     Raises
     ------
     ParameterError
-        If an argument is out of range.
+        If `effects` leaves out an effect that the parameters have.
     """
-    grid = grid_of(exciter, over, follow)
-    if not grid.is_cut(row_start, row_stop):
-        must = f"must be cut from 0 to {grid.rows} at multiples of {grid.chain_length}"
-        got = f"{row_start} to {row_stop}"
-        raise ParameterError("rows", (row_start, row_stop), must=must, got=got)
     requested_outputs = check_outputs(outputs)
-    check_whole("harmonics", harmonics, limits.HARMONICS)
-    check_whole("patience", patience, limits.PATIENCE)
-    max_error = None if accuracy is None else check_accuracy(accuracy)
-    check_swept_start(over, x0, v0)
-    x0, v0 = check_corners(grid, x0, 0.0 if v0 is None else v0)
     # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
     values = {**grid.shared, **grid.values}
-    farthest = largest_start(values, x0), largest_velocity(values, v0)
-    e = resolve_effects(effects, values, *farthest, followed=follow is not None)
-    attrs = origin_attrs(effect_names(e, values), start_text(values, x0, v0), follow=grid.follow)
+    farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
+    e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
+    attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         numbers = grid.solved(row_start + begin, row_start + stop)
         return [grid.parameters(Parameters._fields, numbers)]
 
     row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
-    start = starts_of_rows(grid, x0, v0, row_start)
-    solver = start, grid.chain_length, MAX_PERIODS, int(patience), harmonics, requested_outputs
+    starts = starts_of_rows(grid, *start, row_start)
+    solver = starts, grid.chain_length, MAX_PERIODS, patience, harmonics, requested_outputs
     soft = has_soft_support(values)
     with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft)) as blocks:
         begin = 0
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)
             yield _label(
-                grid, row_start + begin, block_parameters, solved, max_error, harmonics, attrs
+                grid, row_start + begin, block_parameters, solved, accuracy, harmonics, attrs
             )
             begin = stop
 
@@ -264,26 +250,10 @@ def _label(
     return describe(block.set_coords(coords))
 
 
-def assemble(
-    shards: Sequence[xr.Dataset], over: Mapping[str, Any], follow: Follow = None
-) -> xr.Dataset:
-    """Join shards, in any order, into the dataset of the whole sweep, in memory.
-
-    Parameters
-    ----------
-    shards : sequence of xarray.Dataset
-        Shards of `solve_shard` that make up all rows.
-    over, follow
-        As for `sweep`.
-
-    Returns
-    -------
-    xarray.Dataset
-        The dataset of `sweep`.
-    """
+def assemble(shards: Sequence[xr.Dataset], grid: SweepGrid) -> xr.Dataset:
+    """Join shards of `solve_shard`, in any order, into the dataset of the whole sweep, in memory."""
     import xarray as xr
 
-    grid = SweepGrid(check_over(over), follow)
     ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
     parts = [
         {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
@@ -291,7 +261,7 @@ def assemble(
     ]
     flat = take_rows(concatenate(parts), grid.rows_of_points(0, grid.rows))
     variables = {
-        name: ((*grid.dims, *dims[1:]), values.reshape(*grid.shape, *values.shape[1:]))
+        name: ((*grid.dims, *dims[1:]), values.reshape((*grid.shape, *values.shape[1:])))
         if dims[0] == "row"
         else (dims, values)
         for name, (dims, values) in flat.items()

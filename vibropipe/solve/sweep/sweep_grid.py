@@ -66,8 +66,8 @@ class SweepGrid:
     follow : (str, str), optional
         The followed parameter, and a key of `DIRECTIONS`.
     shared : mapping of str to float, optional
-        The parameters that are the same in every row; those that are left out have their defaults. A damping of a
-        support that is neither swept nor shared is what stiffness and restitution give in each row.
+        The parameters that are the same in every row, beside those that are swept; those that are left out have their
+        defaults. A damping of a support that is neither is what stiffness and restitution give in each row.
     """
 
     values: Mapping[str, np.ndarray]
@@ -79,6 +79,12 @@ class SweepGrid:
         for array in values.values():
             array.flags.writeable = False
         object.__setattr__(self, "values", values)
+        shared = {name: value for name, value in self.shared.items() if name not in values}
+        for R, k, h in SUPPORTS:
+            if h not in (values | shared) and not {R, k} & values.keys():
+                damping = contact_damping(self.same(R), self.same(k))
+                shared |= {h: damping} if damping else {}
+        object.__setattr__(self, "shared", shared)
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -131,7 +137,7 @@ class SweepGrid:
 
     def indices(self, rows: Any) -> tuple[Any, ...]:
         """Return the indices of rows along each dimension of the grid."""
-        return self.in_grid_order(np.unravel_index(rows, self.row_shape))
+        return self.in_grid_order(np.unravel_index(rows, self.row_shape)) if self.dims else ()
 
     def points(self, start: int, stop: int) -> np.ndarray:
         """Return the flat indices, in C order of the grid, of the rows [start, stop)."""
@@ -140,6 +146,8 @@ class SweepGrid:
 
     def rows_of_points(self, start: int, stop: int) -> np.ndarray:
         """Return the row at each of the points [start, stop) of the grid, points in C order."""
+        if not self.dims:
+            return np.arange(start, stop)
         indices = np.unravel_index(np.arange(start, stop), self.shape)
         in_rows = tuple(indices[axis] for axis in self.row_axes)
         return np.asarray(np.ravel_multi_index(in_rows, self.row_shape))
@@ -192,11 +200,6 @@ class SweepGrid:
     def cuts(self, shards: int) -> list[int]:
         """Return the ends of shards of nearly equal length: shard I, from 1, has the rows [ends[I - 1], ends[I])."""
         return [shard * self.chains // shards * self.chain_length for shard in range(shards + 1)]
-
-    def is_cut(self, start: int, stop: int) -> bool:
-        """Return whether the rows [start, stop) are whole chains of the sweep."""
-        length = self.chain_length
-        return 0 <= start < stop <= self.rows and start % length == stop % length == 0
 
     def solved(self, start: int, stop: int) -> np.ndarray:
         """Return the rows in the order in which they are solved, from position `start` to `stop` - 1.

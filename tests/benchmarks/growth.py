@@ -199,10 +199,9 @@ def join_shards(directory: Path, points: int) -> tuple[Usage, int]:
     """Join all shards; return the usage and the size of the file in bytes."""
     import netCDF4  # noqa: F401 (load it before the clock starts)
 
-    from vibropipe.scenes.rows import row_grid
     from vibropipe.store import join
 
-    target, grid = directory / "joined" / f"{SCENE}.nc", row_grid(sweep_of(points))
+    target, grid = directory / "joined" / f"{SCENE}.nc", sweep_of(points).row_grid()
     usage = _timed(lambda: join(sorted((directory / "shards").iterdir()), target, grid))
     return usage, target.stat().st_size
 

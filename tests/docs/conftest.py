@@ -7,7 +7,7 @@ from pathlib import Path
 import pytest
 from documents import ROOT, Page
 
-from vibropipe.cli.run import new
+from vibropipe.cli.results import new
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.study import load_study
 

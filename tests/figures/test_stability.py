@@ -10,7 +10,7 @@ import vibropipe as vp
 from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.store.stability import is_neutral
+from vibropipe.store.table import is_neutral
 
 FREE = vp.Exciter(l=0.5)
 RUBBED = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.1, R1=0.8, R2=0.8)

@@ -8,9 +8,8 @@ from types import SimpleNamespace
 
 import pytest
 
-from vibropipe.jobs import estimates
-from vibropipe.jobs.estimates import Estimate, Estimates, estimate_study, record, slowdown
-from vibropipe.jobs.plan import plan_scene
+from vibropipe.jobs import plan as estimates
+from vibropipe.jobs.plan import Estimate, Estimates, estimate_study, plan_scene, record, slowdown
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.terminal_tables import (
     COMPILE_SECONDS,

@@ -7,7 +7,7 @@ import pytest
 from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
-from vibropipe.scenes.backbone.limits import longest_period
+from vibropipe.scenes.backbone.curves import longest_period
 from vibropipe.scenes.backbone.report import answers
 
 

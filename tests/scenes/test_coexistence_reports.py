@@ -17,7 +17,7 @@ from vibropipe.scenes.branch.answers import branch_answers
 from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.answers import sweep_answers
-from vibropipe.scenes.sweep.followed import differing_rows
+from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.study import load_study
 
 CONFIG = Path(__file__).parents[2] / "config"

@@ -12,8 +12,7 @@ from sentence_numbers import missing, numbers_in
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
 from vibropipe.scenes.effects.pictures import describe_effects
-from vibropipe.scenes.effects.prices import prices, title_of
-from vibropipe.scenes.effects.report import answers_of_scenes, side
+from vibropipe.scenes.effects.report import answers_of_scenes, prices, side, title_of
 from vibropipe.words.vocabulary import describe
 
 

@@ -11,7 +11,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.figures.units import display_units
 from vibropipe.scenes.sweep.answers import sweep_answers
-from vibropipe.scenes.sweep.jumps import first_touch
+from vibropipe.scenes.sweep.neighbours import first_touch
 
 EXCITER = vp.Exciter(l=0.5, nu=0.8, f=0.1, h=0.15, delta=0.05, load=0.02, R1=0.7, R2=0.6)
 GRIDS = {

@@ -21,9 +21,9 @@ from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_sectio
 from vibropipe.scenes.sweep.bifurcation import describe_bifurcation, draw_bifurcation, points_of
 from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.impacts import orbit_impacts, row_at
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.pictures import PICTURES
+from vibropipe.scenes.sweep.quantities import orbit_impacts, row_at
 from vibropipe.words.regimes import Regime
 
 

@@ -26,10 +26,10 @@ from vibropipe.scenes.sweep.captions import (
 )
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
-from vibropipe.scenes.sweep.jumps import jump_steps
 from vibropipe.scenes.sweep.laws import MORE, OTHER, chosen_rows, laws_of, regions_of, share_text
 from vibropipe.scenes.sweep.lines import BAR_NAME
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
+from vibropipe.scenes.sweep.neighbours import jump_steps
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime

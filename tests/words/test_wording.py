@@ -11,7 +11,7 @@ from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import Verdict
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.hard_cases.report import on_cases
-from vibropipe.scenes.recompute import part_text
+from vibropipe.scenes.rows import part_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.store.atomic import StoreError

@@ -25,8 +25,7 @@ from vibropipe.cli.options import (
     parse_shard,
     takes_parameters,
 )
-from vibropipe.cli.results import show, table, verify, view
-from vibropipe.cli.run import new, run
+from vibropipe.cli.results import new, run, show, table, verify, view
 from vibropipe.words.methods import METHODS
 
 app = typer.Typer(
@@ -77,7 +76,7 @@ def plan(
 
     study, estimates = load_study(file), None
     if not rough:
-        from vibropipe.jobs.estimates import estimate_study
+        from vibropipe.jobs.plan import estimate_study
 
         estimates = estimate_study(study)
     typer.echo(plan_text(study, estimates))

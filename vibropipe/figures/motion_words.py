@@ -9,7 +9,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.text import REST
-from vibropipe.store.stability import is_neutral
+from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count
 

@@ -1,18 +1,33 @@
-"""The plan of a study: rows, jobs, work and bytes of each scene, known before anything is solved.
+"""The plan of a study: rows, jobs, work and bytes of each scene, and its run time and disk space on this machine.
 
-The numbers depend on the study alone, not on the machine, because the shards of a scene follow from its work.
+The plan depends on the study alone, not on the machine, because the shards of a scene follow from its work. Estimates
+are from what solved scenes of the same kinds took: a file beside the compiled kernels sums seconds and bytes of solved
+scenes and those of their plans, for each kind with rigid supports, and with each effect of pieces. Their ratio is a
+rate of this machine. Where little has been solved, it is close to that of a short loop. A scene that was solved here as
+it stands takes what it took.
 """
 
 from __future__ import annotations
 
+import functools
+import json
 import math
 import os
+import time
+from collections.abc import Mapping
+from contextlib import suppress
 from dataclasses import dataclass
+from pathlib import Path
+from typing import Any, NamedTuple
 
-from vibropipe.scenes.costs import PlanError, Work
+from vibropipe.compiler.cache import cache_root, one_at_a_time
+from vibropipe.compiler.sources import kernel_hash
+from vibropipe.scenes.costs import OF_PIECES, PlanError, Work
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of, kinds
+from vibropipe.store import StoreError, atomic_file
+from vibropipe.study import Study, fingerprint
 
 # Work of one shard in seconds of one core. A job takes about a second to start, so smaller shards cost more than
 # they gain. On a cluster, where a job takes ten seconds to start, set the variable to some minutes.
@@ -94,3 +109,148 @@ def plan_scene(scene: BaseScene) -> ScenePlan:
         shards=shard_count(work),
         is_timed=kind.is_timed,
     )
+
+
+FILE_NAME = "rates.json"
+# Planned seconds and bytes of solved scenes whose ratio counts as much as that of the loop, and as 1: most of what
+# small scenes take is loading, and headers of files.
+FEW_SECONDS, FEW_BYTES = 3.0, 2e6
+# Weight of all earlier scenes beside a new one of the same size.
+MEMORY = 0.7
+# Versions of the code that are remembered, for each set of kernels, and scenes with what they took.
+VERSIONS, SCENES = 8, 500
+# CPU seconds in which a job loads what it needs: a new process, and a scene.
+JOB_SECONDS, SCENE_SECONDS = 0.7, 0.1
+# Passes of the loop, its length, and the seconds of a pass on the machine whose seconds plans have.
+PASSES, LOOP, LOOP_SECONDS = 5, 30_000, 2e-3
+
+
+class Estimate(NamedTuple):
+    """Estimated work of a scene.
+
+    seconds : of one core, with those in which its jobs load what they need; bytes : on disk
+    """
+
+    seconds: float
+    bytes: float
+
+
+@dataclass(frozen=True)
+class Estimates:
+    """Estimates of the scenes of a study.
+
+    Attributes
+    ----------
+    by_scene : dict of str to Estimate
+        Estimates by scene.
+    searched : tuple of str
+        Scenes whose work depends on what is found, and that were not solved on this machine as they stand.
+    rough : tuple of str
+        Scenes of whose kind, with such effects, none has been solved on this machine.
+    uncompiled : tuple of str
+        Scenes of whose kind, with such effects and outputs, none has been solved by this version.
+    """
+
+    by_scene: dict[str, Estimate]
+    searched: tuple[str, ...] = ()
+    rough: tuple[str, ...] = ()
+    uncompiled: tuple[str, ...] = ()
+
+
+def estimate_study(study: Study) -> Estimates:
+    """Estimate the scenes of a study from the rates of this machine."""
+    plans = [plan_scene(scene) for scene in study.scenes.values()]
+    known = _load()
+    rough = tuple(plan.name for plan in plans if _name(plan) not in known["rates"])
+    compiled = known["compiled"]
+    uncompiled = (p.name for p in plans if _version(p) not in compiled.get(_kernels(p), ()))
+    taken = {name: known["scenes"].get(fingerprint(study, s)) for name, s in study.scenes.items()}
+    by_scene = {
+        plan.name: Estimate(*own) if (own := taken[plan.name]) else _estimate(plan, known["rates"])
+        for plan in plans
+    }
+    searched = tuple(p.name for p in plans if not p.is_foreseen and not taken[p.name])
+    return Estimates(by_scene, searched, rough, tuple(uncompiled))
+
+
+def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:
+    """Return the estimate of a scene: its plan times the rates of its kind."""
+    measured, planned, stored, expected = rates.get(_name(plan), [0.0] * 4)
+    rate = (measured + slowdown() * FEW_SECONDS) / (planned + FEW_SECONDS)
+    size = (stored + FEW_BYTES) / (expected + FEW_BYTES)
+    loading = JOB_SECONDS * (plan.shards > 1) * plan.shards + SCENE_SECONDS
+    return Estimate(loading + rate * plan.seconds, size * plan.bytes)
+
+
+def record(plan: ScenePlan, share: float, seconds: float, size: float, own: str = "") -> None:
+    """Add what a solved scene, or a share of it, took; do nothing if the cache cannot be written.
+
+    Parameters
+    ----------
+    plan : ScenePlan
+        Plan of the scene.
+    share : float
+        Share of its rows that was solved.
+    seconds : float
+        CPU seconds without compiling.
+    size : float
+        Bytes on disk.
+    own : str
+        Fingerprint of the scene; "" keeps nothing of this very scene.
+    """
+    new = (max(0.0, seconds - SCENE_SECONDS), share * plan.seconds, size, share * plan.bytes)
+    with suppress(OSError, StoreError), one_at_a_time(FILE_NAME):
+        known = _load()
+        before = known["rates"].get(_name(plan), [0.0] * 4)
+        known["rates"][_name(plan)] = [MEMORY * old + x for old, x in zip(before, new, strict=True)]
+        if own and share == 1.0:
+            scenes = {**known["scenes"], own: [seconds, size]}
+            known["scenes"] = dict([*scenes.items()][-SCENES:])
+        versions = known["compiled"].setdefault(_kernels(plan), [])
+        if _version(plan) not in versions:
+            known["compiled"][_kernels(plan)] = [*versions, _version(plan)][-VERSIONS:]
+        with atomic_file(_file()) as temporary:
+            temporary.write_text(json.dumps(known, indent=1) + "\n", encoding="utf-8")
+
+
+@functools.cache
+def slowdown() -> float:
+    """Return how many times as long this machine takes as the one whose seconds plans have, by a loop."""
+    times = []
+    for _ in range(PASSES):
+        begin, x = time.thread_time(), 0.0
+        for k in range(LOOP):
+            x = math.sin(x + k)
+        times.append(time.thread_time() - begin)
+    return min(times) / LOOP_SECONDS
+
+
+def _name(plan: ScenePlan) -> str:
+    """Return the name of the rate of a scene: its kind and its effects of pieces."""
+    return " ".join([plan.kind, *(effect for effect in OF_PIECES if effect in plan.effects)])
+
+
+def _kernels(plan: ScenePlan) -> str:
+    """Return the name of the set of kernels of a scene."""
+    method = plan.method.split(",")[0]
+    return " ".join([plan.kind, method, *sorted(plan.effects), *sorted(plan.outputs)])
+
+
+def _version(plan: ScenePlan) -> str:
+    return f"{kernel_hash()} {kinds()[plan.kind].code_hash}"
+
+
+def _file() -> Path:
+    return cache_root() / FILE_NAME
+
+
+def _load() -> dict[str, dict[str, Any]]:
+    """Return what the file holds; nothing if it is missing or unreadable."""
+    with suppress(OSError, ValueError, TypeError, KeyError, AttributeError):
+        held = json.loads(_file().read_text(encoding="utf-8"))
+        rates = {name: [float(x) for x in rate] for name, rate in held["rates"].items()}
+        if all(len(rate) == 4 for rate in rates.values()):
+            compiled = {name: list(versions) for name, versions in held["compiled"].items()}
+            scenes = {name: [float(x), float(y)] for name, (x, y) in held.get("scenes", {}).items()}
+            return {"rates": rates, "compiled": compiled, "scenes": scenes}
+    return {"rates": {}, "compiled": {}, "scenes": {}}

@@ -24,13 +24,7 @@ from vibropipe.report.methods import Sidecars, again_line, footer, model_line, s
 from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import (
-    StoreError,
-    atomic_file,
-    read_scenes,
-    read_sidecar,
-    with_fingerprint,
-)
+from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar, with_fingerprint
 from vibropipe.study import Study
 from vibropipe.words.wording import paragraphs
 
@@ -74,7 +68,7 @@ def build_report(
     for path in pictures.values():
         _check_figure(path)
     data = report_data(study, datasets, sidecars)
-    data["answers"] = [*map(_answer_data, failures(failed)), *data["answers"]]
+    data["answers"] = [*map(asdict, failures(failed)), *data["answers"]]
     pdf = typeset(data, pictures)
     with atomic_file(output) as temporary:
         scenes = [*study.scenes, *failed]
@@ -157,7 +151,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "question": study.question or main.report.asked(parts[main]),
         "answers": [
             *unit_answers(study),
-            *([_answer_data(each) for each in own_answers(study.answers)] or answers.pop("", [])),
+            *([asdict(each) for each in own_answers(study.answers)] or answers.pop("", [])),
         ],
         "side": {
             "rows": [asdict(row) for row in side.rows],
@@ -175,7 +169,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
 def unit_answers(study: Study) -> list[dict[str, str]]:
     """Return what is odd about the lengths of a study, to stand before its answers; none for nothing."""
     odd = dict.fromkeys(scene.unit_warning() for scene in study.scenes.values())
-    return [_answer_data(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
+    return [asdict(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
 
 
 def scene_labels(study: Study, most: float = MAX_LABEL) -> dict[str, str]:
@@ -214,14 +208,10 @@ def _answers(
     for kind, own in parts.items():
         for label, answers in kind.report.answers(own).items():
             of_all = "" if kind is main else chief[kind]
-            found.setdefault(label or of_all, []).extend(_answer_data(each) for each in answers)
+            found.setdefault(label or of_all, []).extend(asdict(each) for each in answers)
     if "" not in found:
         found[""] = found.pop(hero_label, [])
     return found
-
-
-def _answer_data(answer: Answer) -> dict[str, str]:
-    return asdict(answer)
 
 
 def _groups(

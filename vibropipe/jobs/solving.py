@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.cache import compile_seconds
 from vibropipe.compiler.sources import kernel_hash
-from vibropipe.jobs.estimates import record
-from vibropipe.jobs.plan import as_cut, check_cut, plan_scene
+from vibropipe.jobs.plan import as_cut, check_cut, plan_scene, record
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
 from vibropipe.physics.exciter import ParameterError

@@ -16,7 +16,7 @@ from vibropipe.words.wording import aligned, count, method_text, series
 if TYPE_CHECKING:
     import xarray as xr
 
-    from vibropipe.jobs.estimates import Estimate, Estimates
+    from vibropipe.jobs.plan import Estimate, Estimates
     from vibropipe.study import Study
 
 # Events of a motion that are printed; longer tables are shortened in the middle.

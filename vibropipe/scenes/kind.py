@@ -35,7 +35,7 @@ if TYPE_CHECKING:
 
     from vibropipe.report.parts import Answers, Line, Side, Table
     from vibropipe.scenes.costs import Work
-    from vibropipe.scenes.recompute import Recomputed
+    from vibropipe.scenes.rows import Recomputed
 
 
 def showing(options: Any, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
@@ -190,7 +190,7 @@ class Kind:
 
     def recompute(self, path: Path, scene: Any, rows: int, generator: Any) -> Recomputed:
         """Recompute a dataset and compare it; only a sample of at least `rows` rows by a kind whose `cut` has that."""
-        from vibropipe.scenes.recompute import whole_scene
+        from vibropipe.scenes.rows import whole_scene
 
         sampled = getattr(self.cut, "recompute", None) if self.can_be_cut else None
         if sampled is None:

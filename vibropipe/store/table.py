@@ -6,12 +6,12 @@ from os import PathLike
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from vibropipe.solve.physical import is_physical
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
-from vibropipe.store.stability import is_neutral
 from vibropipe.words.quantities import FLAGS, QUANTITIES
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import EVENTS
@@ -205,3 +205,21 @@ def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
         )
         return [(name, np.array([names.get(code) for code in flat.tolist()], dtype=object))]
     return [(name, flat)]
+
+
+# Largest distance of the largest modulus of a neutral orbit's multipliers from 1: their rounding.
+NEUTRAL_TOLERANCE = 1e-9
+
+
+def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """Return where perturbations of orbits neither grow nor decay, in the shape of `stable`.
+
+    Such is a motion without losses, and a mass that friction holds: `stable` is 0, since it means asymptotically
+    stable, but nothing is unstable.
+    """
+    stable = dataset["stable"].values
+    if "floquet_multiplier" not in dataset:
+        return np.zeros(stable.shape, bool)
+    moduli = np.abs(dataset["floquet_multiplier"].transpose(..., "multiplier").values)
+    neutral: NDArray[np.bool_] = np.abs(moduli.max(axis=-1) - 1.0) <= NEUTRAL_TOLERANCE
+    return neutral & (stable == 0)

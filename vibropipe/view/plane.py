@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from vibropipe.figures.palette import FAILED
 from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.scenes.basins.attractors import colours_of
-from vibropipe.scenes.sweep.impacts import row_at
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.quantities import (
     Series,
     axis_and_others,
     is_map,
+    row_at,
     series_of,
     with_impacts_per_period,
 )

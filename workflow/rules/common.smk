@@ -18,7 +18,7 @@ from vibropipe.jobs.preparation import (
     clear_leftovers,
     lock_results,
 )
-from vibropipe.jobs.estimates import estimate_study
+from vibropipe.jobs.plan import estimate_study
 from vibropipe.jobs.processes import PARENT, exit_code
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.summary import (

@@ -17,9 +17,13 @@ from vibropipe.figures.text import (
     plain_value,
     sentences,
 )
-from vibropipe.scenes.backbone.curves import draw_amplitude_frequency, draw_backbone
+from vibropipe.scenes.backbone.curves import (
+    draw_amplitude_frequency,
+    draw_backbone,
+    first_strikes,
+    longest_period,
+)
 from vibropipe.scenes.backbone.keys import BackboneFigure
-from vibropipe.scenes.backbone.limits import first_strikes, longest_period
 from vibropipe.scenes.backbone.overlay import draw_overlay
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.regimes import Regime

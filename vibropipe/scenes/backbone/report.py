@@ -7,7 +7,7 @@ import xarray as xr
 from vibropipe.figures.claims import rising_text
 from vibropipe.report.findings import largest, symbol_text, value_text
 from vibropipe.report.parts import Answer, Answers, Datasets
-from vibropipe.scenes.backbone.limits import first_strikes, longest_period
+from vibropipe.scenes.backbone.curves import first_strikes, longest_period
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.vocabulary import held_name
 

@@ -97,9 +97,6 @@ class BasinsScene(BaseScene):
         swept = {str(name): grid.low for name, grid in self.over.items() if name in PARAMETERS}
         return {**super().resolved_exciter(), **swept}
 
-    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {name: v for name, v in self.resolved_exciter().items() if name not in self.over}
-
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: which of them occur depends on the start."""
         return all_effect_names(self.resolved_exciter(), pieces=True)

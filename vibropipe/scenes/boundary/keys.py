@@ -81,9 +81,6 @@ class BoundaryScene(BaseScene):
             **{str(name): ends[0] for name, ends in self.over.items()},
         }
 
-    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {n: v for n, v in self.resolved_exciter().items() if n not in self.over}
-
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
         # As a list, since the order is that of the axes.

@@ -13,6 +13,7 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
 from vibropipe.scenes.keys.base import each_once
 from vibropipe.scenes.keys.checks import EXCITER, TOGETHER, Check, check_vary, check_vary_corners
+from vibropipe.scenes.keys.effects import VariedScene
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
@@ -25,7 +26,6 @@ from vibropipe.scenes.keys.values import (
     as_number,
     refuse,
 )
-from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.units import MINUS

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import BODY, SMALL, WHITE_GROUND, axes, new_canvas, ticks
 from vibropipe.figures.palette import BAND, GREY, HAIRLINE, INK, METHODS, SUPPORT_COLOURS
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.effects.prices import (
+from vibropipe.scenes.effects.report import (
     Price,
     base_times,
     groups,

@@ -1,11 +1,163 @@
-"""Part of the report on effects scenes: what costs most, what nothing, and how it is timed."""
+"""Part of the report on effects scenes: prices of effects and outputs, what costs most, and how it is timed."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answers, Datasets, Line, Side
-from vibropipe.scenes.effects.prices import answers
+from vibropipe.report.parts import Answer, Answers, Datasets, Line, Side
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.wording import series
+
+# Groups that are answered, the dearest first, and dear entries that are named in each.
+MAX_ANSWERS, MAX_NAMED = 3, 2
+
+
+def answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return what costs most in the groups that cost most, and what costs nothing there."""
+    by_group = groups(prices(dataset))
+    top = {
+        group: max((p.ratio for p in dearest(each)), default=1.0)
+        for group, each in by_group.items()
+    }
+    chosen = sorted(by_group, key=lambda group: -top[group])[:MAX_ANSWERS]
+    return [group_answer(group, by_group[group]) for group in by_group if group in chosen]
+
+
+def group_answer(group: str, entries: list[Price]) -> Answer:
+    """Return the answer of one group: what costs most, or least, and what costs nothing."""
+    dear = dearest(entries)[:MAX_NAMED]
+    free = [name(price) for price in entries if price.is_nothing]
+    title = f"{group}: " if group else ""
+    if dear:
+        lead = f"{title}{series(f'{name(p)} {ratio_text(p.ratio)} times' for p in dear)}."
+    else:
+        lead = f"{title}{'nothing costs anything' if len(free) == len(entries) else 'nothing costs more'}."
+    cheap = series(free)
+    verb = "costs" if len(free) == 1 else "cost"
+    rest = f"{cheap[:1].upper()}{cheap[1:]} {verb} nothing." if free and dear else ""
+    return Answer(lead[:1].upper() + lead[1:], rest)
+
+
+def name(price: Price) -> str:
+    """Return what an entry is called in a sentence: its title up to a comma or colon."""
+    return price.label.split(",")[0].split(":")[0]
+
+
+def title_of(dataset: xr.Dataset) -> str:
+    """Return what the picture shows, as a sentence: the two dearest entries."""
+    dear = dearest(prices(dataset))[:MAX_NAMED]
+    if not dear:
+        return "Price list: nothing costs more than what it is compared with"
+    return f"Price list: {series(name(price) for price in dear)} cost{'s' * (len(dear) == 1)} most"
+
+
+# Deviation of a ratio from 1 that is nothing even without scatter: rounded to two digits the ratio is 1.0.
+LEAST = 0.05
+
+
+@dataclass(frozen=True)
+class Price:
+    """The price of one entry, relative to the time of another; `limit`: a deviation from 1 up to it is nothing.
+
+    `is_same_motion`: it has as many impacts per period as the other.
+    """
+
+    label: str
+    group: str
+    ratio: float
+    low: float
+    high: float
+    limit: float
+    impacts: float
+    bytes: float
+    time: float
+    unit: str
+    is_reference: bool
+    is_same_motion: bool
+
+    @property
+    def is_nothing(self) -> bool:
+        """Whether the ratio is 1 within the scatter."""
+        return abs(self.ratio - 1.0) <= self.limit
+
+    @property
+    def text(self) -> str:
+        """The price in words: nothing, 39 times, 0.64 of it, 1/20."""
+        if self.is_nothing:
+            return "nothing"
+        if self.ratio > 1.0:
+            return f"{ratio_text(self.ratio)} times"
+        return f"1/{1.0 / self.ratio:.0f}" if self.ratio < 0.2 else f"{self.ratio:.2g} of it"
+
+
+def ratio_text(ratio: float) -> str:
+    """Write a ratio to two digits."""
+    return f"{ratio:.0f}" if ratio >= 10 else format_number(float(f"{ratio:.2g}"), 2)
+
+
+def prices(dataset: xr.Dataset) -> list[Price]:
+    """Return the prices of a dataset, in its order."""
+    found = []
+    names = dataset["motion"].values.tolist()
+    for k, name in enumerate(names):
+        one = dataset.isel(motion=k)
+        other = float(dataset["impacts_per_period"][names.index(str(one["compared_with"].values))])
+        found.append(
+            Price(
+                label=str(one["label"].values),
+                group=str(one["group"].values),
+                ratio=float(one["time_ratio"]),
+                low=float(one["time_ratio_low"]),
+                high=float(one["time_ratio_high"]),
+                limit=LEAST + float(one["time_scatter"]),
+                impacts=float(one["impacts_per_period"]),
+                bytes=float(one["bytes_per_row"]),
+                time=float(one["time_per_unit"]),
+                unit=str(one["unit"].values),
+                is_reference=str(one["compared_with"].values) == name,
+                is_same_motion=abs(float(one["impacts_per_period"]) - other) <= 0.05 * other,
+            )
+        )
+    return found
+
+
+def groups(found: list[Price]) -> dict[str, list[Price]]:
+    """Return the prices by group, without the entries that others are compared with."""
+    by_group: dict[str, list[Price]] = {}
+    for price in found:
+        by_group.setdefault(price.group, [])
+        if not price.is_reference:
+            by_group[price.group].append(price)
+    return {group: entries for group, entries in by_group.items() if entries}
+
+
+def base_times(dataset: xr.Dataset) -> dict[str, tuple[float, str]]:
+    """Return the time (ns) that a ratio of 1 stands for, and of what, by group."""
+    names = dataset["motion"].values.tolist()
+    times: dict[str, tuple[float, str]] = {}
+    for k in range(len(names)):
+        one = dataset.isel(motion=k)
+        other = names.index(str(one["compared_with"].values))
+        if other != k:
+            time = float(dataset["time_per_unit"][other])
+            times.setdefault(str(one["group"].values), (time, str(one["unit"].values)))
+    return times
+
+
+def dearest(entries: list[Price]) -> list[Price]:
+    """Return the entries that add something to the same motion, the dearest first."""
+    dear = (p for p in entries if p.is_same_motion and not p.is_nothing and p.ratio > 1.0)
+    return sorted(dear, key=lambda price: -price.ratio)
+
+
+def largest_limit(found: list[Price]) -> float:
+    """Return the largest deviation that counts as nothing."""
+    return float(np.max([price.limit for price in found], initial=LEAST))
 
 
 def answers_of_scenes(datasets: Datasets) -> Answers:

@@ -19,6 +19,7 @@ from vibropipe.scenes.keys.checks import (
     check_vary,
     check_vary_corners,
 )
+from vibropipe.scenes.keys.effects import VariedScene
 from vibropipe.scenes.keys.parts import ParameterName, Start
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
@@ -31,7 +32,6 @@ from vibropipe.scenes.keys.values import (
     number_hint,
     refuse,
 )
-from vibropipe.scenes.keys.varied import VariedScene
 from vibropipe.words.designs import DESIGN_SAMPLES
 from vibropipe.words.parameters import PARAMETERS
 
@@ -100,9 +100,6 @@ class IdentifyScene(VariedScene):
 
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return {**super().resolved_exciter(), **{n: v[0] for n, v in self.swept.items()}}
-
-    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {n: v for n, v in super().data_exciter().items() if n not in self.measured}
 
     @property
     def swept(self) -> dict[str, list[float]]:

@@ -20,6 +20,7 @@ from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys, figure_key
 from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
 from vibropipe.solve.shown_units import Shown
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS, without_absent
 from vibropipe.words.vocabulary import dimensions_hash
@@ -117,6 +118,10 @@ class BaseScene(StudyModel):
         """Return the parameter along which rows seed each other and its direction, or None."""
         return None
 
+    def row_grid(self) -> SweepGrid:
+        """Return the grid of its rows, with the parameters that are not swept."""
+        return SweepGrid(self.over_arrays(), self.follow_pair(), self.resolved_exciter())
+
     def given_exciter(self) -> dict[str, float]:
         """Return the parameters that the scene or the study states; the scene's take precedence."""
         return {**self._shared, **self.exciter.explicit()}
@@ -154,8 +159,9 @@ class BaseScene(StudyModel):
         raise NotImplementedError
 
     def data_exciter(self) -> dict[str, float]:
-        """Return the parameters that the data depend on, without swept ones."""
-        return self.resolved_exciter()
+        """Return the parameters that the data depend on, without those of several values."""
+        varied = self.varied_names()
+        return {name: v for name, v in self.resolved_exciter().items() if name not in varied}
 
     def data_keys(self) -> dict[str, Any]:
         """Return the keys that the data of the scene depend on, with defaults filled in, and their `meaning`."""

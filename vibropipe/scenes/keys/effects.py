@@ -1,4 +1,4 @@
-"""Physical effects of a scene: derived from its parameters, or stated by `effects`."""
+"""Physical effects of a scene: derived from its parameters and their ranges, or stated by `effects`."""
 
 from __future__ import annotations
 
@@ -7,14 +7,24 @@ from typing import TYPE_CHECKING, Annotated, Any
 
 from pydantic import AfterValidator
 
-from vibropipe.physics.effects import absent_supports, effect_names, effects_of, missing_effect
+from vibropipe.physics.effects import (
+    absent_supports,
+    all_effect_names,
+    effect_names,
+    effects_of,
+    missing_effect,
+)
 from vibropipe.physics.start import largest_start, largest_velocity
-from vibropipe.scenes.keys.base import BaseScene, each_once
+from vibropipe.scenes.keys.base import BaseScene, each_once, plain
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull
 from vibropipe.words.parameters import Effect
 from vibropipe.words.wording import method_text
+
+if TYPE_CHECKING:
+    from vibropipe.scenes.keys.parts import Start
+
 
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]
 EFFECTS_TEXT = "Physical effects to compute (default: those that the parameters require)."
@@ -70,3 +80,32 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
             found = repr(scene.resolved_exciter()[name])
             must = f"must be left out unless effects include {support}"
             yield Problem((key, name), found, must=must)
+
+
+class VariedScene(BaseScene):
+    """A search of parameters within ranges."""
+
+    if TYPE_CHECKING:  # each kind describes these keys itself
+        vary: dict[Any, list[float]]
+        start: Start
+
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Return the ends of each varied parameter."""
+        return {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()}
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        lowest = {name: ends[0] for name, ends in self.ranges().items()}
+        return {**super().resolved_exciter(), **lowest}
+
+    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        return {**super().extent(), **self.ranges()}
+
+    def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
+        # The equilibrium may lie beyond a support for some of the varied parameters: x0 stays as it is.
+        return {**super().data_keys(), "start": plain(self.start)}
+
+    def called_effects(self) -> tuple[str, ...]:
+        """Return all effects of the ranges: which of them occur depends on the parameters found."""
+        return all_effect_names(
+            {**self.resolved_exciter(), **self.ranges()}, pieces=self.COMPUTES_PIECES
+        )

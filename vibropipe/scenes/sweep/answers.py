@@ -16,9 +16,14 @@ from vibropipe.figures.claims import between_text, only_between_text, rising_tex
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers, Datasets
-from vibropipe.scenes.sweep.followed import is_followed, together_answer
-from vibropipe.scenes.sweep.jumps import NO_ORBIT, first_touch, jumps_of
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
+from vibropipe.scenes.sweep.neighbours import (
+    NO_ORBIT,
+    first_touch,
+    is_followed,
+    jumps_of,
+    together_answer,
+)
 from vibropipe.scenes.sweep.quantities import is_map, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series

@@ -32,7 +32,6 @@ from vibropipe.scenes.sweep.curves import (
     legend_patches,
 )
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
-from vibropipe.scenes.sweep.impacts import rows_of_impacts
 from vibropipe.scenes.sweep.layout import (
     LEFT,
     MAX_MULTIPLES,
@@ -42,7 +41,13 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.quantities import WITH_ZERO_LINE, Panel, Series, axis_and_others
+from vibropipe.scenes.sweep.quantities import (
+    WITH_ZERO_LINE,
+    Panel,
+    Series,
+    axis_and_others,
+    rows_of_impacts,
+)
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series, share

@@ -17,11 +17,11 @@ from vibropipe.figures.text import (
     sentences,
 )
 from vibropipe.report.findings import largest, place_text, value_text
-from vibropipe.scenes.sweep.followed import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import LABELLED, MAX_MAPS, drawn_panels, value_norm
+from vibropipe.scenes.sweep.neighbours import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.quantities import (
     SIGNED,
     Panel,
@@ -34,7 +34,7 @@ from vibropipe.scenes.sweep.quantities import (
     series_words,
     with_impacts_per_period,
 )
-from vibropipe.store.stability import is_neutral
+from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 

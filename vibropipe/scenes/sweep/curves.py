@@ -24,7 +24,6 @@ from vibropipe.figures.canvas import (
     plain_ticks,
     zero_line,
 )
-from vibropipe.figures.line_labels import Named, label_lines
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
 from vibropipe.figures.style import keep_zero_scale, write_centred
@@ -45,7 +44,7 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.lines import draw_line, draw_strips, lines_of
+from vibropipe.scenes.sweep.lines import Named, draw_line, draw_strips, label_lines, lines_of
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
     SIGNED,

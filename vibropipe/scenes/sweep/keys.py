@@ -37,7 +37,6 @@ from vibropipe.scenes.keys.parts import (
 )
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange
-from vibropipe.scenes.rows import row_grid
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS
 from vibropipe.words.outputs import SWEEP_DEFAULT
@@ -106,10 +105,6 @@ class SweepScene(ForcedScene):
             **super().resolved_exciter(),
             **{name: grid.low for name, grid in self.over.items() if name in PARAMETERS},
         }
-
-    def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        values = self.resolved_exciter()
-        return {name: value for name, value in values.items() if name not in self.over}
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
@@ -193,7 +188,7 @@ CHECKS = (
 
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
-    grid = row_grid(scene)
+    grid = scene.row_grid()
     dims = [stored_name(scene, name) for name in grid.dims]
     pair = scene.follow_pair()
     followed = [f"{stored_name(scene, pair[0])} {pair[1]}"] if pair else []

@@ -15,8 +15,8 @@ from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
-from vibropipe.scenes.sweep.followed import differing_rows
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
+from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY

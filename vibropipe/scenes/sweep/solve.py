@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
-from vibropipe.scenes.rows import row_grid
 from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep.sweep import assemble, solve_blocks
 
@@ -20,7 +19,7 @@ if TYPE_CHECKING:
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
     """Solve all rows of a sweep in memory and return them on its grid."""
     (rows,) = _solve_plain(scene, 0, scene.row_count, scene.row_count, progress)
-    return stored(assemble([rows], row_grid(scene)), scene.mass_and_stiffness)
+    return stored(assemble([rows], scene.row_grid()), scene.mass_and_stiffness)
 
 
 def solve_rows(
@@ -45,7 +44,7 @@ def _solve_plain(
 ) -> Generator[xr.Dataset]:
     """Solve rows without units."""
     return solve_blocks(
-        row_grid(scene),
+        scene.row_grid(),
         start,
         stop,
         size,

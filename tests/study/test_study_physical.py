@@ -246,3 +246,34 @@ def test_the_schema_takes_units() -> None:
     for old, new in (("l: 8 mm", "l: 8"), ("over: {omega", "over: {mass"), ("x0: 5 mm", "x0: mm")):
         with pytest.raises(jsonschema.ValidationError):
             jsonschema.validate(yaml.safe_load(TEXT.replace(old, new)), schema)
+
+
+@pytest.mark.parametrize(
+    ("scene", "told"),
+    [
+        (
+            "{kind: identify, vary: {H: [90 N s/m, 1 N s/m]}, measured: {omega: [5 Hz]}}",
+            "s.vary.H: must be two increasing numbers, [low, high], got [90 N s/m, 1 N s/m]",
+        ),
+        (
+            "{kind: boundary, over: {omega: [1 Hz, 9 Hz], F: {start: 1 N, stop: 2 m}}}",
+            "s.over.F.stop: must be a force with its unit, such as 120 N, got '2 m' (m is no unit of force)",
+        ),
+        (
+            "{kind: boundary, over: {omega: [1 Hz, 9 Hz], F: }}",
+            "s.over.F: must be two increasing numbers, [low, high], got nothing",
+        ),
+        (
+            "{kind: sweep, over: {C1: [95 N/mm, 12 N/mm]}}",
+            "s.over.C1: must be increasing numbers, each once, got 12 N/mm after 95 N/mm",
+        ),
+    ],
+)
+def test_rules_of_a_grid_are_told_in_its_own_numbers(scene: str, told: str) -> None:
+    """What a key takes is the rule of its model, and no number stands for one that is no quantity."""
+    head = TEXT.partition("scenes:")[0]
+    with pytest.raises(StudyError) as caught:
+        study_of_text(f"{head}scenes:\n  s: {scene}\n", "units")
+    lines = str(caught.value).replace("the study units: ", "").splitlines()
+    assert f"scenes.{told}" in lines
+    assert sum("over" in line or "vary" in line for line in lines) == 1

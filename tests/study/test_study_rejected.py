@@ -551,3 +551,15 @@ def test_what_is_drawn_together_and_told_fits(change, told, tmp_path):
     assert [line for line in faults(text, tmp_path) if line.startswith(told)], faults(
         text, tmp_path
     )
+
+
+@pytest.mark.parametrize(
+    ("scene", "key"),
+    [
+        ("{kind: basins, over: {x0: [0, 0.1], v0: {start: -1, stop: 1, points: 0}}}", "over.v0"),
+        ("{kind: backbone, delta_over_l: [0], tau_bar: {start: 1, stop: 2, points: 0}}", "tau_bar"),
+    ],
+)
+def test_a_key_with_a_fault_is_not_missing(scene, key, tmp_path):
+    (told,) = scene_faults(scene, tmp_path)
+    assert told == f"scenes.s.{key}.points: must be a whole number from 2 to 1e8, got 0"

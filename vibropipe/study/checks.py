@@ -6,7 +6,7 @@ from collections.abc import Collection, Iterator
 from dataclasses import replace
 
 from vibropipe.scenes.keys.base import drawn_by_others
-from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.problems import REQUIRED, KeyPath, Problem
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study.models import Hero, ReportTable, Study
 from vibropipe.words.spelling import did_you_mean
@@ -41,7 +41,9 @@ def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
             for problem in problems(scene)
         ]
         for problem in (*own_problems, *kind.check_among(scene, study.scenes, faulty)):
-            yield replace(problem, path=("scenes", name, *problem.path))
+            is_there = any(path[: len(problem.path)] == problem.path for path in own)
+            if not (is_there and problem.must.startswith(REQUIRED)):
+                yield replace(problem, path=("scenes", name, *problem.path))
     if study.table is not None and not any(path[:1] == ("table",) for path in broken):
         yield from _check_table(study.table)
     if study.hero is not None and not any(path[:1] == ("hero",) for path in broken):

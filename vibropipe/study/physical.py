@@ -10,17 +10,13 @@ import re
 from dataclasses import replace
 from typing import Any
 
-from pydantic import TypeAdapter, ValidationError
-
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import BESIDE_SLOPE, eigenfrequency, non_dimensional
-from vibropipe.scenes.keys.grids import Grid
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
-from vibropipe.scenes.keys.values import DECIMAL_COMMA, REFUSED, UnitRule, as_number
+from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
-from vibropipe.study.pydantic_errors import plain_path, quoted
 from vibropipe.study.tables import PHASE
 from vibropipe.words.exciter import FINITE, POSITIVE, Range
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
@@ -62,7 +58,6 @@ STAND_INS: dict[str, Any] = {
 
 _BOUND = re.compile(r"([<>])=?([^<>,]+)")
 _CUT = re.compile(r"\d+\s*[^\W\d]")
-_GRID: TypeAdapter[Any] = TypeAdapter(Grid)
 
 
 def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
@@ -187,22 +182,42 @@ class _Reader:
 
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
-        n_problems, of = len(self.problems), _last_key(path[:-1])
-        si = self.in_si(key, value, path)
-        if of in ("over", "vary") and not isinstance(value, (dict, list)):
-            del self.problems[n_problems:]  # the model says which lists are taken
-            return self.scaled(key, si)
-        if of == "along":
-            return self.scaled(key, si)
-        if isinstance(value, (dict, list)) and len(self.problems) == n_problems:
-            self.check_grid(si, value, path)
-        if len(self.problems) > n_problems:
-            if of == "vary":
-                return STAND_INS["vary"]
-            n_values = len(value) if isinstance(value, list) else 1
-            stand_ins = [STAND_IN * (n + 1) for n in range(n_values)]
-            return stand_ins if isinstance(value, (dict, list)) else STAND_IN
-        return self.scaled(key, si)
+        is_grid, of = isinstance(value, (dict, list)), _last_key(path[:-1])
+        if of in ("over", "vary") and not is_grid:
+            return value  # the model says which lists are taken
+        n_problems = len(self.problems)
+        numbers = self.numbers(key, value, path)
+        if len(self.problems) == n_problems or of == "along":
+            return numbers
+        n_values = len(value) if isinstance(value, list) and of != "vary" else 2
+        return [STAND_IN * (n + 1) for n in range(n_values)] if is_grid else STAND_IN
+
+    def numbers(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
+        """Return numbers without units, in their lists and mappings; `hint` goes before others of a fault."""
+        if isinstance(value, dict):
+            return {
+                part: inner if part in COUNTS else self.numbers(key, inner, (*path, part))
+                for part, inner in value.items()
+            }
+        if isinstance(value, list):
+            after = [*value[1:], None]
+            return [
+                self.numbers(key, inner, (*path, n), comma_hint(inner, after[n]))
+                for n, inner in enumerate(value)
+            ]
+        dimension, within = KEYS[key]
+        rule = UnitRule(key, dimension, within, numbers=key in BARE)
+        try:
+            si = to_si(value, dimension, numbers=key in BARE)
+        except UnitError as error:
+            self.problems.append(Problem(path, describe(value), rule.allowed, hint or error.hint))
+            return STAND_IN
+        if not within.contains(si):
+            self.problems.append(Problem(path, describe(value), rule.allowed))
+        if key in NAMES:
+            return non_dimensional({**self.units, key: si})[NAMES[key]]
+        p = eigenfrequency(**self.units)
+        return {"velocity": si / p, "time": si * p}.get(dimension, si)
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
         """Return a target, a bound, an allowance or a column without units."""
@@ -262,55 +277,6 @@ class _Reader:
             return ""
         own = quantity(goal.variable)
         return "angle" if own.units == "rad" else own.dimension
-
-    def in_si(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
-        """Return the numbers of a key in SI, in their lists and mappings; `hint` goes before others of a fault."""
-        if isinstance(value, dict):
-            return {
-                part: inner if part in COUNTS else self.in_si(key, inner, (*path, part))
-                for part, inner in value.items()
-            }
-        if isinstance(value, list):
-            after = [*value[1:], None]
-            return [
-                self.in_si(key, inner, (*path, n), comma_hint(inner, after[n]))
-                for n, inner in enumerate(value)
-            ]
-        dimension, within = KEYS[key]
-        rule = UnitRule(key, dimension, within, numbers=key in BARE)
-        try:
-            number = to_si(value, dimension, numbers=key in BARE)
-        except UnitError as error:
-            self.problems.append(Problem(path, describe(value), rule.allowed, hint or error.hint))
-            return STAND_IN
-        if not within.contains(number):
-            self.problems.append(Problem(path, describe(value), rule.allowed))
-        return number
-
-    def check_grid(self, si: Any, written: Any, path: KeyPath) -> None:
-        """Check a grid in SI; messages show its numbers as they were written."""
-        try:
-            _GRID.validate_python(si)
-        except ValidationError as error:
-            for entry in error.errors(include_url=False):
-                if entry["type"] == REFUSED:
-                    words = {**entry["ctx"]}
-                    found = words["found"] or describe(entry["input"])
-                    words["found"] = quoted(found, si, written)
-                    self.problems.append(Problem((*path, *plain_path(entry["loc"])), **words))
-
-    def scaled(self, key: str, si: Any) -> Any:
-        """Return numbers in SI without units, in their lists and mappings."""
-        if isinstance(si, dict):
-            return {n: v if n in COUNTS else self.scaled(key, v) for n, v in si.items()}
-        if isinstance(si, list):
-            return [self.scaled(key, value) for value in si]
-        if not isinstance(si, float):
-            return STAND_IN
-        if key in NAMES:
-            return non_dimensional({**self.units, key: si})[NAMES[key]]
-        p = eigenfrequency(**self.units)
-        return {"velocity": si / p, "time": si * p}.get(KEYS[key][0], si)
 
 
 def comma_hint(value: Any, after: Any) -> str:

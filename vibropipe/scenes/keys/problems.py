@@ -13,6 +13,7 @@ from vibropipe.words.spelling import hint_of_key
 KeyPath = tuple[str | int, ...]
 
 _LONGEST = 60
+REQUIRED = "is required"  # begins what must hold of a missing key
 
 
 def describe(value: Any) -> str:
@@ -112,7 +113,7 @@ def one_of(choices: Iterable[str]) -> str:
 
 def required(path: KeyPath, allowed: str, where: str = "", hint: str = "") -> Problem:
     """Return the fault of a missing key; `where` says where it may be given, or why it is required."""
-    return Problem(path, "", allowed, hint, must=f"is required ({allowed}){where}")
+    return Problem(path, "", allowed, hint, must=f"{REQUIRED} ({allowed}){where}")
 
 
 def refused(path: KeyPath, error: ParameterError) -> Problem:

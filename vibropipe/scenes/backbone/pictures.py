@@ -136,7 +136,7 @@ def symmetry_text(dataset: xr.Dataset) -> str:
         return "By symmetry the constant part and the even harmonics vanish"
     at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
     largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
-    return f"The constant part is largest, {largest_text}, at the frequency {at}"
+    return f"Of these motions the constant part is largest, {largest_text}, at the frequency {at}"
 
 
 def shown_value(array: xr.DataArray, value: float, digits: int = 4) -> str:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import json
+from dataclasses import replace
 from types import SimpleNamespace
 
 import numpy as np
@@ -11,10 +12,11 @@ import xarray as xr
 from pdf_pages import page_texts
 from report_text import HOSTILE, flat, items, study_of
 
+import vibropipe as vp
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, side_of
-from vibropipe.report.methods import method_words, solved_line
+from vibropipe.report.methods import method_words, model_line, solved_line
 from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
 from vibropipe.store import StoreError, write
 from vibropipe.words.wording import paragraphs
@@ -194,3 +196,12 @@ def test_methods_are_written_in_words(stored, words):
 def test_a_method_is_named_once():
     datasets = {n: xr.Dataset(attrs={"method": m}) for n, m in enumerate(("exact", "crude, exact"))}
     assert solved_line(datasets).text == "an impact at the end of a step, exact"
+
+
+def test_the_model_has_the_force_that_there_is():
+    still = vp.Exciter(l=0.5, h=0.1)
+    free, forced = (vp.simulate(e, 5.0, x0=0.1) for e in (still, replace(still, nu=1.0, f=0.1)))
+    assert model_line({"a": free}).text.startswith("ẍ + hẋ + x = 0 between the supports; ")
+    assert model_line({"a": free, "b": forced}).text.startswith("ẍ + hẋ + x = f sin ντ between")
+    with_units = {"a": vp.to_physical(free, 1.0, 1e4)}
+    assert model_line(with_units).text.startswith("mẍ + Hẋ + Cx = 0 between the supports; ")

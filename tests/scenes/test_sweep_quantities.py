@@ -222,6 +222,11 @@ def test_titles_of_maps_say_what_is_seen():
     dataset = sweep(60, f=f)
     kept = dataset.isel(nu=dataset["nu"].values < 2.5)
     assert map_title(kept) == "Above one border in f the mass strikes a support, below it none"
+    apart = kept.copy(deep=True)  # a border in nu alone, between two others
+    apart["regime"][:] = np.where(
+        (kept.nu > 1) & (kept.nu < 2), Regime.NO_IMPACT, Regime.WITH_REST
+    )[:, None]
+    assert map_title(apart) == "Two kinds of motion share the plane of ν and f"
     island = kept.copy(deep=True)
     island["regime"][5, 3] = Regime.ONE_SIDED_1
     assert map_title(island) == "Four kinds of motion share the plane of ν and f"

@@ -244,7 +244,7 @@ def test_shares_have_the_digits_of_their_amounts():
 
 
 def test_ranges_along_a_line_and_energies_are_tables():
-    line = one_line()
+    line = one_line().assign_coords(f=1.0)
     energy = describe(xr.Dataset({"energy_input": ("nu", np.linspace(0.1, 0.2, line.sizes["nu"]))}))
     for name in ("energy_damping", "energy_impact"):
         energy[name] = energy["energy_input"] / 2
@@ -261,6 +261,10 @@ def test_ranges_along_a_line_and_energies_are_tables():
     assert energies.rows[3] == ["loss by friction", "0.025 … 0.05"]
     for without in (energy, energy.assign(energy_friction=0 * energy["energy_input"])):
         assert len(tables({"response": line.merge(without)})[1].rows) == 3
+    # without a force it does no work, and its periods are none of the motion
+    (ranges,) = tables({"response": line.merge(energy).assign_coords(f=0.0)})
+    assert ranges.head == ["ν", "how the mass moves", "hardest impact"]
+    assert ranges.rows[0] == ["0.5 … 0.8", "no impact", "–"]
 
 
 def test_lines_and_coexisting_motions_are_tables():

@@ -269,19 +269,21 @@ def scalar_parameters(dataset: xr.Dataset) -> dict[str, float]:
     }
 
 
+def shown_parameters(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> list[str]:
+    """Return the names of the parameters that are not swept, of the force only if there is one."""
+    of_force = () if is_forced(dataset) else (frequency(dataset), force_amplitude(dataset))
+    left_out = {*leave_out, *of_force}
+    return [name for name in scalar_parameters(dataset) if name not in left_out]
+
+
 def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     """Write the parameters that are not swept as mathtext: nu = 1, f = -1, ..., in as few lines as fit on a figure."""
-    left_out = set(leave_out)
-    names = [name for name in scalar_parameters(dataset) if name not in left_out]
-    return in_lines([value_text(dataset[name]) for name in names])
+    return in_lines([value_text(dataset[name]) for name in shown_parameters(dataset, leave_out)])
 
 
 def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     """Write the parameters that are not swept as plain text: ν = 1, f = −1, ..."""
-    left_out = set(leave_out)
-    return ", ".join(
-        plain_value(dataset[n]) for n in scalar_parameters(dataset) if n not in left_out
-    )
+    return ", ".join(plain_value(dataset[name]) for name in shown_parameters(dataset, leave_out))
 
 
 def sentences(*parts: str) -> str:

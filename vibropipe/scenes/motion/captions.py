@@ -17,9 +17,7 @@ from vibropipe.figures.text import (
     REGIME_TEXT,
     clock,
     departure,
-    force_amplitude,
     format_number,
-    frequency,
     is_forced,
     parameters_text,
     plain_symbol,
@@ -55,7 +53,7 @@ def describe_motion(
         steady_text(dataset),
         exact_text(dataset),
         MARKS if dataset.sizes.get("impact") else "",
-        parameters_of(dataset),
+        parameters_text(dataset),
     )
 
 
@@ -65,16 +63,10 @@ def describe_together(datasets: Sequence[xr.Dataset]) -> str:
     first = datasets[0]
     differ = [n for n in values[0] if any(each.get(n, 0.0) != values[0][n] for each in values)]
     return sentences(
-        f"All: {parameters_of(first, differ)}",
+        f"All: {parameters_text(first, differ)}",
         "Above each column: in which parameters it differs",
         MARKS,
     )
-
-
-def parameters_of(dataset: xr.Dataset, leave_out: Sequence[str] = ()) -> str:
-    """Write the parameters of a motion, of the force only if there is one."""
-    of_force = () if is_forced(dataset) else (frequency(dataset), force_amplitude(dataset))
-    return parameters_text(dataset, (*leave_out, *of_force))
 
 
 MARKS = (
@@ -132,7 +124,7 @@ def describe_impacts(dataset: xr.Dataset) -> str:
         grazing_text(dataset),
         rest_text(dataset, is_shaded=drawn),
         steady_text(dataset),
-        parameters_of(dataset),
+        parameters_text(dataset),
     )
 
 

@@ -218,7 +218,7 @@ def map_title(dataset: xr.Dataset) -> str:
         for axis in (y, x):
             steps = np.diff(strikes.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
             for sign, side in ((1, ("above", "below")), (-1, ("below", "above"))):
-                if (sign * steps >= 0).all():
+                if steps.any() and (sign * steps >= 0).all():
                     where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"
                     return f"{where} the mass strikes a support, {side[1]} it none"
     ways = len([each for each in regions_of(dataset)[1] if each.name != "unresolved"])

@@ -9,7 +9,7 @@ from itertools import groupby
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, in_brackets
+from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table
@@ -77,7 +77,7 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
 def ranges_table(label: str, dataset: xr.Dataset) -> Table:
     """Return how the mass moves along a line, range by range; of many ranges, the longest ones."""
     axis = axis_of(dataset)
-    has_velocity = "impact_velocity_max" in dataset
+    has_velocity, has_period = "impact_velocity_max" in dataset, is_forced(dataset)
     ((_, line),) = lines_of(
         dataset.assign(region=regions_of(dataset)[0]), "region", "impact_velocity_max"
     )
@@ -102,17 +102,15 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
     rows = []
     for (code, m), low, high in kept:
         values = [format_number(float(line[axis].values[n]), 5) for n in (low, high)]
-        cells = [" … ".join(dict.fromkeys(values)), words[code], str(m) if m > 0 else DASH]
+        cells = [" … ".join(dict.fromkeys(values)), words[code]]
+        cells += [str(m) if m > 0 else DASH] if has_period else []
         if has_velocity:
             cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
     note = f"First and last row of each range{longest}. A border lies between two rows."
-    head = [
-        in_brackets(symbol_text(line[axis]), line[axis]),
-        "how the mass moves",
-        "repeats after periods",
-    ]
+    head = [in_brackets(symbol_text(line[axis]), line[axis]), "how the mass moves"]
+    head += ["repeats after periods"] if has_period else []
     head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []
     return Table(
         head,
@@ -180,9 +178,9 @@ def together_table(label: str, dataset: xr.Dataset) -> Table | None:
 
 
 def energy_table(label: str, dataset: xr.Dataset) -> Table | None:
-    """Return the range of each energy over the rows with an orbit and over aperiodic rows; friction if there is any."""
+    """Return the range of each energy over rows with an orbit and over aperiodic rows; None without a force."""
     names = {name: STEADY[name].short for name in ENERGY_SHOW if is_shown(dataset, name)}
-    if "energy_input" not in names:
+    if "energy_input" not in names or not is_forced(dataset):
         return None
     kinds = {
         "orbits": dataset["regime"] < Regime.APERIODIC,

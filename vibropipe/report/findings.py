@@ -130,9 +130,13 @@ def extent_text(mask: xr.DataArray, part: bool = False) -> str:
     return ", ".join(texts)
 
 
-def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
-    """Write the point of a largest value, and what is an end of a range: ν = 1 and, at the end of its range, f = 2."""
+def place_texts(dataset: xr.Dataset, top: xr.DataArray) -> list[str]:
+    """Write the point of a largest value, with what is an end of a range and without.
+
+    With it: ν = 1 and, at the end of its range, f = 2.
+    """
     dims = [name for name in dataset["regime"].dims if not is_text(dataset[name])]
+    alone = point_text(top, dims)
     ends = [
         name
         for name in dims
@@ -141,8 +145,8 @@ def place_text(dataset: xr.Dataset, top: xr.DataArray) -> str:
     ]
     inner = [name for name in dims if name not in ends]
     if not ends:
-        return point_text(top, dims)
+        return [alone]
     where = "the end of its range" if len(ends) == 1 else "the ends of their ranges"
     if len(ends) == len(dims):
-        return f"{point_text(top, ends)}, {where}"
-    return f"{point_text(top, inner)} and, at {where}, {point_text(top, ends)}"
+        return [f"{alone}, {where}", alone]
+    return [f"{point_text(top, inner)} and, at {where}, {point_text(top, ends)}", alone]

@@ -16,7 +16,7 @@ from vibropipe.figures.text import (
     reasons_text,
     sentences,
 )
-from vibropipe.report.findings import largest, place_text, value_text
+from vibropipe.report.findings import largest, place_texts, value_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
@@ -96,18 +96,17 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     plain = f"{words[0].upper()}{words[1:]}"
     if top is None or not float(top) or dataset["regime"].size == 1:
         return plain
-    where = place_text(dataset, top)
+    if own.name == "lyapunov_exponent":
+        exponent = own.of(dataset)
+        return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
+    subject = plain.removeprefix("Largest ")
+    size = "is largest in size" if own.name in SIGNED else "is largest"
+    seen = f"{subject[0].upper()}{subject[1:]} {size}"
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" on support {own.position + 1}"
-        text = f"Impacts{on} are hardest at {where}"
-    elif own.name == "lyapunov_exponent":
-        exponent = own.of(dataset)
-        text = exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
-    else:
-        subject = plain.removeprefix("Largest ")
-        size = "is largest in size" if own.name in SIGNED else "is largest"
-        text = f"{subject[0].upper()}{subject[1:]} {size} at {where}"
-    return text if len(text) <= MAX_TITLE else plain
+        seen = f"Impacts{on} are hardest"
+    texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]
+    return next((text for text in texts if len(text) <= MAX_TITLE), plain)
 
 
 def of_orbits(dataset: xr.Dataset, own: Series) -> xr.DataArray:

@@ -10,6 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import offset_copy
 
 from vibropipe.figures.canvas import WIDE as CANVAS
 from vibropipe.figures.canvas import axes, label_region, new_canvas, note_height, panel, top_note
@@ -126,6 +127,8 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     array = dataset["displacement_amplitude"]
     ax.set_ylabel(in_brackets(f"{ORDINALS[0]} harmonic {symbol_of(array, 1)}", array))
     amplitude = array.sel(harmonic=1).transpose(name, "attractor_id")
+    known = amplitude.values[np.isfinite(amplitude.values)]
+    least, most = known.min(initial=np.inf), known.max(initial=-np.inf)
     has_orbit = dataset["period_multiple"].transpose(name, "attractor_id").values > 0
     for rank, index in enumerate(ordered(dataset)):
         own = amplitude.values[:, index]
@@ -141,7 +144,18 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         style = {**marker_of(dataset, index), "markersize": 4.0, "markerfacecolor": colours[index]}
         ax.plot(values[marked], own[marked], zorder=3, clip_on=False, **style)
         middle = present[(present.size * (1 + rank % 3)) // 4]
-        label_region(ax, values[middle], own[middle], letters[index], weight="bold")
+        at = values[middle], own[middle]
+        if marked.size == present.size:  # no place without a mark
+            height = (at[1] - least) / (most - least or 1.0)
+            is_below = height > 0.9 or (height > 0.1 and rank % 2 == 1)
+            side = {
+                "y": -8 if is_below else 8,
+                "x": 4 * (middle == 0) - 4 * (middle == values.size - 1),
+            }
+            beside = offset_copy(ax.transData, ax.get_figure(root=True), units="points", **side)
+            ax.text(*at, letters[index], transform=beside, weight="bold", ha="center", va="center")
+        else:
+            label_region(ax, *at, letters[index], weight="bold")
 
 
 def draw_branches(ax: Axes, branches: xr.Dataset, name: str) -> None:

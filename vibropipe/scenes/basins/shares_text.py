@@ -107,7 +107,8 @@ def together_answer(dataset: xr.Dataset) -> Answer:
         _place(axis, border, rounded)
         for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
     ]
-    texts = [f"{way} {place}" for way, place in zip(("from", "to"), places, strict=True) if place]
+    ways = "from", "to" if places[0] else "up to"
+    texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
     where = " ".join(texts) or f"at all values of {symbol}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
     return Answer(

@@ -203,5 +203,9 @@ def test_the_model_has_the_force_that_there_is():
     free, forced = (vp.simulate(e, 5.0, x0=0.1) for e in (still, replace(still, nu=1.0, f=0.1)))
     assert model_line({"a": free}).text.startswith("ẍ + hẋ + x = 0 between the supports; ")
     assert model_line({"a": free, "b": forced}).text.startswith("ẍ + hẋ + x = f sin ντ between")
+    soft = vp.simulate(replace(still, k1=100.0, k2=50.0), 5.0, x0=0.1)
+    turns = "an impact turns the velocity"
+    assert turns not in model_line({"b": soft}).text
+    assert turns in model_line({"a": free, "b": soft}).text  # rigid in one scene
     with_units = {"a": vp.to_physical(free, 1.0, 1e4)}
     assert model_line(with_units).text.startswith("mẍ + Hẋ + Cx = 0 between the supports; ")

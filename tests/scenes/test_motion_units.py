@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 
 import numpy as np
 import pytest
@@ -77,3 +78,12 @@ def test_the_unit_of_energies_stands_in_brackets():
     with house_style():
         figure = draw_energy(display_units({"motion": energies})["motion"])
     assert figure.axes[0].get_ylabel() == "energy (J)"
+
+
+def test_the_departure_from_the_exact_motion_has_its_unit():
+    physical = vp.to_physical(motion(exact=True), M, C)
+    physical.attrs["display_units"] = "length: mm"
+    exact = display_units({"motion": physical})["motion"]
+    assert re.search(
+        r"Newmark's method differs from it by at most [\d.]+ mm\.", describe_motion(exact)
+    )

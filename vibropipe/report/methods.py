@@ -75,13 +75,13 @@ def largest_residual(dataset: xr.Dataset) -> float:
 
 def model_line(datasets: Datasets) -> Line:
     """Return the line on the model, with the effects that a scene of the study has."""
-    has = drawing_of(datasets)
-    symbols = has["symbols"]
+    symbols = drawing_of(datasets)["symbols"]
     left, force = "ẍ + hẋ + x", "f sin ντ"
     if symbols["stiffness"] == "C":
         left, force = "mẍ + Hẋ + Cx", "F sin ωt"
     text = f"{left} = {force if symbols['force'] else '0'} between the supports"
-    ends = ["an impact turns the velocity and multiplies it by R"] if not all(has["soft"]) else []
+    is_rigid = any(not all(drawing_of({name: data})["soft"]) for name, data in datasets.items())
+    ends = ["an impact turns the velocity and multiplies it by R"] if is_rigid else []
     ends += sentences_of(datasets)
     return Line("Model", f"{text}; {series(ends)}; `docs/theory.md`")
 

@@ -209,5 +209,5 @@ def exact_text(dataset: xr.Dataset) -> str:
         return ""
     return (
         "Pale line: exact solution; the displacement by Newmark's method differs from it "
-        f"by at most {at_most(departure(dataset), 2)}"
+        f"by at most {with_units(dataset['displacement'], at_most(departure(dataset), 2))}"
     )

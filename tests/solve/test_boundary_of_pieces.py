@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.orbits.boundaries.pieces import search
+from vibropipe.orbits.boundaries import law_search as search
 from vibropipe.words.bifurcations import Bifurcation, Meeting
 
 SOFT = vp.Exciter(l=0.5, h=0.1, nu=1.0, f=0.5, k1=50.0, k2=50.0, h1=1.0, h2=1.0)
@@ -142,7 +142,8 @@ def test_curves_end_at_the_box_or_where_others_begin(found):
     assert not np.isin(ends, [Meeting.LOST, Meeting.POINTS]).any()
     # Each curve once.
     firsts = borders.isel(point=np.flatnonzero(np.diff(borders["curve_id"].values, prepend=-1)))
-    ways = zip(firsts["boundary_kind"].values, firsts["nu"].values.round(6), strict=True)
+    names = ("boundary_kind", "nu", "f")
+    ways = zip(*(firsts[name].values.round(6).tolist() for name in names), strict=True)
     assert len(set(ways)) == firsts.sizes["point"]
 
 

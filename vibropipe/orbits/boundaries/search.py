@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
 from functools import partial
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 
@@ -38,7 +38,7 @@ class Settled(NamedTuple):
 class Boundary(NamedTuple):
     """A boundary: its points in order, and what it meets."""
 
-    curve: BoundaryCurve
+    curve: Any
     points: list[Point]
     meetings: list[Event]
 
@@ -158,6 +158,6 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
     )
 
 
-def follow_both_ways(curve: BoundaryCurve, point: Point) -> Boundary:
+def follow_both_ways(curve: Any, point: Point) -> Boundary:
     """Follow a boundary from a point to both ends."""
     return Boundary(curve, *joined(*both_ways(partial(follow, curve), point)))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import Any
 
 import numpy as np
 
@@ -64,7 +65,7 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     return settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
 
 
-def settled(curve: BoundaryCurve, u: np.ndarray) -> tuple[BoundaryCurve, Point] | None:
+def settled(curve: Any, u: np.ndarray) -> tuple[Any, Point] | None:
     """Return a boundary and its point near u, with one of both parameters held; None if there is none."""
     for fixed in (-1, -2):
         point = curve.settle(u, fixed)

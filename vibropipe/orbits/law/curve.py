@@ -22,6 +22,7 @@ from vibropipe.orbits.branches.steps import (
     SPEED,
     TESTS,
     TRACE,
+    UNIT,
 )
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.elimination import solve_cyclic
@@ -30,6 +31,7 @@ from vibropipe.orbits.law.law import SECTION, Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.margins import fill_margins
 from vibropipe.orbits.law.states import state_within
+from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.exciter import Parameters
@@ -40,6 +42,8 @@ MARGIN, SLOW_EVENT = TESTS, TESTS + 1
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
 NO_BORDER = np.zeros((0, 0)), np.zeros(0)
+# No touch of a support: see `margins.TOUCH`.
+NO_TOUCH = of.NOWHERE, 0.0, 0.0
 
 
 class Scales(NamedTuple):
@@ -49,47 +53,64 @@ class Scales(NamedTuple):
     speed: float
 
 
-class LawCurve(Curve):
-    """The branch of orbits of one law.
+class LawZeros(Curve):
+    """Zeros of the equations of one law, and of further conditions.
 
-    Unknowns are the times of all events, what is free of the state before each, and the parameter.
+    Unknowns are the times of all events, what is free of the state before each, and parameters.
 
     Parameters
     ----------
-    problem : Problem
     law : Law
     scales : Scales
     marcher : Marcher
         Marches motions of the exciters.
+    values : (parameters,) float
+        Of the exciter.
+    along : (k,) int
+        Indices of those that vary.
+    low, high : (k,) float
+        Their ranges.
+    max_length : float
+        Largest weighted length of a step.
     """
 
-    def __init__(self, problem: Problem, law: Law, scales: Scales, marcher: Marcher) -> None:
-        self.problem, self.sequence, self.scales, self.marcher = problem, law, scales, marcher
+    # Where the orbit touches a support, which is no end of its law: piece, support, time.
+    touch: tuple[float, float, float] = NO_TOUCH
+
+    def __init__(
+        self,
+        law: Law,
+        scales: Scales,
+        marcher: Marcher,
+        values: np.ndarray,
+        along: np.ndarray,
+        low: np.ndarray,
+        high: np.ndarray,
+        max_length: float,
+    ) -> None:
+        self.sequence, self.scales, self.marcher = law, scales, marcher
         self.size, self.speed = size, speed = scales
-        n = len(law.codes)
-        kinds = law.codes[:, CAUSE]
-        weights = np.ones(2 * n + 1)
-        weights[n : 2 * n] = np.where(np.isin(kinds, (TURN, STICK)), 1.0 / size, 1.0 / speed)
+        n, kinds = len(law.codes), law.codes[:, CAUSE]
+        weights = np.ones(2 * n)
+        weights[n:] = np.where(np.isin(kinds, (TURN, STICK)), 1.0 / size, 1.0 / speed)
         self.periodic = range(n)
         if kinds[0] == SECTION:
             weights[0], self.periodic = 1.0 / size, ()
-        weights[-1] = 1.0 / (problem.high - problem.low)
-        Continued.__init__(self, weights, problem.max_length)
-        self._values = problem.values.reshape(1, -1).copy()
-        name = Parameters._fields[problem.along]
-        self._columns = np.array([ALL_DIFFERENTIATED.index(name)])
-        self._blocks, self._margins = new_blocks(n, 1), np.zeros((of.KINDS, 4))
+        Continued.__init__(self, np.append(weights, 1.0 / (high - low)), max_length)
+        self._values, self._along = values.reshape(1, -1).copy(), along
+        self._least, self._most = 2.0 * low - high, 2.0 * high - low
+        names = [Parameters._fields[index] for index in along]
+        self._columns = np.array([ALL_DIFFERENTIATED.index(name) for name in names])
+        self._blocks, self._margins = new_blocks(n, len(along)), np.zeros((of.KINDS + 1, 4))
         self._c, self._no_columns = np.empty(DEGREE + 1), new_blocks(n, 0)
-
-    def with_sequence(self, sequence: Any) -> LawCurve:  # noqa: D102
-        return LawCurve(self.problem, sequence, self.scales, self.marcher)
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:  # noqa: D102
         return Point(u, tangent, tests, self)
 
-    def parameters(self, value: float) -> Any:
-        """Return the `Parameters` at a value of the one that varies."""
-        return parameters_at(self._values, self.problem.along, value)
+    def parameters_of(self, u: np.ndarray) -> Any:
+        """Return the `Parameters` at some unknowns."""
+        self._values[0, self._along] = u[2 * len(self.sequence.codes) :]
+        return row_parameters(self._values, 0)
 
     def events_of(self, u: np.ndarray) -> np.ndarray:
         """Return the unknowns as an array (n, 2)."""
@@ -102,9 +123,20 @@ class LawCurve(Curve):
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
         if not self._fill(u):
             return None
-        border = self.work.border
-        step, sign = self._solve(self._blocks.rest, border, float(border @ u) - target)
+        rows, values = self._rows(u)
+        values[0] = float(rows[0] @ u) - target
+        step, sign = self._solve(self._blocks.rest, rows, values)
         return None if sign == 0.0 else step
+
+    def _rows(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Return the normal of the plane and the derivatives of the conditions, and the values of the latter."""
+        further = self.conditions(u)
+        rows = np.array([self.work.border, *(slope for _value, slope in further)])
+        return rows, np.array([0.0, *(value for value, _slope in further)])
+
+    def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:
+        """Return values and derivatives of what else is zero at u, whose blocks are filled."""
+        return []
 
     def nearest(self, u: np.ndarray) -> Point | None:
         """Return the point that Newton's method finds near u, across the branch; None if there is none."""
@@ -113,7 +145,9 @@ class LawCurve(Curve):
             border[fixed] = 1.0
             if not self._fill(u):
                 return None
-            tangent, sign = self._solve(np.zeros_like(self._blocks.rest), border, 1.0)
+            tangent, sign = self._solve(
+                np.zeros_like(self._blocks.rest), border[np.newaxis], np.ones(1)
+            )
             norm = float(np.linalg.norm(tangent * self.weights))
             if sign != 0.0 and 0.0 < norm < math.inf:
                 return self.advance(self.point(u, tangent / norm, np.zeros(0)), 0.0)
@@ -122,7 +156,7 @@ class LawCurve(Curve):
     def state_at(self, point: Point, visit: int = 0) -> np.ndarray:
         """Return (x, x') after some whole periods from the phase 0 of the force, counted from the equilibrium."""
         law, u = self.sequence, self.events_of(point.u)
-        n, p = len(law.codes), self.parameters(point.value)
+        n, p = len(law.codes), self.parameters_of(point.u)
         if law.codes[0, CAUSE] == SECTION:
             return point.u[:2].copy()
         for i in range(n):
@@ -140,44 +174,47 @@ class LawCurve(Curve):
 
     def _fill(self, u: np.ndarray) -> bool:
         """Fill the blocks at u; return whether they are finite."""
-        reach = self.problem.high - self.problem.low
-        is_in_reach = self.problem.low - reach < u[-1] < self.problem.high + reach
-        if not (is_in_reach and np.isfinite(u).all()):
+        given = u[2 * len(self.sequence.codes) :]
+        if not (
+            np.isfinite(u).all() and (given > self._least).all() and (given < self._most).all()
+        ):
             return False
-        p = self.parameters(float(u[-1]))
+        p = self.parameters_of(u)
         fill_blocks(p, self.sequence, self.events_of(u), self._columns, self._blocks)
         return bool(np.isfinite(self._blocks.rest).all())
 
     def _solve(
-        self, rest: np.ndarray, border: np.ndarray, target: float
+        self, rest: np.ndarray, rows: np.ndarray, targets: np.ndarray
     ) -> tuple[np.ndarray, float]:
-        """Return the solution of the bordered equations at the blocks, and the sign of the determinant."""
+        """Return the solution of the equations at the blocks with further rows, and the sign of the determinant."""
         n, blocks = len(self.sequence.codes), self._blocks
-        x, q = np.zeros((n, 2)), np.zeros(1)
-        borders = np.ascontiguousarray(border[: 2 * n].reshape(2, n).T)[np.newaxis]
-        corner = border[-1:].reshape(1, 1)
+        x, q = np.zeros((n, 2)), np.zeros(len(self._along))
+        borders = np.ascontiguousarray(rows[:, : 2 * n].reshape(-1, 2, n).transpose(0, 2, 1))
+        corner = np.ascontiguousarray(rows[:, 2 * n :])
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner,
-            np.array([target]), x, q,
-        )  # fmt: skip
+            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, targets, x, q
+        )
         return np.concatenate([x.T.ravel(), q]), sign
 
     def finished(self, u: np.ndarray) -> Point | None:  # noqa: D102 - as Curve
         if not self._fill(u):
             return None
-        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), self.work.border, 1.0)
+        rows, _values = self._rows(u)
+        along = np.eye(len(rows))[0]
+        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), rows, along)
         norm = float(np.linalg.norm(tangent * self.weights))
         if sign == 0.0 or not 0.0 < norm < math.inf:
             return None
         tangent /= norm
         tests = np.zeros(TESTS + 2)
         tests[FOLD] = tangent[-1] * self.weights[-1]
-        tests[DOUBLING] = self._doubling()
+        tests[UNIT], tests[DOUBLING] = self._unit_and_doubling()
         tests[TRACE], tests[DETERMINANT] = self._return_map()
-        fill_margins(
-            self.parameters(float(u[-1])), self.sequence, self.events_of(u), self._c, self._margins
-        )
-        least, scale = self._margins[:, of.VALUE], self._margin_scales(float(u[-1]))
+        p = self.parameters_of(u)
+        span = self.sequence.span * (-1.0 if self.sequence.mirrored else 1.0)
+        self._margins[of.TOUCH] = span, *self.touch
+        fill_margins(p, self.sequence, self.events_of(u), self._c, self._margins)
+        least, scale = self._margins[: of.KINDS, of.VALUE], self._margin_scales(p)
         tests[SPEED] = min(least[of.SPEED] * scale[of.SPEED], 1.0)
         others = [least[kind] * scale[kind] for kind in range(1, of.KINDS)]
         kind = 1 + int(np.argmin(others))
@@ -186,13 +223,10 @@ class LawCurve(Curve):
         tests[SLOW_EVENT] = self._margins[of.SPEED, of.AT]
         return Point(u, tangent, tests, self)
 
-    def _margin_scales(self, value: float) -> np.ndarray:
+    def _margin_scales(self, p: Any) -> np.ndarray:
         """Return the factors that make margins pure numbers."""
-        friction = max(float(self.parameters(value).friction), 1e-100)
-        scales = np.array(
-            [1.0 / self.speed, 1.0, 1.0 / friction, 1.0 / self.size, 1.0 / self.speed]
-        )
-        return scales
+        friction = max(float(p.friction), 1e-100)
+        return 1.0 / np.array([self.speed, 1.0, friction, self.size, self.speed])
 
     def _determinant(self, wrap: float) -> tuple[float, float]:
         """Return sign and logarithm of the determinant of the cyclic system with a factor of the wrapping block."""
@@ -203,17 +237,21 @@ class LawCurve(Curve):
         )  # fmt: skip
         return float(sign), float(log)
 
-    def _doubling(self) -> float:
-        """Return the share of the determinant that is zero where an orbit doubles, or loses its symmetry.
+    def _unit_and_doubling(self) -> tuple[float, float]:
+        """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
 
-        The sum of both determinants is that of the blocks, times 2 (1 + det M); it is 0 where a piece vanishes.
+        The sum of both is the determinant of the blocks times 2 (1 + det M); it is 0 where a piece vanishes.
         """
         (sign, log), (other_sign, other) = self._determinant(-1.0), self._determinant(1.0)
         top = max(log, other)
         if not top > -math.inf:
-            return 0.0
+            return 0.0, 0.0
         one, two = math.exp(log - top), math.exp(other - top)
-        return math.copysign(one / (one + two), sign * (sign * one + other_sign * two))
+        both = sign * one + other_sign * two
+        total = one + two
+        return math.copysign(two / total, other_sign * both), math.copysign(
+            one / total, sign * both
+        )
 
     def _return_map(self) -> tuple[float, float]:
         """Return trace and determinant of the derivative of the return map, from those of the cyclic system."""
@@ -240,3 +278,26 @@ class LawCurve(Curve):
             )  # fmt: skip
             rest = x / np.abs(x).max()
         return np.append(rest.T.ravel(), 0.0)
+
+
+class LawCurve(LawZeros):
+    """The branch of orbits of one law along one parameter.
+
+    Parameters
+    ----------
+    problem : Problem
+    law, scales, marcher
+        As for `LawZeros`.
+    """
+
+    def __init__(self, problem: Problem, law: Law, scales: Scales, marcher: Marcher) -> None:
+        along, low, high = (np.array([each]) for each in (problem.along, problem.low, problem.high))
+        super().__init__(law, scales, marcher, problem.values, along, low, high, problem.max_length)
+        self.problem = problem
+
+    def with_sequence(self, sequence: Any) -> LawCurve:  # noqa: D102 - as Curve
+        return LawCurve(self.problem, sequence, self.scales, self.marcher)
+
+    def parameters(self, value: float) -> Any:
+        """Return the `Parameters` at a value of the one that varies."""
+        return parameters_at(self._values, self.problem.along, value)

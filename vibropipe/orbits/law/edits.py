@@ -25,6 +25,7 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law.curve import SLOW_EVENT
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.states import state_within
 from vibropipe.physics.contact import support_position
@@ -153,12 +154,12 @@ def edits(
         The kind of the margin that is zero.
     """
     events = happenings(law, p, u)
-    index = int(tests[-1] if margin == of.SPEED else tests[GAP_FLIGHT])
+    index = int(tests[SLOW_EVENT] if margin == of.SPEED else tests[GAP_FLIGHT])
     time, side, n = float(tests[GAP_TIME]), int(tests[GAP_SIDE]), len(events)
     if law.codes[0, CAUSE] == SECTION:
         events, index, n = [], -1, 0
     if margin == of.SPEED:
-        yield from _without_contact(events, index, p)
+        yield from without_contact(events, index, p)
     elif margin == of.SPAN:
         yield from _without_piece(events, index)
     elif margin == of.GAP:
@@ -218,7 +219,7 @@ def _displacement_near(law: Law, p: Any, u: np.ndarray, i: int, time: float) -> 
     return _reference(p, home) + (-float(y) if home == 1 else float(y))
 
 
-def _without_contact(events: list[Happening], i: int, p: Any) -> Iterator[list[Happening]]:
+def without_contact(events: list[Happening], i: int, p: Any) -> Iterator[list[Happening]]:
     """Yield events without a contact, or a flight between two, that has lost its speed."""
     event, n = events[i], len(events)
     if event.kind == IMPACT:

@@ -68,8 +68,10 @@ class Marcher:
         y, w = float(pieces.values[last, Y_END]), float(pieces.values[last, W_END])
         return np.array([to_displacement(p, home, y), to_velocity(home, w)])
 
-    def law_of(self, p: Any, state: np.ndarray, m: int, symmetric: bool) -> Read | None:
+    def law_of(
+        self, p: Any, state: np.ndarray, m: int, symmetric: bool, slow: float = 0.0
+    ) -> Read | None:
         """Return the law of the orbit of m periods from (x, x') at phase 0; None if there is none."""
         if not march_pieces(self.effects, p, 0.0, state[0], state[1], 2.0 * m, self.room):
             return None
-        return law_of(self.pieces, p, m, symmetric)
+        return law_of(self.pieces, p, m, symmetric, slow)

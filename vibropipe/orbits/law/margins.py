@@ -43,6 +43,11 @@ from vibropipe.physics.stiffness import piece_taylor
 # flight (or depth within a contact) where it turns, and speed of sliding.
 SPEED, SPAN, HOLD, GAP, SLIDE = range(5)
 KINDS = 5
+# Row of the span (negative if mirrored), piece, support and time at which the orbit touches a support, which is no
+# margin; piece ANY: nor are other gaps.
+TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0
+# Time from there, in forcing periods, within which a gap is that of the touch.
+TOUCHING = 1e-3
 # Of each margin: its value, the event or piece, the support, and the time in forcing periods.
 VALUE, AT, SIDE, TIME = range(4)
 # Parts of a step in which a turning point is sought, bisections for it, and the most steps of one polynomial each.
@@ -54,6 +59,16 @@ HELD_PARTS = 64
 @jit
 def note(margins, kind, value, i, side, time) -> None:
     """Keep a margin if it is the least of its kind."""
+    if kind == GAP and margins[TOUCH, AT] != NOWHERE:
+        if margins[TOUCH, AT] == ANY:
+            return
+        # A turn on the support is also the end of the piece before, of the first event a span later.
+        away, span = time - margins[TOUCH, TIME], margins[TOUCH, VALUE]
+        there = margins[TOUCH, SIDE]
+        if abs(away) < TOUCHING and side == there:
+            return
+        if abs(away - abs(span)) < TOUCHING and side == (3.0 - there if span < 0.0 else there):
+            return
     if value < margins[kind, VALUE] or value != value:
         margins[kind, VALUE], margins[kind, AT], margins[kind, SIDE] = value, i, side
         margins[kind, TIME] = time
@@ -61,7 +76,7 @@ def note(margins, kind, value, i, side, time) -> None:
 
 @jit
 def fill_margins(p, law, u, c, margins) -> None:
-    """Fill the margins (KINDS, 4) of an orbit; those that nothing bounds are infinite.
+    """Fill the margins of an orbit; those that nothing bounds are infinite.
 
     Parameters
     ----------
@@ -70,10 +85,11 @@ def fill_margins(p, law, u, c, margins) -> None:
     u : (n, 2) float
     c : (DEGREE + 1,) float
         Work array.
-    margins : (KINDS, 4) float
+    margins : (KINDS + 1, 4) float
+        The last row is kept: see TOUCH.
     """
-    margins[:] = 0.0
-    margins[:, VALUE] = np.inf
+    margins[:KINDS] = 0.0
+    margins[:KINDS, VALUE] = np.inf
     n = law.codes.shape[0]
     for i in range(n):
         of_event(p, law, u, i, margins)

@@ -107,6 +107,12 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
             elif not ends:
                 inside = False
             if (is_slow and cause != LEAVE) or ends:
+                if cause == IMPACT and p.friction > 0.0:
+                    # It turns there, as it would without the support.
+                    way = int(codes[i, DIRECTION]) * (1 if (home == 1) == (there == 1) else -1)
+                    turn = np.array([TURN, FREE, home, way], np.int8)
+                    x = to_displacement(p, there, 0.0) - to_displacement(p, home, 0.0)
+                    events.append(_Event(turn, float(values[i, AT]), x))
                 continue
             event = codes[i].copy()
             events.append(_Event(event, float(values[i, AT]), speed))

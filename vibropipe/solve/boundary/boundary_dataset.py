@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.pieces.curve import PieceBoundary
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
@@ -89,7 +89,7 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
 def _label(box: Box, boundary: Boundary) -> Variables:
     """Return the steady states of the points of a boundary as variables over `row`."""
     curve, points = boundary.curve, boundary.points
-    if isinstance(curve, PieceBoundary):
+    if isinstance(curve, LawBoundary):
         return label_points(boundary)
     parameters = np.tile(box.values, (len(points), 1))
     parameters[:, box.along] = [point.u[-2:] for point in points]

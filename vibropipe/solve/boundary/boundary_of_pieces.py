@@ -7,8 +7,8 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.pieces.curve import PieceBoundary
-from vibropipe.orbits.boundaries.pieces.search import SettledPieces, find_boundaries_of_pieces
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
+from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.steps import DETERMINANT, TRACE
@@ -76,26 +76,26 @@ def parameters_of(rows: xr.Dataset) -> np.ndarray:
 def label_points(boundary: Boundary) -> Variables:
     """Return the quantities of the points of a boundary, named and shaped as those of solved rows."""
     curve, points = boundary.curve, boundary.points
-    assert isinstance(curve, PieceBoundary)
+    assert isinstance(curve, LawBoundary)
     n = len(points)
     multipliers, fastest = np.empty((n, 2), complex), np.empty((n, 2))
     strobe, loads = np.empty((n, 2)), np.empty(n)
     for i, point in enumerate(points):
         trace, determinant = point.tests[TRACE], point.tests[DETERMINANT]
-        if curve.law.mirrored:
+        if curve.sequence.mirrored:
             # Of the whole orbit, which is the map to the mirror image twice.
             trace, determinant = trace * trace - 2.0 * determinant, determinant * determinant
         multipliers[i] = floquet_multipliers(trace, -determinant, 1.0, 0.0)
-        strobe[i] = curve.strobe(point)
-        fastest[i] = curve.fastest()
-        loads[i] = curve.parameters(point.u).load
+        strobe[i] = curve.state_at(point)
+        fastest[i] = curve.fastest(point)
+        loads[i] = curve.parameters_of(point.u).load
     first, second = curve.contacts()
     largest = np.abs(multipliers).max(axis=1)
     if curve.kind != GRAZINGS:
         # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
         largest = np.abs(multipliers.prod(axis=1))
     return {
-        "period_multiple": (("row",), np.full(n, curve.law.m, np.int32)),
+        "period_multiple": (("row",), np.full(n, curve.sequence.m, np.int32)),
         "impacts_per_orbit": (("row", "support"), np.tile([float(first), float(second)], (n, 1))),
         "impact_velocity_max": (("row", "support"), fastest),
         "displacement_strobe": (("row",), strobe[:, 0] + loads),

@@ -3,30 +3,29 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Iterator
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
-from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
-from vibropipe.orbits.boundaries.pieces.curve import TOUCHES_BELOW, PieceBoundary
-from vibropipe.orbits.boundaries.pieces.flights import nearest_touch
-from vibropipe.orbits.boundaries.pieces.law import Law, law_of
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.law_curve import LawBoundary, grazing_at, touching
 from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
-from vibropipe.orbits.boundaries.seeds import KINDS, begin_linear, settled
+from vibropipe.orbits.boundaries.seeds import KINDS, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import Problem, is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.symmetry import halved
 from vibropipe.orbits.branches.tree import follow_tree
-from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros, Scales
 from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
-from vibropipe.orbits.law.marching import Marcher, march_pieces
+from vibropipe.orbits.law.law import Law
+from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.row import row_parameters
-from vibropipe.physics.effects import Effects
 
-# Least gap of a flight, as a share of the size of the orbit, next to which a grazing is sought.
-NEAR_TOUCH = 1e-2
+# Speed, as a share of the scale, below which a march only touches a support at a grazing.
+TOUCHES_BELOW = 1e-3
 # Relative difference of the states of two orbits of the same parameters that are one.
 SAME_STATE = 1e-6
 # Steps ahead of the end of a boundary at which it is sought with other events, weighted; they exceed the length within
@@ -60,13 +59,12 @@ def find_boundaries_of_pieces(
     Returns the boundaries, and whether all were followed: they are left at MAX_BOUNDARIES.
     """
     boundaries: list[Boundary] = []
-    room = marcher.effects, marcher.room
     for branch in _branches(box, orbits, marcher):
         for event in branch.events:
             kind = "grazing" if event.kind == "change" else event.kind
             if kind not in of or kind not in KINDS:
                 continue
-            waiting = [*_begin(box, branch, event, KINDS[kind], *room)]
+            waiting = [*_begin(box, branch, event, KINDS[kind], marcher)]
             while waiting:
                 begun = waiting.pop()
                 if is_no_motion(begun[1]) or _is_known(boundaries, *begun):
@@ -74,7 +72,7 @@ def find_boundaries_of_pieces(
                 if len(boundaries) == MAX_BOUNDARIES:
                     return boundaries, False
                 boundaries.append(follow_both_ways(*begun))
-                waiting += _beyond(box, boundaries[-1], *room)
+                waiting += _beyond(box, boundaries[-1], marcher)
     return boundaries, True
 
 
@@ -152,52 +150,30 @@ def _contains(
 
 
 def _begin(
-    box: Box,
-    branch: Branch,
-    event: Event,
-    kind: int,
-    effects: Effects,
-    march_room: tuple[Any, ...],
-) -> Iterator[tuple[Any, Point]]:
+    box: Box, branch: Branch, event: Event, kind: int, marcher: Marcher
+) -> Iterator[tuple[LawBoundary, Point]]:
     """Yield the boundary through a bifurcation of a branch, if there is one, and its point there."""
-    points = branch.points[event.point : event.point + (2 if event.kind == "change" else 1)]
-    for point in points:
-        values = branch.problem.values.copy()
-        values[branch.problem.along] = point.value
-        curve = point.curve
-        m = curve.sequence.m
-        if event.reason == "doubled" and kind == FLIPS:
-            m //= 2
-        slow = TOUCHES_BELOW * curve.speed if kind == GRAZINGS else 0.0
-        ends = values[box.along]
-        p = row_parameters(values.reshape(1, -1), 0)
-        x, v = curve.state_at(point).tolist()
-        if not march_pieces(effects, p, 0.0, x, v, 2.0 * m, march_room):
-            continue
-        law = law_of(march_room[0].pieces, m, box.symmetric, slow, p.friction > 0.0)
-        if law is None:
-            if kind == GRAZINGS and p.friction == 0.0:
-                begun = begin_linear(box, ends, values)
-                if begun is not None:
-                    yield begun
-                    return
-            continue
-        of_half = kind == PITCHFORKS
-        if law.n_contacts > MAX_CONTACTS or (kind != GRAZINGS and of_half != bool(law.mirrored)):
-            continue
-        begun = begin_at(box, kind, law, ends, (curve.size, curve.speed), effects, march_room)
-        if begun is not None:
-            yield begun
+    point = branch.points[event.point]
+    curve = point.curve
+    law, u, touch = curve.sequence, point.u, NO_TOUCH
+    values = branch.problem.values.copy()
+    values[branch.problem.along] = point.value
+    if kind == GRAZINGS:
+        grazing = grazing_at(point)
+        if grazing is None:
             return
+        law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
+    elif event.reason == "doubled":
+        law, u = halved(law, u, event.kind)
+    begun = begin_at(box, kind, law, u[: 2 * len(law.codes)], touch, values[box.along], curve)
+    if begun is not None:
+        yield begun
 
 
-def _beyond(
-    box: Box, boundary: Boundary, effects: Effects, march_room: tuple[Any, ...]
-) -> Iterator[tuple[Any, Point]]:
+def _beyond(box: Box, boundary: Boundary, marcher: Marcher) -> Iterator[tuple[LawBoundary, Point]]:
     """Yield the boundaries that go on, by other events, where one ends, and their points there."""
     curve = boundary.curve
-    if not isinstance(curve, PieceBoundary):
-        return
+    assert isinstance(curve, LawBoundary)
     for meeting in boundary.meetings:
         if not meeting.reason or meeting.kind in ("box", "closed", "points", "rest"):
             continue
@@ -205,19 +181,15 @@ def _beyond(
         way = 1.0 if meeting.point > 0 else -1.0
         for length in AHEAD:
             ahead = point.u + way * length * point.tangent
-            # The orbit of the end is, next to it, close to that of other events.
-            if not curve.replayed(point):
-                break
-            turns, x, v = curve.state_inside(point.u)
-            p = curve.parameters(ahead)
-            if not march_pieces(effects, p, turns, x, v, 2.0 * curve.law.m, march_room):
-                continue
+            p, state = curve.parameters_of(ahead), curve.state_at(point._replace(u=ahead))
             slow = TOUCHES_BELOW * curve.speed if curve.kind == GRAZINGS else 0.0
-            law = law_of(march_room[0].pieces, curve.law.m, box.symmetric, slow, p.friction > 0.0)
-            if law is None or law.mirrored != curve.law.mirrored or law.n_contacts > MAX_CONTACTS:
+            read = marcher.law_of(p, state, curve.sequence.m, box.symmetric, slow)
+            if read is None or read.law.mirrored != curve.sequence.mirrored:
                 continue
-            scales = (curve.size, curve.speed)
-            begun = begin_at(box, curve.kind, law, ahead[-2:], scales, effects, march_room)
+            touch = curve.touched
+            if curve.kind == GRAZINGS:
+                touch = touching(read.law, read.u, int(touch[1]), touch[2]).touch
+            begun = begin_at(box, curve.kind, read.law, read.u.T.ravel(), touch, ahead[-2:], curve)
             if begun is not None and not is_no_motion(begun[1]):
                 yield begun
                 break
@@ -227,44 +199,28 @@ def begin_at(
     box: Box,
     kind: int,
     law: Law,
+    u: np.ndarray,
+    touch: tuple[float, float, float],
     ends: np.ndarray,
-    scales: tuple[float, float],
-    effects: Effects,
-    march_room: tuple[Any, ...],
-) -> tuple[BoundaryCurve, Point] | None:
-    """Return the boundary of a law near both parameters `ends`, and its point there; None if there is none."""
-    touch, timed = NO_TOUCH, []
-    room = effects, march_room
-    if kind == GRAZINGS:
-        flown = PieceBoundary(box, FLIPS, law, NO_TOUCH, *scales, *room)
-        flown.sought.guess[:] = law.spans
-        u = np.array([law.at, law.start, *ends])
-        nearest = np.empty(4)
-        if not flown.flies(u):
-            return None
-        nearest_touch(effects, flown.parameters(u), flown.sought.pieces, nearest)
-        if not abs(nearest[0]) < NEAR_TOUCH * scales[0]:
-            return None
-        touch, timed = Touch(int(nearest[1]), int(nearest[2])), [nearest[3]]
-    curve = PieceBoundary(box, kind, law, touch, *scales, *room)
-    return settled(curve, np.array([law.at, law.start, *timed, *ends]))
+    like: LawZeros,
+) -> tuple[LawBoundary, Point] | None:
+    """Return the boundary of a law near some events and both parameters, and its point there; None if there is none."""
+    # A pitchfork is that of a law of half of the orbit.
+    if (kind == PITCHFORKS) != bool(law.mirrored) and kind in (PITCHFORKS, FLIPS):
+        return None
+    curve = LawBoundary(box, kind, law, touch, like.scales, like.marcher)
+    if sum(curve.contacts()) > MAX_CONTACTS:
+        return None
+    return settled(curve, np.concatenate([u, ends]))
 
 
-def _is_known(boundaries: Iterable[Boundary], curve: Any, point: Point) -> bool:
+def _is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:
     """Return whether a point lies on a boundary that is known."""
-    for each in boundaries:
-        if type(each.curve) is not type(curve) or each.curve.kind != curve.kind:
-            continue
-        if not isinstance(curve, PieceBoundary):
-            if each.curve.touch.side == curve.touch.side and each.curve.passes(
-                each.points, point.u
-            ):
-                return True
-        elif (
-            isinstance(each.curve, PieceBoundary)
-            and each.curve.law.m == curve.law.m
-            and sorted(each.curve.contacts()) == sorted(curve.contacts())
-            and each.curve.passes(each.points, point)
-        ):
-            return True
-    return False
+    return any(
+        isinstance(each.curve, LawBoundary)
+        and each.curve.kind == curve.kind
+        and each.curve.sequence.m == curve.sequence.m
+        and sorted(each.curve.contacts()) == sorted(curve.contacts())
+        and each.curve.passes(each.points, point)
+        for each in boundaries
+    )

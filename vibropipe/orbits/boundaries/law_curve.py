@@ -1,0 +1,275 @@
+"""Boundaries of orbits by their laws: the equations of a law, and the condition that makes its orbit a bifurcation.
+
+The condition of a fold, a flip or a pitchfork is that a determinant of the cyclic system is zero; that of a grazing,
+that the least gap of a flight is, or that an orbit turns on a support against friction.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.continuation.curve import Curve as Continued
+from vibropipe.continuation.curve import Point
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
+from vibropipe.orbits.boundaries.curve import TOUCHES, Box
+from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
+from vibropipe.orbits.branches.steps import (
+    DETERMINANT,
+    GAP,
+    GAP_FLIGHT,
+    GAP_SIDE,
+    GAP_TIME,
+    SPEED,
+    TRACE,
+)
+from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law.curve import MARGIN, SLOW_EVENT, LawZeros, Scales
+from vibropipe.orbits.law.edits import happenings, law_from, without_contact
+from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.states import departure, state_within
+from vibropipe.physics.contact import support_position
+
+# Number of a point beside its tests: the time at which its orbit touches a support.
+TOUCHED = SLOW_EVENT + 1
+# Weighted step of the central differences of a condition. It affects the speed of convergence alone.
+DIFFERENCE = 1e-6
+# Newton's iterations for the time of a touch, and its last change, in forcing periods.
+MAX_ITERATIONS, SAME_TIME = 30, 1e-15
+# Least margin of an orbit at the end of a law, and difference of the times of a turn and a touch that are one.
+AT_END, SAME_TURN = 1e-6, 1e-4
+# Weighted difference of the halves of an orbit next to which its equations are nearly those of its half.
+NEAR_HALVES = 0.03
+# Margin, weighted, next to which an orbit may meet two ends at once, where no step succeeds.
+NEAR_END = 1e-3
+# Steps between known points and another of the same parameters, and the longest, in those of a boundary.
+MAX_STEPS, FAR, NEAREST = 6, 4.0, 4
+# Weighted distance of parameters, and relative difference of trace and determinant, of points that are one.
+SAME_PLACE, SAME_DERIVATIVE = 1e-6, 1e-4
+
+
+class LawBoundary(LawZeros):
+    """The boundary of one kind of orbits of one law.
+
+    Parameters
+    ----------
+    box : Box
+    kind : int
+        A `Bifurcation`.
+    law : Law
+    touch : (piece, support, time)
+        Of a grazing; the piece is the event of the turn where the orbit turns on the support. `curve.NO_TOUCH` else.
+    scales, marcher
+        As for `LawZeros`.
+    """
+
+    def __init__(
+        self,
+        box: Box,
+        kind: int,
+        law: Law,
+        touch: tuple[float, float, float],
+        scales: Scales,
+        marcher: Marcher,
+    ) -> None:
+        super().__init__(
+            law, scales, marcher, box.values, box.along, box.low, box.high, box.max_length
+        )
+        self.box, self.kind, self.touched = box, kind, touch
+        kinds = law.codes[:, CAUSE]
+        self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
+        is_linear = not np.isin(kinds, (ENTER, IMPACT, REST_BEGINS)).any()
+        # An orbit without contacts touches the nearer support, or both.
+        self.touch = (of.ANY, 0.0, 0.0) if kind == GRAZINGS and is_linear else touch
+
+    def with_sequence(self, sequence: Any) -> LawBoundary:  # noqa: D102 - as Curve
+        return LawBoundary(self.box, self.kind, sequence, self.touched, self.scales, self.marcher)
+
+    zero_of = Continued.zero_of
+
+    def advance(self, point: Point, length: float) -> Point | None:  # noqa: D102 - as Curve
+        self.touched = *self.touched[:2], float(point.tests[TOUCHED])
+        return super().advance(point, length)
+
+    def finished(self, u: np.ndarray) -> Point | None:  # noqa: D102 - as Curve
+        point = super().finished(u)
+        if point is None:
+            return None
+        return point._replace(tests=np.append(point.tests, self.touched[2]))
+
+    def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
+        value, slope = self._condition(u), np.zeros(u.size)
+        for k in range(u.size):
+            step = DIFFERENCE / self.weights[k]
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = u.copy()
+                moved[k] += sign * step
+                ends.append(self._condition(moved) if self._fill(moved) else math.nan)
+            slope[k] = (ends[0] - ends[1]) / (2.0 * step)
+        self._fill(u)
+        return [(value, slope)]
+
+    def _condition(self, u: np.ndarray) -> float:
+        """Return what is zero at a bifurcation, at u, whose blocks are filled."""
+        if self.kind == GRAZINGS:
+            return self._gap(u) / self.size
+        unit, doubling = self._unit_and_doubling()
+        return unit if self.kind == FOLDS else doubling
+
+    def _gap(self, u: np.ndarray) -> float:
+        """Return the least gap of the flight that touches a support, and note when it is there."""
+        p, law, events = self.parameters_of(u), self.sequence, self.events_of(u)
+        piece, side, time = self.touched
+        i, support = int(piece), int(side)
+        home = int(law.codes[i, HOME])
+        if self.is_turn:
+            x, time = _position(p, home) + events[i, 1], float(events[i, 0])
+        else:
+            x, time = self._turning_point(p, events, i, time)
+        self.touched = piece, side, time
+        if self.touch[0] == piece:
+            self.touch = self.touched
+        gap = _position(p, support) - x
+        return gap if support == 1 else -gap
+
+    def _turning_point(
+        self, p: Any, events: np.ndarray, i: int, time: float
+    ) -> tuple[float, float]:
+        """Return displacement and time of the turning point of a flight near a time."""
+        law, home = self.sequence, int(self.sequence.codes[i, HOME])
+        begin = float(departure(p, law, i, events).t)
+        step, y = 1e-5, 0.0
+        for _ in range(MAX_ITERATIONS):
+            y, w = state_within(p, law, i, events, time)
+            _y, ahead = state_within(p, law, i, events, time + step)
+            _y, back = state_within(p, law, i, events, time - step)
+            change = -w * 2.0 * step / (ahead - back)
+            time = max(time + change, begin)
+            if abs(change) < SAME_TIME:
+                break
+        return _position(p, home) + (-y if home == 1 else y), time
+
+    def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
+        """Return what a boundary meets where a margin is zero: a further touch of a support, or another change."""
+        kind = of.SPEED if test == SPEED else int(point.tests[MARGIN])
+        return TOUCHES[self.kind] if kind in (of.SPEED, of.GAP) else "change"
+
+    def near_end(self, point: Point) -> str:
+        """Return what a boundary meets next to a point from which no step succeeds, or ""."""
+        if point.tests[SPEED] < NEAR_END:
+            return TOUCHES[self.kind]
+        if point.tests[GAP] < NEAR_END:
+            return self.meeting_of(GAP, point, point)
+        half = halves_agree(self.sequence, point.u, self.weights, NEAR_HALVES)
+        return f"degenerate_{half}" if half and self._may_halve(half) else ""
+
+    def halves_at(self, point: Point) -> str:
+        """Return how both halves of an orbit agree: as `halves_agree`."""
+        half = halves_agree(self.sequence, point.u, self.weights)
+        return half if self._may_halve(half) else ""
+
+    def _may_halve(self, half: str) -> bool:
+        """Return whether the exciter has orbits that are their own mirror image, if that is asked."""
+        return half != "pitchfork" or self.box.symmetric
+
+    def passes(self, points: list[Point], point: Point) -> bool:
+        """Return whether the boundary through some points passes through another, of the same events."""
+        scale, tests = self.weights[-2:], [TRACE, DETERMINANT]
+        distances = np.abs((np.array([each.u[-2:] for each in points]) - point.u[-2:]) * scale)
+        for nearest in np.argsort(distances.max(axis=1))[:NEAREST]:
+            here: Point | None = points[nearest]
+            for _ in range(MAX_STEPS):
+                assert here is not None
+                change, along = (point.u[-2:] - here.u[-2:]) * scale, here.tangent[-2:] * scale
+                length = float(change @ along) / max(float(along @ along), 1e-300)
+                if abs(length) < 0.1 * SAME_PLACE:
+                    break
+                is_near = abs(length) < FAR * self.max_length
+                here = self.advance(here, length) if is_near else None
+                if here is None:
+                    break
+            if here is None:
+                continue
+            distance = np.abs((point.u[-2:] - here.u[-2:]) * scale).max()
+            differ = np.abs(here.tests[tests] - point.tests[tests])
+            alike = differ <= SAME_DERIVATIVE * (1.0 + np.abs(point.tests[tests]))
+            if distance < SAME_PLACE and alike.all():
+                return True
+        return False
+
+    def contacts(self) -> tuple[int, int]:
+        """Return the number of contacts of the orbit with each support."""
+        codes = self.sequence.codes
+        homes = codes[np.isin(codes[:, CAUSE], (ENTER, IMPACT, REST_BEGINS)), HOME]
+        first, second = int((homes == 1).sum()), int((homes == 2).sum())
+        if self.sequence.mirrored:
+            return first + second, first + second
+        return first, second
+
+    def fastest(self, point: Point) -> np.ndarray:
+        """Return the largest speed at which an orbit arrives at each support; 0 where it does not."""
+        codes, n, fastest = self.sequence.codes, len(self.sequence.codes), np.zeros(2)
+        for i in np.flatnonzero(np.isin(codes[:, CAUSE], (ENTER, IMPACT, REST_BEGINS))):
+            home, speed = int(codes[i, HOME]), abs(float(point.u[n + i]))
+            for support in {home, 3 - home if self.sequence.mirrored else home}:
+                fastest[support - 1] = max(fastest[support - 1], speed)
+        return fastest
+
+
+def _position(p: Any, home: int) -> float:
+    """Return the displacement of a support, or of the equilibrium (0)."""
+    return float(support_position(p, home)) if home > 0 else 0.0
+
+
+class Grazing(NamedTuple):
+    """An orbit that touches a support: its law, the unknowns of its events, and where it touches."""
+
+    law: Law
+    u: np.ndarray
+    touch: tuple[float, float, float]
+
+
+def grazing_at(point: Point) -> Grazing | None:
+    """Return the orbit at the end of a law as one that touches a support there; None if it does not."""
+    curve, law = point.curve, point.curve.sequence
+    p, u = curve.parameters_of(point.u), curve.events_of(point.u)
+    events = [] if law.codes[0, CAUSE] == SECTION else happenings(law, p, u)
+    if abs(point.tests[SPEED]) < AT_END:
+        slow = events[int(point.tests[SLOW_EVENT])]
+        for kept in without_contact(events, int(point.tests[SLOW_EVENT]), p):
+            made = law_from(kept, p, law.span, law.mirrored)
+            if not kept:
+                made = without_events(law.span, law.mirrored), curve.state_at(point)[np.newaxis]
+            if made is not None:
+                return touching(*made, slow.side, slow.t)
+        return None
+    if int(point.tests[MARGIN]) != of.GAP or abs(point.tests[GAP]) > AT_END:
+        return None
+    piece, side, time = point.tests[[GAP_FLIGHT, GAP_SIDE, GAP_TIME]]
+    return None if acts_in(law, int(piece)) else touching(law, u, int(side), float(time))
+
+
+def touching(law: Law, u: np.ndarray, side: int, time: float) -> Grazing:
+    """Return an orbit that touches a support at a time, of whichever turn or piece."""
+    n, kinds = len(u), law.codes[:, CAUSE]
+    if kinds[0] == SECTION:
+        return Grazing(law, u, (0.0, float(side), time))
+    laps, at = divmod(time - float(u[0, 0]), law.span)
+    at += float(u[0, 0])
+    if law.mirrored and int(laps) % 2:
+        side = 3 - side
+    turns = np.flatnonzero(np.isin(kinds, (TURN, STICK)))
+    if turns.size:
+        away = np.abs((u[turns, 0] - at + 0.5 * law.span) % law.span - 0.5 * law.span)
+        nearest = int(turns[away.argmin()])
+        if away.min() < SAME_TURN:
+            if law.mirrored and abs(u[nearest, 0] - at) > 0.5 * law.span:
+                side = 3 - side
+            return Grazing(law, u, (float(nearest), float(side), float(u[nearest, 0])))
+    piece = int(np.searchsorted(u[:, 0], at, "right")) - 1
+    return Grazing(law, u, (float(max(0, min(piece, n - 1))), float(side), at))

@@ -8,6 +8,7 @@ from scipy.stats import norm
 
 import vibropipe as vp
 from vibropipe.solve.design.dataset import shared
+from vibropipe.solve.design.scatter import assumed_scatter
 from vibropipe.words.designs import ToleranceResult
 
 # A linear motion: its amplitude is f over |1 - nu^2 + i h nu|.
@@ -183,6 +184,17 @@ def test_yields_have_the_same_bits_on_one_thread():
         )
     numba.set_num_threads(threads)
     assert runs[0].identical(runs[1])
+
+
+def test_the_damping_of_a_soft_support_scatters_in_place_of_its_restitution():
+    # Off by the tolerance that R1 had beside h1, it would have changed h1 by three times that of h1.
+    soft = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, k1=50.0, R1=0.7, R2=0.7)
+    assumed = assumed_scatter(soft, {"delta": (-0.3, 0.3), "k2": (20.0, 80.0)})
+    assert set(assumed) == {"nu", "f", "h", "l", "delta", "k1", "h1", "k2"}
+    assert assumed["h1"] == pytest.approx(1e-3 * float(soft.h1))
+    rigid = assumed_scatter(soft, {"delta": (-0.3, 0.3)})
+    assert {"R2", "h1"} < set(rigid)
+    assert "R1" not in rigid
 
 
 def test_a_front_among_parts_keeps_off_its_bounds_and_is_not_dominated():

@@ -9,6 +9,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import MET
@@ -45,6 +46,9 @@ def assumed_scatter(exciter: Exciter, vary: Mapping[str, tuple[float, float]]) -
     }
     present = {name: sizes[name] for name in sizes if sizes[name] != DEFAULTS.get(name)}
     present |= {"nu": sizes["nu"]} | {name: max(map(abs, ends)) for name, ends in vary.items()}
+    for restitution, stiffness, _ in SUPPORTS:  # its damping stands for it, where a support is soft
+        if present.get(stiffness):
+            present.pop(restitution, None)
     if "delta" in present:
         present["delta"] = present.get("l", sizes["l"])
     return {name: ASSUMED * present[name] for name in Parameters._fields if present.get(name)}

@@ -56,7 +56,7 @@ def test_a_cut_into_one_shard_too_many():
 def test_verdicts():
     assert str(Verdict("s", faults=["x"])).startswith("s: 1 fault\n")
     assert str(Verdict("s", faults=["x", "y"])).startswith("s: 2 faults\n")
-    parts = [part_text(1, 1, "row"), part_text(3, 3, "row"), part_text(1, 12000, "row")]
+    parts = [part_text(1, 1), part_text(3, 3), part_text(1, 12000)]
     assert parts == ["the only row", "all 3 rows", "1 of 12,000 rows"]
 
 

@@ -126,10 +126,10 @@ def hairlines(ax: Axes, axis: Literal["x", "y", "both"] = "y") -> None:
     ax.set_axisbelow(True)
 
 
-def zero_line(ax: Axes, value: float = 0.0, axis: Literal["x", "y"] = "y") -> None:
-    """Draw the line on which bars or differences begin, at a value of `axis`."""
+def zero_line(ax: Axes, axis: Literal["x", "y"] = "y") -> None:
+    """Draw the line on which bars or differences begin, at zero of `axis`."""
     draw = ax.axhline if axis == "y" else ax.axvline
-    draw(value, color=HAIRLINE, linewidth=0.5, zorder=0)
+    draw(0.0, color=HAIRLINE, linewidth=0.5, zorder=0)
 
 
 def support_bands(ax: Axes, lower: float, upper: float, axis: Literal["x", "y"] = "y") -> None:
@@ -165,12 +165,10 @@ def crosses(ax: Axes, x: Any, y: Any, colour: str = FAILED) -> None:
     ax.plot(x, y, linestyle="none", marker="x", color=colour, markersize=3.4, markeredgewidth=0.9)
 
 
-def power_ticks(
-    ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int], zero: str = "1"
-) -> None:
-    """Label powers of ten on an axis; 10^0 is written as `zero`, 10^1 as 10."""
+def power_ticks(ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int]) -> None:
+    """Label powers of ten on an axis; 10^0 is written as 1, 10^1 as 10."""
     powers = list(exponents)
-    words = {0: zero, 1: "10"}
+    words = {0: "1", 1: "10"}
     ticks(ax, axis, [10.0**n for n in powers], [words.get(n) or power(n) for n in powers])
 
 

@@ -53,13 +53,13 @@ def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
     return _ends(low, high, digits, ROUND_FLOOR, ROUND_CEILING)
 
 
-def inwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
+def inwards(low: float, high: float) -> tuple[str, str]:
     """Write both ends of an interval within which something holds, rounded inwards, as `outwards`.
 
     >>> inwards(124.36872, 124.97031), inwards(127.91267, 127.93017)
     (('124.4', '124.9'), ('127.913', '127.93'))
     """
-    return _ends(low, high, digits, ROUND_CEILING, ROUND_FLOOR)
+    return _ends(low, high, DIGITS, ROUND_CEILING, ROUND_FLOOR)
 
 
 def _ends(low: float, high: float, digits: int, down: str, up: str) -> tuple[str, str]:

@@ -276,9 +276,9 @@ def shown_parameters(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> list
     return [name for name in scalar_parameters(dataset) if name not in left_out]
 
 
-def parameter_line(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
+def parameter_line(dataset: xr.Dataset) -> str:
     """Write the parameters that are not swept as mathtext: nu = 1, f = -1, ..., in as few lines as fit on a figure."""
-    return in_lines([value_text(dataset[name]) for name in shown_parameters(dataset, leave_out)])
+    return in_lines([value_text(dataset[name]) for name in shown_parameters(dataset)])
 
 
 def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:

@@ -110,18 +110,13 @@ def range_text(array: xr.DataArray, values: np.ndarray) -> str:
     return f"{symbol_text(array)} = {format_number(float(low))} … {value_text(array, high)}"
 
 
-def extent_text(mask: xr.DataArray, part: bool = False) -> str:
-    """Write in which ranges of the coordinates a mask is true, with `part` only where it is not the whole range.
-
-    The text of a mask without dimensions is empty.
-    """
+def extent_text(mask: xr.DataArray) -> str:
+    """Write in which ranges of the coordinates a mask is true; empty of a mask without dimensions."""
     texts = []
     for position, dim in enumerate(mask.dims):
         others = tuple(n for n in range(mask.ndim) if n != position)
         array = mask[dim]
         kept = array.values[mask.values.any(axis=others)]
-        if part and {kept[0], kept[-1]} == {array.values[0], array.values[-1]}:
-            continue
         if is_text(array):
             words = [text_of(one) for one in array if one.item() in kept]
             texts.append(" and ".join(dict.fromkeys(words)))

@@ -84,9 +84,8 @@ def sample_indices(count: int, n_samples: int, generator: np.random.Generator) -
     return sorted(int(index) for index in generator.choice(count, n_samples, replace=False))
 
 
-def part_text(part: int, whole: int, noun: str) -> str:
-    """Write a part of a whole: 100 of 2,000 rows."""
-    nouns = noun if whole == 1 else f"{noun}s"
+def part_text(part: int, whole: int) -> str:
+    """Write how many rows of all: 100 of 2,000 rows."""
     if part == whole:
-        return f"the only {noun}" if whole == 1 else f"all {whole:,} {nouns}"
-    return f"{part:,} of {whole:,} {nouns}"
+        return "the only row" if whole == 1 else f"all {whole:,} rows"
+    return f"{part:,} of {whole:,} rows"

@@ -33,7 +33,6 @@ def provenance(
     fingerprint: str,
     method: str,
     accuracy_asked: float | None = None,
-    accuracy_reached: float | None = None,
     packages: tuple[str, ...] = (),
     **more: Any,
 ) -> dict[str, Any]:
@@ -47,8 +46,8 @@ def provenance(
         Hash of what the scene computes.
     method : str
         Solver.
-    accuracy_asked, accuracy_reached : float, optional
-        Requested and estimated relative error; None if not requested or not measured.
+    accuracy_asked : float, optional
+        Requested relative error; None if not requested. The error reached is that of the dataset, if it has one.
     packages : tuple of str
         Packages that took part, in addition to PACKAGES.
     **more
@@ -63,8 +62,8 @@ def provenance(
         "source": f"vibropipe {_version('vibropipe')}",
         "version": _version("vibropipe"),
         "method": method,
-        "accuracy_asked": _number(accuracy_asked),
-        "accuracy_reached": _number(accuracy_reached),
+        "accuracy_asked": "none" if accuracy_asked is None else float(accuracy_asked),
+        "accuracy_reached": "none",
         "fingerprint": fingerprint,
         "kernel_hash": kernel_hash(),
         "study_hash": hashlib.sha256(study_text.encode()).hexdigest(),
@@ -155,11 +154,6 @@ def read_sidecar(path: str | PathLike[str]) -> dict[str, Any]:
     if not isinstance(record, dict):
         raise StoreError(f"{place}: is not a JSON object: delete it")
     return record
-
-
-def _number(value: float | None) -> float | str:
-    """Return an accuracy as an attribute, "none" if there is none."""
-    return "none" if value is None else float(value)
 
 
 @cache

@@ -91,12 +91,10 @@ PROPAGATED = "end by the matrix exponential; newmark: powers of its one-step mat
 DIGITS = "times and velocities of all events, and the end, to 40 digits"
 
 
-def by_digits(
-    name: str, description: str, tasks: Sequence[pieces.Task], bound: float = 1e-11
-) -> Case:
+def by_digits(name: str, description: str, tasks: Sequence[pieces.Task]) -> Case:
     """Return a case of further effects that is compared with motions of 40 digits, by the exact method."""
     measure = partial(pieces.agrees_with_reference, tasks=tasks)
-    return Case(name, description, DIGITS, measure, Bound(bound, None))
+    return Case(name, description, DIGITS, measure, Bound(1e-11, None))
 
 
 CASES = (

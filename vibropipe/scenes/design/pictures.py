@@ -64,7 +64,7 @@ def draw_sketch(dataset: xr.Dataset) -> Figure:
     if names:
         draw_limits(ax, dataset, names)
     given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
-    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name, 0)}" for name in given]
+    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}" for name in given]
     line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
     ax.text(WALL, 0.02, line, va="bottom", linespacing=1.3)
     return figure
@@ -179,7 +179,7 @@ def plus_minus(dataset: xr.Dataset, name: str, text: str) -> str:
 
 def quantity_text(dataset: xr.Dataset, name: str) -> str:
     """Write a parameter of design 1 with its symbol and unit."""
-    return f"{symbol_of(dataset[name])} = {nominal_text(dataset, name, 0)}"
+    return f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}"
 
 
 def ground(ax: Axes, x: float, y: float, width: float, height: float) -> None:

@@ -172,7 +172,7 @@ def side(datasets: Datasets) -> Side:
     rows = [Row("Goals"), *(Row(goal.words, goal.text) for goal in goals(dataset)), Row("Given")]
     free = varied(dataset)
     rows += [
-        Row(plain_symbol_of(dataset[name]), nominal_text(dataset, name, 0))
+        Row(plain_symbol_of(dataset[name]), nominal_text(dataset, name))
         for name in parameter_names(dataset)
         if name not in free and dataset[name].ndim == 0
     ]

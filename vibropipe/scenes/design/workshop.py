@@ -216,9 +216,9 @@ def lost_answer(dataset: xr.Dataset) -> str:
     return f"{lost} designs lose up to {most} of their parts."
 
 
-def nominal_text(dataset: xr.Dataset, name: str, row: int) -> str:
-    """Write a nominal value with its unit."""
-    return with_units(dataset[name], format_number(nominal(dataset, name, row), NOMINAL_DIGITS))
+def nominal_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the nominal value of the first design with its unit."""
+    return with_units(dataset[name], format_number(nominal(dataset, name, 0), NOMINAL_DIGITS))
 
 
 def nominal(dataset: xr.Dataset, name: str, row: int) -> float:

@@ -98,4 +98,4 @@ def recompute(
             item.where == "" for item in differences
         ):  # An attribute differs, and so in every row.
             break
-    return Recomputed(part_text(len(chains) * length, grid.rows, "row"), differences)
+    return Recomputed(part_text(len(chains) * length, grid.rows), differences)

@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
+import itertools
+from collections.abc import Callable, Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -12,7 +13,7 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names, has_soft_support, resolve_effects
-from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import row_errors, with_error
@@ -25,17 +26,18 @@ from vibropipe.solve.checks import (
 )
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
-from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.many import Start, solve_rows
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid, row_blocks
-from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start, starts_of_rows
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import SWEEP_DEFAULT
+from vibropipe.words.parameters import STARTS
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 # Largest number of forcing periods marched for a row.
 MAX_PERIODS = limits.PATIENCE[1]
@@ -276,3 +278,36 @@ def assemble(shards: Sequence[xr.Dataset], grid: SweepGrid) -> xr.Dataset:
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"
     return joined
+
+
+def check_swept_start(over: Mapping[str, Any], x0: Any, v0: Any) -> None:
+    """Raise a ParameterError if a part of the start is both swept and given."""
+    for name, value in zip(STARTS, (x0, v0), strict=True):
+        if name in over and value is not None:
+            raise ParameterError(name, value, must=f"must be left out, since {name} is swept")
+
+
+def check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:
+    """Return the start as floats; ParameterError if a corner of the grid is no valid exciter for it."""
+    ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
+    for corner in itertools.product(*ends):
+        given = {**grid.shared, **dict(zip(grid.values, corner, strict=True))}
+        at = given.pop("x0", x0), given.pop("v0", v0)
+        Exciter(**given).check_start(*at)
+    return None if x0 is None else float(x0), float(v0)
+
+
+def starts_of_rows(
+    grid: SweepGrid, x0: float | None, v0: float, row_start: int
+) -> Start | Callable[[int, int], Start]:
+    """Return the start of all rows, or the function that returns those of rows counted from `row_start`."""
+    swept = [name for name in STARTS if name in grid.values]
+    if not swept:
+        return x0, v0
+
+    def starts(begin: int, stop: int) -> Start:
+        columns = grid.parameters(swept, grid.solved(row_start + begin, row_start + stop)).T
+        each = {"x0": x0, "v0": v0, **dict(zip(swept, columns, strict=True))}
+        return each["x0"], each["v0"]
+
+    return starts

@@ -8,9 +8,8 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.basins.basin_rows import Assigned, BasinRows
-from vibropipe.solve.basins.basins import rows_of_basins, solve_basins
+from vibropipe.solve.basins.basins import solve_basins
 from vibropipe.solve.physical import stored
-from vibropipe.words.parameters import STARTS
 
 if TYPE_CHECKING:
     from vibropipe.scenes.basins.keys import BasinsScene
@@ -32,9 +31,5 @@ def solve_rows(
 
 def rows_of(scene: BasinsScene) -> BasinRows:
     """Return the starts of a scene."""
-    grids = scene.over_arrays()
-    start = {name: grids.pop(name) for name in STARTS}
     exciter = Exciter(**scene.resolved_exciter())
-    return rows_of_basins(
-        exciter, **start, phase=scene.phase, starts=scene.starts, over=grids or None
-    )
+    return BasinRows(exciter, scene.row_grid(), scene.phase % 1.0, scene.starts)

@@ -124,33 +124,18 @@ def basins(
     .. [2] J. D. Skufca, J. A. Yorke, B. Eckhardt, Edge of chaos in a parallel shear flow, Physical Review Letters 96
        (2006) 174101.
     """
-    rows = rows_of_basins(exciter, x0, v0, phase, starts, over, client)
-    assigned = None
-    if client is not None:
-        shards = solve_on_cluster(client, rows.shard, rows.grid)
-        assigned = joined_rows([assigned_in(shard) for shard in shards])
-    return solve_basins(rows, harmonics, progress, assigned)
-
-
-def rows_of_basins(
-    exciter: Exciter,
-    x0: Any,
-    v0: Any,
-    phase: float = 0.0,
-    starts: int = STARTS,
-    over: Mapping[str, Any] | None = None,
-    client: Any = None,
-) -> BasinRows:
-    """Return the starts of `basins`, checked, with arguments as for it."""
     check_whole("starts", starts, STARTS_LIMITS)
-    turn = number_within("phase", phase, FRACTION) % 1.0
-    given = {"x0": x0, "v0": v0}
+    turn, given = number_within("phase", phase, FRACTION) % 1.0, {"x0": x0, "v0": v0}
     if client is not None:
         given, over = computed_values(client, given), over and computed_values(client, over)
     xs, vs = check_starts(exciter, given["x0"], given["v0"])
     values = {} if over is None else _check_over(exciter, over, xs)
     grid = SweepGrid({**values, "x0": xs, "v0": vs}, None, exciter.stated())
-    return BasinRows(exciter, grid, turn, starts)
+    rows, assigned = BasinRows(exciter, grid, turn, starts), None
+    if client is not None:
+        shards = solve_on_cluster(client, rows.shard, rows.grid)
+        assigned = joined_rows([assigned_in(shard) for shard in shards])
+    return solve_basins(rows, harmonics, progress, assigned)
 
 
 def assigned_in(shard: xr.Dataset) -> Assigned:

@@ -11,7 +11,6 @@ from figures.sample_datasets import sweep
 
 from vibropipe.scenes.sweep.answers import (
     answers,
-    border_text,
     impacts_answer,
     mean_answer,
     sweep_answers,
@@ -19,7 +18,7 @@ from vibropipe.scenes.sweep.answers import (
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import energy_title, follow_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
-from vibropipe.scenes.sweep.neighbours import jumps_of
+from vibropipe.scenes.sweep.neighbours import border_text, jumps_of
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe

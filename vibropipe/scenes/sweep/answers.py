@@ -19,7 +19,7 @@ from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import (
     NO_ORBIT,
-    first_touch,
+    border_text,
     is_followed,
     jumps_of,
     together_answer,
@@ -231,36 +231,6 @@ def turns_text(turns: list[Region]) -> str:
         is_same = after.does.startswith("strikes ") and before.does.startswith("strikes ")
         texts.append(after.does.removeprefix("strikes ") if is_same else after.does)
     return ", then ".join(texts)
-
-
-def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
-    """Write where the impacts of a line begin or end first, or else its first change of regime.
-
-    That the motion without impacts touches a support there is told where the closed form says so; of followed rows
-    nothing else is.
-    """
-    codes, values = line["regime"].values, line[axis].values
-    known = codes < Regime.UNBOUNDED
-    changes = np.flatnonzero((codes[1:] != codes[:-1]) & known[1:] & known[:-1])
-    if not changes.size:
-        return ""
-    touches = [
-        n for n in changes if (codes[n] == Regime.NO_IMPACT) != (codes[n + 1] == Regime.NO_IMPACT)
-    ]
-    n = int((touches or changes)[0])
-    low, high = float(values[n]), float(values[n + 1])
-    place = first_touch(line, axis, low, high) if touches else None
-    if place is not None:
-        step = abs(high - low)
-        digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
-        where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
-        return f"The motion without impacts touches a support at {where}."
-    if followed:
-        return ""
-    if not touches:
-        return f"The kind of motion first changes {between_text(line[axis], low, high)}."
-    verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
-    return f"Impacts {verb} {between_text(line[axis], low, high)}."
 
 
 def impacts_answer(dataset: xr.Dataset) -> Answer:

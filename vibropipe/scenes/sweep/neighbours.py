@@ -18,9 +18,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.claims import at_least, at_most
+from vibropipe.figures.claims import at_least, at_most, between_text
 from vibropipe.figures.text import with_units
-from vibropipe.report.findings import point_text, symbol_text
+from vibropipe.report.findings import point_text, symbol_text, value_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.quantities import directions
 from vibropipe.solve.shown_units import shown_factor
@@ -112,6 +112,36 @@ def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float |
     if not all(map(math.isfinite, ends)) or ends[0] * ends[1] >= 0.0:
         return None
     return float(brentq(gap, low, high, xtol=1e-15 * max(abs(low), abs(high)), rtol=1e-14))
+
+
+def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
+    """Write where the impacts of a line begin or end first, or else its first change of regime.
+
+    That the motion without impacts touches a support there is told where the closed form says so; of followed rows
+    nothing else is.
+    """
+    codes, values = line["regime"].values, line[axis].values
+    known = codes < Regime.UNBOUNDED
+    changes = np.flatnonzero((codes[1:] != codes[:-1]) & known[1:] & known[:-1])
+    if not changes.size:
+        return ""
+    touches = [
+        n for n in changes if (codes[n] == Regime.NO_IMPACT) != (codes[n + 1] == Regime.NO_IMPACT)
+    ]
+    n = int((touches or changes)[0])
+    low, high = float(values[n]), float(values[n + 1])
+    place = first_touch(line, axis, low, high) if touches else None
+    if place is not None:
+        step = abs(high - low)
+        digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
+        where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
+        return f"The motion without impacts touches a support at {where}."
+    if followed:
+        return ""
+    if not touches:
+        return f"The kind of motion first changes {between_text(line[axis], low, high)}."
+    verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
+    return f"Impacts {verb} {between_text(line[axis], low, high)}."
 
 
 def _gap(numbers: Mapping[str, float]) -> float:

@@ -80,6 +80,7 @@ class LawBoundary(LawZeros):
             law, scales, marcher, box.values, box.along, box.low, box.high, box.max_length
         )
         self.box, self.kind, self.touched = box, kind, touch
+        self._slope: np.ndarray | None = None
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
         is_linear = not np.isin(kinds, (ENTER, IMPACT, REST_BEGINS)).any()
@@ -102,17 +103,23 @@ class LawBoundary(LawZeros):
         return point._replace(tests=np.append(point.tests, self.touched[2]))
 
     def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
-        value, slope = self._condition(u), np.zeros(u.size)
-        for k in range(u.size):
-            step = DIFFERENCE / self.weights[k]
-            ends = []
-            for sign in (1.0, -1.0):
-                moved = u.copy()
-                moved[k] += sign * step
-                ends.append(self._condition(moved) if self._fill(moved) else math.nan)
-            slope[k] = (ends[0] - ends[1]) / (2.0 * step)
-        self._fill(u)
-        return [(value, slope)]
+        value = self._condition(u)
+        if self._slope is None:
+            self._slope = np.zeros(u.size)
+            for k in range(u.size):
+                step, ends = DIFFERENCE / self.weights[k], []
+                for sign in (1.0, -1.0):
+                    moved = u.copy()
+                    moved[k] += sign * step
+                    ends.append(self._condition(moved) if self._fill(moved) else math.nan)
+                self._slope[k] = (ends[0] - ends[1]) / (2.0 * step)
+            self._fill(u)
+        return [(value, self._slope)]
+
+    def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
+        # The derivative of the last correction serves the tangent.
+        self._slope = None
+        return super().step(u, target)
 
     def _condition(self, u: np.ndarray) -> float:
         """Return what is zero at a bifurcation, at u, whose blocks are filled."""

@@ -33,7 +33,7 @@ SAME_HALVES = 1e-8
 # Shares of the scale of speeds at which a branch with a cusp at its end goes on, and by how many periods each earlier.
 SPEEDS, SPREAD = (1e-4, 1e-3), 0.2
 # Laws after which a branch is left: where contacts chatter, others follow ever again.
-MAX_LAWS = 200
+MAX_LAWS = 100
 # Least margin that counts as kept: rounding of a zero.
 KEPT = 1e-13
 
@@ -47,21 +47,24 @@ def follow_laws(
     the path ends there where no orbit continues it.
     """
     path = follow(curve, start, closes, first_length)
-    while path.end in ("gap", "speed") and len(path.events) < MAX_LAWS:
+    for _law in range(MAX_LAWS):
+        if path.end not in ("gap", "speed"):
+            return path
         after = beyond(path.points[-1])
         if after is None:
-            break
+            return path
         last = len(path.points) - 1
-        problem = curve.problem
-        if not problem.low < after.value < problem.high:
-            path.end = LIMIT
-            break
         path.events[-1] = Event("change", "", last)
+        if not curve.problem.low < after.value < curve.problem.high:
+            path.end = LIMIT
+            return path
         more = follow(after.curve, after, False, FIRST_LENGTH)
         path.points += more.points
         path.lengths += more.lengths
         path.events += [each._replace(point=each.point + last + 1) for each in more.events]
         path.end = more.end
+    if path.end in ("gap", "speed"):
+        path.events[-1], path.end = path.events[-1]._replace(reason=""), "points"
     return path
 
 

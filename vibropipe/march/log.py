@@ -10,13 +10,12 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import evaluate
 from vibropipe.march.piece_log import PieceLog, clear_pieces
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.limits import POLYNOMIAL_STEPS
+from vibropipe.physics.limits import MAX_MARCH_STEPS, POLYNOMIAL_STEPS
 
-# Indices of `Log.counts`; LIMIT is the work at which a march stops (`is_spent`).
-IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS, LIMIT = (
-    range(10)
-)
-COUNTS = 10
+# Indices of `Log.counts`. LIMIT is the work at which a march stops (`is_spent`), MOST the largest that may be allowed
+# at a time, and TOTAL the limit of all marches, 0 for any.
+IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
+LIMIT, MOST, TOTAL, COUNTS = 9, 10, 11, 12
 
 
 class Log(NamedTuple):
@@ -73,8 +72,25 @@ def work_of(log):
 
 @jit
 def allow_work(log, work) -> None:
-    """Allow the marches with a log some more work from now on, in steps."""
+    """Allow the marches with a log some more work from now on, in steps, as far as `limit_work` lets it."""
+    if log.counts[MOST] > 0:
+        work = min(work, log.counts[MOST])
     log.counts[LIMIT] = work_of(log) + work
+    if log.counts[TOTAL] > 0:
+        log.counts[LIMIT] = min(log.counts[LIMIT], log.counts[TOTAL])
+
+
+@jit
+def limit_work(log, most, total) -> None:
+    """Limit what `allow_work` allows at a time, and in all from now on, in steps; 0 is no limit."""
+    log.counts[MOST] = most
+    log.counts[TOTAL] = work_of(log) + total if total > 0 else 0
+
+
+@jit
+def work_left(log):
+    """Return the work that the limit of all marches leaves, in steps: none, or less, beyond it."""
+    return log.counts[TOTAL] - work_of(log) if log.counts[TOTAL] > 0 else MAX_MARCH_STEPS
 
 
 @jit

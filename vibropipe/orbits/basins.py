@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.march.log import IMPACTS, RESTS, TAILS, allow_work, clear_log, work_of
+from vibropipe.march.log import IMPACTS, RESTS, TAILS, allow_work, clear_log, is_spent, work_of
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_log import BEGIN, CAUSE, DIRECTION, HOME, PIECES, STICK
 from vibropipe.march.piece_state import start_state
@@ -34,7 +34,7 @@ from vibropipe.physics.limits import MAX_ROW_WORK
 UNDECIDED, FAILED = -1, -2
 # Sections in a row in cells of an attractor without an orbit after which a motion is assigned to it.
 RUN = 32
-# Work of a start, in steps: less than that of a row, since there are thousands of starts. With soft supports it is
+# Work after which a start has failed: less than that of a row, since there are thousands. With soft supports it is
 # enough for tau = 50,000.
 MAX_START_WORK = MAX_ROW_WORK // 5
 # Bound of the columns and lines of cells.
@@ -170,11 +170,11 @@ def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log
     Returns
     -------
     attractor : int
-        Its number, UNDECIDED or FAILED.
+        Its number, UNDECIDED, also where the log limits its work further, or FAILED.
     periods : int
         Forcing periods marched.
     """
-    crowded = 0
+    crowded, before = 0, work_of(log)
     runs[:] = 0
     allow_work(log, MAX_START_WORK)
     if state.step == 0 and state.theta == 0.0:
@@ -186,7 +186,8 @@ def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log
         state, status = next_section(e, p, grid, state, log, c)
         crowded += status == LOG_FULL
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
-            return FAILED, k
+            is_cut = is_spent(log) and work_of(log) - before <= MAX_START_WORK
+            return (UNDECIDED if is_cut else FAILED), k
         x, v = state_xv(p, state)
         attractor = ellipse_owner(ellipses, x, v)
         if attractor < 0 and cells.owner.size > 0:
@@ -279,7 +280,7 @@ def _contact_sequence(pieces, log, key):
 
 
 @jit_allocating
-def map_states(e, p, grid, states, m, log, c, images, sequence) -> int:
+def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
     """Apply the m-period return map to states at the section.
 
     Parameters
@@ -290,16 +291,10 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> int:
     m : int
         Number of forcing periods.
     images : (n, 2) float
-        Output: the states m periods later; NaN where the march failed.
+        Output: the states m periods later; NaN where the march failed, as beyond the work of a row for all.
     sequence : (n,) int64
         Output: equal for states whose motions have the same contacts in the same forcing periods.
-
-    Returns
-    -------
-    int
-        Work of all marches, in steps; those beyond the work of a row fail.
     """
-    before = work_of(log)
     allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):
         state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], states[i, 1])
@@ -313,7 +308,6 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> int:
         sequence[i] = key
         if status != OK:
             images[i, 0] = images[i, 1] = np.nan
-    return work_of(log) - before
 
 
 @jit

@@ -13,6 +13,9 @@ MAX_MARCH_STEPS = 6 * 10**8
 # The same of a row: a quarter of a second. No row of the default sweeps needs more than a quarter of it.
 MAX_ROW_WORK = 5 * 10**7
 MAX_PIECE_STEPS = MAX_MARCH_STEPS // POLYNOMIAL_STEPS
+# What the many marches of a call share: some two seconds. A row gets MIN_ROW_WORK of it at least, and a start adds
+# START_WORK, several times what it usually takes.
+MAX_CALL_WORK, MIN_ROW_WORK, START_WORK = 3 * 10**8, 5 * 10**6, 5 * 10**5
 # Samples of a motion: in all (some four seconds), and per forcing period.
 MAX_SAMPLES = 2 * 10**7
 SAMPLES_PER_PERIOD = (0, MAX_SAMPLES)
@@ -25,6 +28,11 @@ HARMONICS = (1, 1000)
 PATIENCE = (128, 1000)
 # Lines along each parameter from which boundaries are sought.
 BOUNDARY_LINES = (1, 200)
+
+
+def row_work(n: int) -> int:
+    """Return what each of n rows of a call may take, in steps."""
+    return min(MAX_ROW_WORK, max(MIN_ROW_WORK, MAX_CALL_WORK // max(1, n)))
 
 
 def within_text(limits: tuple[float, float], whole: bool = True) -> str:

@@ -8,7 +8,7 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time, new_grid_room
-from vibropipe.march.log import allow_work, clear_log, new_log
+from vibropipe.march.log import allow_work, clear_log, limit_work, new_log, work_left
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import HOME, PIECES, W_END, Y_END, piece_log_of
 from vibropipe.march.piece_state import start_state
@@ -16,7 +16,7 @@ from vibropipe.orbits.law.reading import Read, law_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
-from vibropipe.physics.limits import MAX_ROW_WORK
+from vibropipe.physics.limits import MAX_CALL_WORK, MAX_ROW_WORK
 
 # Capacities of the log of an orbit, in contacts and pieces.
 CAPACITY = 4096
@@ -42,9 +42,11 @@ class Marcher:
     ----------
     effects : Effects
         With pieces: of soft supports or friction, absent or not.
+    work : int
+        Work of all marches, in steps: they fail when it is done.
     """
 
-    def __init__(self, effects: Effects) -> None:
+    def __init__(self, effects: Effects, work: int = MAX_CALL_WORK) -> None:
         self.effects = effects
         pieces = piece_log_of(effects, CAPACITY)
         self.room = (
@@ -52,6 +54,12 @@ class Marcher:
             np.empty(DEGREE + 1),
             new_grid_room(effects),
         )
+        limit_work(self.room[0], 0, work)
+
+    @property
+    def is_spent(self) -> bool:
+        """Whether all work is done."""
+        return work_left(self.room[0]) <= 0
 
     @property
     def pieces(self) -> Any:

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.basins import FAILED, LINES, UNDECIDED, Cells, Ellipses
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
 from vibropipe.solve.basins.neighbourhood import (
     MAX_RADIUS,
     Ellipse,
@@ -83,6 +84,8 @@ class AttractorSet:
     def assigned(self, starts: np.ndarray, phase: float = 0.0) -> tuple[np.ndarray, np.ndarray]:
         """March starts (n, 2) until they are assigned to a known attractor, not far: the first step of `settle`.
 
+        Each start may take START_WORK, whatever the others do.
+
         Returns
         -------
         owner, periods : (n,) int array
@@ -90,12 +93,13 @@ class AttractorSet:
         """
         if not self.known:
             return np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
-        return self._assign(starts, phase, FIRST_LIMIT)
+        return self._assign(starts, phase, FIRST_LIMIT, START_WORK)
 
     def _assign(
-        self, starts: np.ndarray, phase: float, limit: int
+        self, starts: np.ndarray, phase: float, limit: int, start_work: int = 0
     ) -> tuple[np.ndarray, np.ndarray]:
-        return self.section.assign(starts, phase, self._ellipses(), self._cells(), limit)
+        regions = self._ellipses(), self._cells()
+        return self.section.assign(starts, phase, *regions, limit, start_work)
 
     def settle(
         self,
@@ -129,16 +133,18 @@ class AttractorSet:
         Starts are marched until they are assigned. If some are not after a limit, a sample of them is solved as steady
         states, which finds attractors still unknown, and all are marched again from their starts, further once the
         sample brings nothing new. So what is found for a start depends neither on threads nor on other starts, but for
-        attractors that would not have been found without them.
+        attractors that would not have been found without them. All share an amount of work that grows with their
+        number; starts for which it does not suffice stay undecided.
         """
         first = self.assigned(starts, phase) if assigned is None else assigned
         owner, periods = (np.array(each, np.int64) for each in first)
+        self.section.allow(MAX_CALL_WORK + START_WORK * len(starts))
         limit, is_new = FIRST_LIMIT, np.ones(len(starts), bool)
         while True:
             undecided = np.flatnonzero(owner == UNDECIDED)
             if progress is not None:
                 progress(len(starts) - undecided.size, len(starts))
-            if not undecided.size:
+            if not undecided.size or self.section.work_left <= undecided.size:
                 break
             unsolved = undecided[is_new[undecided]]
             sample = unsolved[:: max(1, unsolved.size // SAMPLE)]
@@ -213,7 +219,9 @@ class AttractorSet:
         if not spectral_radius(self.section.jacobian(points[0], m)) < MAX_RADIUS:
             return FAILED
         points = np.roll(points, -int(np.argmin(points[:, 0])), axis=0)
+        left = self.section.work_left
         ellipses = [trapping_ellipse(self.section, each, m) for each in points]
+        self.section.allow(left)  # a limit of its own, that the starts do not bear
         trapping = tuple(ellipse for ellipse in ellipses if ellipse is not None)
         if not trapping and self.section.exciter.friction > 0.0:
             # Motions creep towards the edge of the places where friction holds the mass for ever.

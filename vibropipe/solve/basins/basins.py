@@ -82,8 +82,8 @@ def basins(
             Share of the starts of the grid, with the 95 % confidence interval for as many random starts.
         border_orbit_multiple, border_orbit_multiplier (multiplier) (border_orbit)
             Forcing periods and Floquet multipliers of unstable orbits on the borders: the border is made of the starts
-            whose motions approach one of them [2]_. Those of more than 32 periods, and of a fractal border all but a
-            few, are left out.
+            whose motions approach one of them [2]_. Those of more than 32 periods, of a fractal border all but a few,
+            and those that would take too long for so few starts are left out.
         border_orbit_attractor (border_orbit, border_side)
             `attractor_id` on either side of the border.
         border_point_displacement, border_point_velocity (border_point)

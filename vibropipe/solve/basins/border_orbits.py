@@ -6,6 +6,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
+from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
 from vibropipe.physics.start import within_room
 from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet
 from vibropipe.solve.basins.stable_set import stable_set
@@ -64,8 +65,8 @@ def border_orbits(
     Returns
     -------
     list of BorderOrbit
-        In the order of their displacements. Those with more than MAX_MULTIPLE periods, and of a chaotic border all but
-        a few, are not found.
+        In the order of their displacements. Those with more than MAX_MULTIPLE periods, of a chaotic border all but a
+        few, and those beyond the work that the number of starts allows are not found.
 
     Notes
     -----
@@ -79,6 +80,7 @@ def border_orbits(
        (2006) 174101.
     """
     orbits: list[BorderOrbit] = []
+    attractors.section.allow(MAX_CALL_WORK + 2 * START_WORK * owner.size)
     for sides, places in _places(owner).items():
         for first, second in places:
             pair = np.array([starts[first], starts[second]])
@@ -199,6 +201,8 @@ def with_border_orbits(
     states = np.concatenate([np.empty((0, 2)), *(orbit.sections for orbit in orbits)])
     multipliers = np.array([orbit.multipliers for orbit in orbits], complex).reshape(-1, 2)
     sides = ids[np.array([orbit.sides for orbit in orbits], int).reshape(-1, 2)]
+    starts = dataset["v0"].size * dataset["x0"].size
+    attractors.section.allow(MAX_CALL_WORK + 2 * START_WORK * starts)
     velocity = REACH * max(np.abs(v).max(initial=0.0) for v in (dataset["v0"].values, states[:, 1]))
     curves = [
         stable_set(attractors.section, orbit.sections[0], len(orbit.sections), velocity)

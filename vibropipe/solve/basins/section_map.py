@@ -11,7 +11,7 @@ import numpy as np
 
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.grid import exact_grid
-from vibropipe.march.log import new_log
+from vibropipe.march.log import Log, limit_work, new_log, work_left, work_of
 from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.basins import (
     Cells,
@@ -27,6 +27,7 @@ from vibropipe.orbits.row import LOAD
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.limits import MAX_CALL_WORK, MAX_ROW_WORK
 from vibropipe.solve.rows.many import solve_piece
 from vibropipe.solve.rows.row_results import (
     ORBIT_LOG_CAPACITY,
@@ -54,20 +55,23 @@ def _assign_piece(
     p: Parameters,
     starts: np.ndarray,
     phase: float,
-    ellipses: Ellipses,
-    cells: Cells,
+    regions: tuple[Ellipses, Cells],
     max_periods: int,
-    owner: np.ndarray,
-    periods: np.ndarray,
+    assigned: tuple[np.ndarray, np.ndarray],
+    limits: tuple[int, int],
     pieces: PieceLog | None,
     plain: int | None,
-) -> None:
-    """Assign starts with a log of their own; arguments as for `orbits.basins.assign_starts`."""
+) -> int:
+    """Assign starts with a log of their own, and return their work; arguments as for `orbits.basins.assign_starts`.
+
+    limits : those of `limit_work`.
+    """
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    grid = exact_grid(e, p)
+    limit_work(log, *limits)
     assign_starts(
-        e, p, grid, starts, phase, ellipses, cells, max_periods, log, c, owner, periods
+        e, p, exact_grid(e, p), starts, phase, *regions, max_periods, log, c, *assigned
     )  # fmt: skip
+    return work_of(log)
 
 
 @jit_nogil
@@ -78,53 +82,32 @@ def _map_piece(
     m: int,
     images: np.ndarray,
     sequence: np.ndarray,
-    pieces: PieceLog | None,
-    plain: int | None,
-) -> int:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    return map_states(e, p, exact_grid(e, p), states, m, log, c, images, sequence)
+    log: Log,
+) -> None:
+    map_states(e, p, exact_grid(e, p), states, m, log, np.empty(DEGREE + 1), images, sequence)
 
 
 @jit_nogil
 def _map_back_piece(
-    e: Effects,
-    p: Parameters,
-    states: np.ndarray,
-    before: np.ndarray,
-    pieces: PieceLog | None,
-    plain: int | None,
+    e: Effects, p: Parameters, states: np.ndarray, before: np.ndarray, log: Log
 ) -> None:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    map_back(e, p, exact_grid(e, p), states, log, c, before)
+    map_back(e, p, exact_grid(e, p), states, log, np.empty(DEGREE + 1), before)
 
 
 @jit_nogil
 def _record_piece(
-    e: Effects,
-    p: Parameters,
-    x: float,
-    v: float,
-    phase: float,
-    sections: np.ndarray,
-    pieces: PieceLog | None,
-    plain: int | None,
+    e: Effects, p: Parameters, x: float, v: float, phase: float, sections: np.ndarray, log: Log
 ) -> int:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    return record_sections(e, p, exact_grid(e, p), x, v, phase, log, c, sections)
+    return record_sections(
+        e, p, exact_grid(e, p), x, v, phase, log, np.empty(DEGREE + 1), sections
+    )  # fmt: skip
 
 
 @jit_nogil
 def _jacobian(
-    e: Effects,
-    p: Parameters,
-    x: float,
-    v: float,
-    m: int,
-    pieces: PieceLog | None,
-    plain: int | None,
+    e: Effects, p: Parameters, x: float, v: float, m: int, log: Log
 ) -> tuple[float, float, float, float]:
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    return section_jacobian(e, p, exact_grid(e, p), x, v, m, log, c)
+    return section_jacobian(e, p, exact_grid(e, p), x, v, m, log, np.empty(DEGREE + 1))
 
 
 class SectionMap:
@@ -138,8 +121,6 @@ class SectionMap:
     ----------
     scale : (2,) array
         Units of x and x' at the section: l, and l times the larger of 1 and nu.
-    work : int
-        Work of all `images` so far, in steps.
     """
 
     def __init__(self, exciter: Exciter) -> None:
@@ -148,22 +129,41 @@ class SectionMap:
         self._equilibrium = np.array([exciter.load, 0.0])
         self._origin = 0.0 - self._equilibrium
         self.scale = exciter.l * np.array([1.0, max(1.0, exciter.nu)])
-        self.work = 0
+        self._log = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, *self._pieces())
+        self.allow(MAX_CALL_WORK)
 
     def _pieces(self) -> tuple[PieceLog | None, int | None]:
-        """Return `pieces` and `plain` of a log; each call of a kernel has its own."""
+        """Return `pieces` and `plain` of a log; each thread has its own."""
         return piece_log_of(self._parameters[0], ORBIT_LOG_CAPACITY)
+
+    @property
+    def work(self) -> int:
+        """Work of all marches that are not on several threads so far, in steps."""
+        return int(work_of(self._log))
+
+    @property
+    def work_left(self) -> int:
+        """Work that all further marches may take, in steps; each takes a little in any case."""
+        return max(1, int(work_left(self._log)))
+
+    def allow(self, work: int) -> None:
+        """Allow all further marches so much work, in steps."""
+        limit_work(self._log, 0, work)
+
+    def _spend(self, work: int) -> None:
+        """Subtract the work of marches on all threads."""
+        self.allow(max(1, self.work_left - work))
 
     def jacobian(self, point: np.ndarray, m: int) -> np.ndarray:
         """Return the Jacobian (2, 2) of the m-period return map at a state (2,)."""
         x, v = point - self._equilibrium
-        return np.reshape(_jacobian(*self._parameters, x, v, m, *self._pieces()), (2, 2))
+        return np.reshape(_jacobian(*self._parameters, x, v, m, self._log), (2, 2))
 
     def images(self, states: np.ndarray, m: int) -> tuple[np.ndarray, np.ndarray]:
         """Return the images (n, 2) of states under the m-period return map, and their contacts (`map_states`)."""
         images, sequence = np.empty_like(states), np.empty(len(states), np.int64)
         starts = np.ascontiguousarray(states - self._equilibrium)
-        self.work += _map_piece(*self._parameters, starts, m, images, sequence, *self._pieces())
+        _map_piece(*self._parameters, starts, m, images, sequence, self._log)
         return images - self._origin, sequence
 
     def preimages(self, states: np.ndarray) -> np.ndarray:
@@ -182,7 +182,7 @@ class SectionMap:
             backward = p._replace(**given)
             earlier = np.empty((np.count_nonzero(is_finite), 2))
             starts = states[is_finite] - self._equilibrium
-            _map_back_piece(e, backward, starts, earlier, *self._pieces())
+            _map_back_piece(e, backward, starts, earlier, self._log)
             before[is_finite] = earlier - self._origin
         mapped = np.flatnonzero(np.isfinite(before).all(axis=1))
         images, _contacts = self.images(before[mapped], 1)
@@ -194,25 +194,30 @@ class SectionMap:
         """Return the next n sections of the motion from a start (2,); fewer if its march fails."""
         sections = np.empty((n, 2))
         x, v = start - self._equilibrium
-        written = _record_piece(*self._parameters, x, v, phase, sections, *self._pieces())
+        written = _record_piece(*self._parameters, x, v, phase, sections, self._log)
         return sections[:written] - self._origin
 
     def steady_states(self, starts: np.ndarray, max_periods: int) -> RowResults:
         """Return the steady states, without outputs, that motions from starts (n, 2) at the phase 0 settle on."""
         e, p = self._parameters
         parameters = np.tile(np.array(p), (len(starts), 1))
+        row_work = min(MAX_ROW_WORK, 1 + self.work_left // max(1, len(starts)))
+        works: list[int] = []
 
         def solve(first: int) -> list[RowResults]:
             part = slice(first, first + ROWS_PIECE)
             rows = new_rows(len(starts[part]), 1, ("stability",))
             seeds = starts[part] - self._equilibrium
-            solve_piece(
-                e, parameters[part], seeds, 1, max_periods, max_periods, rows, *self._pieces()
-            )
+            work = solve_piece(
+                e, parameters[part], seeds, 1, max_periods, max_periods, rows, *self._pieces(),
+                row_work,
+            )  # fmt: skip
+            works.append(work)
             add_load(rows, parameters[part, LOAD])
             return [mask_unsolved(rows)]
 
         pieces = self._on_threads(solve, len(starts), ROWS_PIECE)
+        self._spend(sum(works))
         return concatenate_solutions(pieces)[0]
 
     def assign(
@@ -222,6 +227,7 @@ class SectionMap:
         ellipses: Ellipses,
         cells: Cells,
         max_periods: int,
+        start_work: int = 0,
     ) -> tuple[np.ndarray, np.ndarray]:
         """Assign starts to attractors.
 
@@ -230,6 +236,8 @@ class SectionMap:
         starts : (n, 2) array
         phase, ellipses, cells, max_periods
             As for `orbits.basins.assign_starts`.
+        start_work : int
+            Work that each start may take, in steps; 0: all share what is left, whoever needs it.
 
         Returns
         -------
@@ -241,15 +249,20 @@ class SectionMap:
         ellipses = ellipses._replace(center=ellipses.center - self._equilibrium)
         cells = cells._replace(corner=cells.corner - self._equilibrium)
         owner, periods = np.empty(n, np.int64), np.empty(n, np.int64)
+        share, regions, works = self.work_left / max(1, n), (ellipses, cells), list[int]()
 
         def solve(first: int) -> None:
             part = slice(first, first + PIECE)
-            _assign_piece(
-                *self._parameters, starts[part], phase, ellipses, cells, max_periods,
-                owner[part], periods[part], *self._pieces(),
+            limits = start_work, 0 if start_work else 1 + int(share * len(starts[part]))
+            work = _assign_piece(
+                *self._parameters, starts[part], phase, regions, max_periods,
+                (owner[part], periods[part]), limits, *self._pieces(),
             )  # fmt: skip
+            works.append(work)
 
         self._on_threads(solve, n, PIECE)
+        if not start_work:
+            self._spend(sum(works))
         return owner, periods
 
     @staticmethod

@@ -95,7 +95,7 @@ def boundary(
             Both parameters, the index of the point, and whether the curve ends there.
 
         A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
-        so if 256 curves with soft supports or friction do not suffice.
+        so if 256 curves with soft supports or friction, or as many steps as a call may take, do not suffice.
 
     Warns
     -----
@@ -131,12 +131,10 @@ def boundary(
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]
         return boundary_dataset(box, find_boundaries(box, orbits, kinds))
-    curves, is_complete = boundaries_of_pieces(box, rows, kinds, effects)
+    curves, missing = boundaries_of_pieces(box, rows, kinds, effects)
     dataset = boundary_dataset(box, curves)
-    if not is_complete:
-        dataset.attrs["incomplete"] = (
-            f"{len(curves)} curves are followed, the most of one call; there are more"
-        )
+    if missing:
+        dataset.attrs["incomplete"] = f"{len(curves)} curves are {missing}"
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
         warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=3)
     return dataset
@@ -194,8 +192,9 @@ def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> 
         for name, low, high in zip(names, box.low, box.high, strict=True)
     }
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
-    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
     grids = [grid_of(exciter, over, follow) for follow in follows]
+    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
+    options["row_work"] = limits.row_work(sum(grid.rows for grid in grids))
     return [solve_shard(grid, 0, grid.rows, **options) for grid in grids]
 
 

@@ -16,6 +16,7 @@ from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
 from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE
 from vibropipe.solve.rows.label import Variables
 
@@ -27,8 +28,8 @@ L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
 
 def boundaries_of_pieces(
     box: Box, rows: list[xr.Dataset], of: tuple[str, ...], effects: Effects
-) -> tuple[list[Boundary], bool]:
-    """Return the boundaries that are reached from solved rows, and whether these are all.
+) -> tuple[list[Boundary], str]:
+    """Return the boundaries that are reached from solved rows, and what may be missing, "" if nothing.
 
     Parameters
     ----------
@@ -41,7 +42,12 @@ def boundaries_of_pieces(
         Of all exciters of the box.
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each)]
-    return find_boundaries_of_pieces(box, orbits, of, Marcher(effects))
+    n = sum(each.sizes["row"] for each in rows)
+    marcher = Marcher(effects, MAX_CALL_WORK + 2 * START_WORK * n)
+    boundaries, is_complete = find_boundaries_of_pieces(box, orbits, of, marcher)
+    if marcher.is_spent:
+        return boundaries, "found in the steps of one call; there may be more"
+    return boundaries, "" if is_complete else "followed, the most of one call; there are more"
 
 
 def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:

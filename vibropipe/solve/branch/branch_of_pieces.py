@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.march.log import limit_work
 from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import Tree, follow_tree
@@ -19,6 +20,7 @@ from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
 from vibropipe.physics.effects import Effects, has_soft_support
 from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.limits import MAX_CALL_WORK
 from vibropipe.solve.equilibrium import from_equilibrium
 from vibropipe.solve.rows.row_results import (
     ImpactBuffer,
@@ -104,6 +106,7 @@ def solve_branch_of_pieces(
     assert isinstance(curve, LawCurve)
     sections = np.array([point.curve.state_at(point) for point in branch.points])
     march_room = curve.marcher.room
+    limit_work(march_room[0], 0, MAX_CALL_WORK)
     size = CAPACITY * n
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
     out = new_rows(n, harmonics, outputs, listed, effects)

@@ -14,7 +14,7 @@ import numba
 import numpy as np
 
 from vibropipe.compiler import jit_nogil
-from vibropipe.march.log import new_log
+from vibropipe.march.log import limit_work, new_log, work_of
 from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_room
@@ -35,6 +35,7 @@ from vibropipe.orbits.undamped import is_undamped_row, sample_undamped
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.load import largest_force
 from vibropipe.physics.start import row_starts
 from vibropipe.solve.rows.row_results import (
@@ -73,11 +74,17 @@ def solve_piece(
     out: RowResults,
     pieces: PieceLog | None = None,
     plain: int | None = 1,
-) -> None:
-    """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`."""
+    row_work: int = MAX_ROW_WORK,
+) -> int:
+    """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`.
+
+    row_work : largest work of a march, in steps. Returns that of all.
+    """
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
+    limit_work(log, row_work, 0)
     room, limits = new_room(e, max_periods, out), (max_periods, patience)
     solve_row_chains(e, parameters, starts, chain_length, *limits, log, c, room, out)
+    return work_of(log)
 
 
 @jit_nogil
@@ -120,6 +127,7 @@ class _Solver:
     effects: Effects
     buffer_rows: int
     contacts: bool
+    row_work: int
     of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
@@ -133,9 +141,11 @@ class _Solver:
         out = new_rows(len(values), self.harmonics, self.outputs, buffer, self.effects)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
-        limits = self.max_periods, self.patience
         starts = from_equilibrium(seeds, load)
-        solve_piece(self.effects, values, starts, chain, *limits, out, *pieces)
+        solve_piece(
+            self.effects, values, starts, chain, self.max_periods, self.patience, out,
+            pieces[0], pieces[1], self.row_work,
+        )  # fmt: skip
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
@@ -175,6 +185,7 @@ def solve_rows(
     progress: Progress | None = None,
     effects: Effects = ALL_EFFECTS,
     soft: bool = False,
+    row_work: int = MAX_ROW_WORK,
 ) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks on all threads of numba.
 
@@ -206,6 +217,8 @@ def solve_rows(
     soft : bool
         Whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns of
         contacts.
+    row_work : int
+        Largest work of a march of a row, in steps.
 
     Yields
     ------
@@ -217,7 +230,8 @@ def solve_rows(
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
     contacts = soft and effects.soft is not None and "impacts" in outputs
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, buffer_rows, contacts)
+    room = buffer_rows, contacts, row_work
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room)
     n_threads = numba.get_num_threads()
     if n_threads == 1 or len(pieces) == 1:
         for block in blocks:

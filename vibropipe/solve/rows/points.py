@@ -10,6 +10,7 @@ import numpy as np
 
 from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.limits import row_work
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rows.many import Start, solve_rows
 from vibropipe.solve.rows.named import Named
@@ -106,7 +107,8 @@ def solve_points(
     columns = columns_of(parameters)
     effects, soft = all_effects(columns, pieces=True), has_soft_support(columns)
     solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
-    with closing(solve_rows(row_blocks(len(parameters)), rows, starts, *solver)) as blocks:
+    n = len(parameters)
+    with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n))) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
             parts.append(label_rows(solved, parameters[begin:stop]))

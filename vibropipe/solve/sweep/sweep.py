@@ -170,6 +170,7 @@ def solve_blocks(
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
+    row_work: int = limits.MAX_ROW_WORK,
 ) -> Generator[xr.Dataset]:
     """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
 
@@ -189,6 +190,8 @@ def solve_blocks(
         As for `sweep`.
     progress : callable, optional
         Called as progress(done, total), in rows from `row_start` to `row_stop`.
+    row_work : int
+        Largest work of a march of a row, in steps.
 
     Yields
     ------
@@ -215,7 +218,7 @@ def solve_blocks(
     starts = starts_of_rows(grid, *start, row_start)
     solver = starts, grid.chain_length, MAX_PERIODS, patience, harmonics, requested_outputs
     soft = has_soft_support(values)
-    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft)) as blocks:
+    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft, row_work)) as blocks:
         begin = 0
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)

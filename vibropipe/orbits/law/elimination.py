@@ -18,6 +18,9 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 
+# Columns of a panel: of x[i], x[i + 1], the last x, and the further unknowns, with the right-hand side behind them.
+OWN, NEXT, TOP, FURTHER = 0, 2, 4, 6
+
 
 @jit
 def _reflect(panel, column) -> None:
@@ -77,6 +80,49 @@ def _solve_dense(matrix, rhs):
     return sign, log
 
 
+@jit
+def _load(panel, row, at, by, rest, i, column) -> None:
+    """Fill two rows of a panel with block row i, its own block from a column on."""
+    k = by.shape[2]
+    for r in range(2):
+        for c in range(2):
+            panel[row + r, column + c] = at[i, r, c]
+        for c in range(k):
+            panel[row + r, FURTHER + c] = by[i, r, c]
+        panel[row + r, FURTHER + k] = rest[i, r]
+
+
+@jit
+def _reduce_borders(panel, border, ends, matrix, rhs, i) -> None:
+    """Eliminate x[i] from the borders by the first two rows of a panel."""
+    k = border.shape[0]
+    for j in range(k):
+        a = border[j, i, 0] / panel[0, 0]
+        b = (border[j, i, 1] - a * panel[0, 1]) / panel[1, 1]
+        for c in range(2):
+            border[j, i + 1, c] -= a * panel[0, NEXT + c] + b * panel[1, NEXT + c]
+            ends[j, c] -= a * panel[0, TOP + c] + b * panel[1, TOP + c]
+        for c in range(k):
+            matrix[2 + j, 2 + c] -= a * panel[0, FURTHER + c] + b * panel[1, FURTHER + c]
+        rhs[2 + j] -= a * panel[0, FURTHER + k] + b * panel[1, FURTHER + k]
+
+
+@jit
+def _substitute_back(kept, x, q) -> None:
+    """Fill x from its last block and q."""
+    n, k = x.shape[0], q.size
+    for i in range(n - 2, -1, -1):
+        for row in range(1, -1, -1):
+            total = kept[i, row, FURTHER + k]
+            for c in range(2):
+                total -= kept[i, row, NEXT + c] * x[i + 1, c] + kept[i, row, TOP + c] * x[n - 1, c]
+            for c in range(k):
+                total -= kept[i, row, FURTHER + c] * q[c]
+            if row == 0:
+                total -= kept[i, 0, 1] * x[i, 1]
+            x[i, row] = total / kept[i, row, row]
+
+
 @jit_allocating
 def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
     """Solve a bordered cyclic system.
@@ -104,60 +150,56 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
         Of the determinant; (0, -inf) where the system is singular.
     """
     n, k = at.shape[0], q.size
-    next_, top, further = 2, 4, 6
-    kept = np.zeros((n, 2, further + k + 1))
-    panel = np.zeros((4, further + k + 1))
-    border, ends = borders.copy(), np.zeros((k, 2))
-    q_rows, values = corner.copy(), target.copy()
+    kept, panel = np.zeros((n, 2, FURTHER + k + 1)), np.zeros((4, FURTHER + k + 1))
+    border, ends = np.zeros((k, n, 2)), np.zeros((k, 2))
+    matrix, rhs = np.zeros((2 + k, 2 + k)), np.zeros(2 + k)
+    for j in range(k):
+        rhs[2 + j] = target[j]
+        for c in range(k):
+            matrix[2 + j, 2 + c] = corner[j, c]
+        for i in range(n):
+            for c in range(2):
+                border[j, i, c] = borders[j, i, c]
+    _load(panel, 0, at, by, rest, 0, OWN)
+    for row in range(2):
+        for c in range(2):
+            panel[row, TOP + c] = wrap * before[0, row, c]
     sign, log = 1.0, 0.0
-    panel[:2, top:further] = wrap * before[0]
-    panel[:2, :2] = at[0]
-    panel[:2, further : further + k] = by[0]
-    panel[:2, further + k] = rest[0]
     for i in range(n - 1):
-        panel[2:] = 0.0
-        panel[:2, next_:top] = 0.0
-        panel[2:, :2] = before[i + 1]
-        panel[2:, next_:top] = at[i + 1]
-        panel[2:, further : further + k] = by[i + 1]
-        panel[2:, further + k] = rest[i + 1]
+        _load(panel, 2, at, by, rest, i + 1, NEXT)
+        for row in range(2):
+            for c in range(2):
+                panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
+                panel[2 + row, OWN + c] = before[i + 1, row, c]
         _reflect(panel, 0)
         _reflect(panel, 1)
-        kept[i] = panel[:2]
         one, two = panel[0, 0], panel[1, 1]
         if one == 0.0 or two == 0.0:
             return 0.0, -math.inf
-        # A reflection changes the sign of the determinant, twice that of nothing.
+        # Two reflections keep the sign of the determinant.
         sign *= math.copysign(1.0, one) * math.copysign(1.0, two)
         log += math.log(abs(one)) + math.log(abs(two))
-        for j in range(k):
-            a = border[j, i, 0] / one
-            b = (border[j, i, 1] - a * panel[0, 1]) / two
+        _reduce_borders(panel, border, ends, matrix, rhs, i)
+        for row in range(2):
+            for c in range(panel.shape[1]):
+                kept[i, row, c] = panel[row, c]
+                if c >= TOP:
+                    panel[row, c] = panel[2 + row, c]
             for c in range(2):
-                border[j, i + 1, c] -= a * panel[0, next_ + c] + b * panel[1, next_ + c]
-                ends[j, c] -= a * panel[0, top + c] + b * panel[1, top + c]
-            for c in range(k):
-                q_rows[j, c] -= a * panel[0, further + c] + b * panel[1, further + c]
-            values[j] -= a * panel[0, further + k] + b * panel[1, further + k]
-        panel[:2, :2] = panel[2:, next_:top]
-        panel[:2, top:] = panel[2:, top:]
-    matrix, rhs = np.zeros((2 + k, 2 + k)), np.zeros(2 + k)
-    matrix[:2, :2] = panel[:2, :2] + panel[:2, top:further]
-    matrix[:2, 2:] = panel[:2, further : further + k]
-    rhs[:2] = panel[:2, further + k]
-    matrix[2:, :2] = border[:, n - 1] + ends
-    matrix[2:, 2:] = q_rows
-    rhs[2:] = values
+                panel[row, OWN + c] = panel[2 + row, NEXT + c]
+    for row in range(2):
+        rhs[row] = panel[row, FURTHER + k]
+        for c in range(2):
+            matrix[row, c] = panel[row, OWN + c] + panel[row, TOP + c]
+        for c in range(k):
+            matrix[row, 2 + c] = panel[row, FURTHER + c]
+    for j in range(k):
+        for c in range(2):
+            matrix[2 + j, c] = border[j, n - 1, c] + ends[j, c]
     last_sign, last_log = _solve_dense(matrix, rhs)
-    x[n - 1], q[:] = rhs[:2], rhs[2:]
-    for i in range(n - 2, -1, -1):
-        for row in range(1, -1, -1):
-            total = kept[i, row, further + k]
-            for c in range(2):
-                total -= kept[i, row, next_ + c] * x[i + 1, c] + kept[i, row, top + c] * x[n - 1, c]
-            for c in range(k):
-                total -= kept[i, row, further + c] * q[c]
-            if row == 0:
-                total -= kept[i, 0, 1] * x[i, 1]
-            x[i, row] = total / kept[i, row, row]
+    for c in range(2):
+        x[n - 1, c] = rhs[c]
+    for c in range(k):
+        q[c] = rhs[2 + c]
+    _substitute_back(kept, x, q)
     return sign * last_sign, log + last_log

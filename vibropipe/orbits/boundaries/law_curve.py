@@ -6,7 +6,6 @@ that the least gap of a flight is, or that an orbit turns on a support against f
 
 from __future__ import annotations
 
-import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -28,6 +27,7 @@ from vibropipe.orbits.branches.steps import (
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.curve import MARGIN, SLOW_EVENT, LawZeros, Scales
+from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
 from vibropipe.orbits.law.edits import happenings, law_from, without_contact
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.marching import Marcher
@@ -105,16 +105,27 @@ class LawBoundary(LawZeros):
     def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
         value = self._condition(u)
         if self._slope is None:
-            self._slope = np.zeros(u.size)
-            for k in range(u.size):
-                step, ends = DIFFERENCE / self.weights[k], []
-                for sign in (1.0, -1.0):
-                    moved = u.copy()
-                    moved[k] += sign * step
-                    ends.append(self._condition(moved) if self._fill(moved) else math.nan)
-                self._slope[k] = (ends[0] - ends[1]) / (2.0 * step)
-            self._fill(u)
+            self._slope, steps = np.zeros(u.size), DIFFERENCE / self.weights
+            if self.kind == GRAZINGS:
+                self._fill_slopes_of_gap(u, steps)
+            else:
+                fill_slopes(
+                    self._values, self._along, self.sequence, u, self._no_columns, steps,
+                    self.kind == FOLDS, self._slope,
+                )  # fmt: skip
         return [(value, self._slope)]
+
+    def _fill_slopes_of_gap(self, u: np.ndarray, steps: np.ndarray) -> None:
+        """Fill the derivatives of the least gap, which depends on the event that begins its flight alone."""
+        assert self._slope is not None
+        n, i = len(self.sequence.codes), int(self.touched[0])
+        for k in (i, n + i, 2 * n, 2 * n + 1):
+            ends = []
+            for sign in (1.0, -1.0):
+                moved = u.copy()
+                moved[k] += sign * steps[k]
+                ends.append(self._gap(moved) / self.size)
+            self._slope[k] = (ends[0] - ends[1]) / (2.0 * steps[k])
 
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
         # The derivative of the last correction serves the tangent.
@@ -125,7 +136,8 @@ class LawBoundary(LawZeros):
         """Return what is zero at a bifurcation, at u, whose blocks are filled."""
         if self.kind == GRAZINGS:
             return self._gap(u) / self.size
-        unit, doubling = self._unit_and_doubling()
+        blocks = self._blocks
+        unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
         return unit if self.kind == FOLDS else doubling
 
     def _gap(self, u: np.ndarray) -> float:

@@ -32,7 +32,7 @@ SAME_STATE = 1e-6
 # which the end is located.
 AHEAD = (1e-6, 1e-5, 1e-4, 1e-3)
 # Boundaries after which no more are sought.
-MAX_BOUNDARIES = 256
+MAX_BOUNDARIES = 64
 # Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
 MAX_CONTACTS = 24
 
@@ -215,12 +215,13 @@ def begin_at(
 
 
 def _is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:
-    """Return whether a point lies on a boundary that is known."""
+    """Return whether a point lies on a boundary that is known, or its mirror image does."""
+    law = curve.sequence
+    keys = {law.key, law._replace(codes=law.image(law.codes)).key}
     return any(
         isinstance(each.curve, LawBoundary)
         and each.curve.kind == curve.kind
-        and each.curve.sequence.m == curve.sequence.m
-        and sorted(each.curve.contacts()) == sorted(curve.contacts())
+        and each.curve.sequence.key in keys
         and each.curve.passes(each.points, point)
         for each in boundaries
     )

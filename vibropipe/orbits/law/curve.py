@@ -25,6 +25,7 @@ from vibropipe.orbits.branches.steps import (
     UNIT,
 )
 from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law.determinants import unit_and_doubling
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.law import SECTION, Law
@@ -208,7 +209,9 @@ class LawZeros(Curve):
         tangent /= norm
         tests = np.zeros(TESTS + 2)
         tests[FOLD] = tangent[-1] * self.weights[-1]
-        tests[UNIT], tests[DOUBLING] = self._unit_and_doubling()
+        tests[UNIT], tests[DOUBLING] = unit_and_doubling(
+            self._blocks.before, self._blocks.at, self._blocks.rest
+        )
         tests[TRACE], tests[DETERMINANT] = self._return_map()
         p = self.parameters_of(u)
         span = self.sequence.span * (-1.0 if self.sequence.mirrored else 1.0)
@@ -227,31 +230,6 @@ class LawZeros(Curve):
         """Return the factors that make margins pure numbers."""
         friction = max(float(p.friction), 1e-100)
         return 1.0 / np.array([self.speed, 1.0, friction, self.size, self.speed])
-
-    def _determinant(self, wrap: float) -> tuple[float, float]:
-        """Return sign and logarithm of the determinant of the cyclic system with a factor of the wrapping block."""
-        n, blocks = len(self.sequence.codes), self._blocks
-        sign, log = solve_cyclic(
-            blocks.before, blocks.at, self._no_columns.by, blocks.rest, wrap,
-            np.zeros((0, n, 2)), *NO_BORDER, np.zeros((n, 2)), np.zeros(0),
-        )  # fmt: skip
-        return float(sign), float(log)
-
-    def _unit_and_doubling(self) -> tuple[float, float]:
-        """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
-
-        The sum of both is the determinant of the blocks times 2 (1 + det M); it is 0 where a piece vanishes.
-        """
-        (sign, log), (other_sign, other) = self._determinant(-1.0), self._determinant(1.0)
-        top = max(log, other)
-        if not top > -math.inf:
-            return 0.0, 0.0
-        one, two = math.exp(log - top), math.exp(other - top)
-        both = sign * one + other_sign * two
-        total = one + two
-        return math.copysign(two / total, other_sign * both), math.copysign(
-            one / total, sign * both
-        )
 
     def _return_map(self) -> tuple[float, float]:
         """Return trace and determinant of the derivative of the return map, from those of the cyclic system."""

@@ -95,7 +95,7 @@ def boundary(
             Both parameters, the index of the point, and whether the curve ends there.
 
         A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
-        so if 256 curves with soft supports or friction, or as many steps as a call may take, do not suffice.
+        so if 64 curves with soft supports or friction, or as many steps as a call may take, do not suffice.
 
     Warns
     -----

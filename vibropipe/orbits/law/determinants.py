@@ -1,0 +1,68 @@
+"""The determinants of the cyclic system of a law, whose zeros are folds and doublings, and their derivatives."""
+
+from __future__ import annotations
+
+import math
+
+import numpy as np
+
+from vibropipe.compiler import jit_allocating
+from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.equations import fill_blocks
+from vibropipe.orbits.row import row_parameters
+
+
+@jit_allocating
+def unit_and_doubling(before, at, rest):
+    """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
+
+    The sum of both is the determinant of the blocks times 2 (1 + det M); it is 0 where a piece vanishes.
+    """
+    n = at.shape[0]
+    none, x = np.zeros((n, 2, 0)), np.zeros((n, 2))
+    borders, corner, few = np.zeros((0, n, 2)), np.zeros((0, 0)), np.zeros(0)
+    sign, log = solve_cyclic(before, at, none, rest, -1.0, borders, corner, few, x, few)
+    other_sign, other = solve_cyclic(before, at, none, rest, 1.0, borders, corner, few, x, few)
+    top = max(log, other)
+    if not top > -math.inf:
+        return 0.0, 0.0
+    one, two = math.exp(log - top), math.exp(other - top)
+    both, total = sign * one + other_sign * two, one + two
+    return math.copysign(two / total, other_sign * both), math.copysign(one / total, sign * both)
+
+
+@jit_allocating
+def fill_slopes(values, along, law, u, blocks, steps, is_unit, slope) -> None:
+    """Fill the derivatives of one of both shares by all unknowns, as central differences.
+
+    Parameters
+    ----------
+    values : (1, parameters) float
+        Of the exciter; those at `along` (k,) are set.
+    along : (k,) int
+    law : Law
+    u : (2 n + k,) float
+        Times, what is free of the states, and parameters.
+    blocks : Blocks
+        Without parameters; overwritten.
+    steps, slope : (2 n + k,) float
+    is_unit : bool
+    """
+    n, columns = law.codes.shape[0], np.zeros(0, np.int64)
+    events = np.empty((n, 2))
+    for k in range(u.size):
+        ends = 0.0
+        for sign in (1.0, -1.0):
+            for i in range(n):
+                for j in range(2):
+                    events[i, j] = u[j * n + i]
+            for j in range(along.size):
+                values[0, along[j]] = u[2 * n + j]
+            if k < 2 * n:
+                events[k % n, k // n] += sign * steps[k]
+            else:
+                values[0, along[k - 2 * n]] += sign * steps[k]
+            fill_blocks(row_parameters(values, 0), law, events, columns, blocks)
+            unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
+            ends += sign * (unit if is_unit else doubling)
+        slope[k] = ends / (2.0 * steps[k])

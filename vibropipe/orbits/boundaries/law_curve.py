@@ -109,6 +109,7 @@ class LawBoundary(LawZeros):
             if self.kind == GRAZINGS:
                 self._fill_slopes_of_gap(u, steps)
             else:
+                self.marcher.rows += 2 * u.size * len(self.sequence.codes)
                 fill_slopes(
                     self._values, self._along, self.sequence, u, self._no_columns, steps,
                     self.kind == FOLDS, self._slope,

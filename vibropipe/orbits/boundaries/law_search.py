@@ -67,6 +67,8 @@ def find_boundaries_of_pieces(
             waiting = [*_begin(box, branch, event, KINDS[kind], marcher)]
             while waiting:
                 begun = waiting.pop()
+                if marcher.is_spent:
+                    return boundaries, False
                 if is_no_motion(begun[1]) or _is_known(boundaries, *begun):
                     continue
                 if len(boundaries) == MAX_BOUNDARIES:
@@ -83,6 +85,8 @@ def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> It
     for index in (0, 1):
         along = int(box.along[index])
         for orbit in ordered:
+            if marcher.is_spent:
+                return
             value, held = float(orbit.values[along]), float(orbit.values[box.along[1 - index]])
             orbits_there = passed.setdefault((index, held), [])
             state = orbit.state
@@ -111,18 +115,20 @@ def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> It
             if point is None:
                 continue
             seed = Seed(curve, point, value, (1.0, -1.0))
-            for branch in _with_children(problem, seed):
+            for branch in _with_children(problem, seed, marcher):
                 orbits_there += _passed(branch, set(at))
                 yield branch
 
 
-def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
+def _with_children(problem: Problem, seed: Seed, marcher: Marcher) -> Iterator[Branch]:
     """Yield the branch of a seed, and those that begin at its bifurcations."""
     (parent,) = follow_tree(problem, seed, (), LAWS).branches
     yield parent
     for event in parent.events:
         if event.kind in SWITCHED and not limit_of_laws(parent, event):
             for child in seeds_of_laws(parent, event):
+                if marcher.is_spent:
+                    return
                 yield from follow_tree(problem, child, (), LAWS).branches
 
 

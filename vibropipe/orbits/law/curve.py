@@ -122,6 +122,7 @@ class LawZeros(Curve):
     solve = Continued.solve
 
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
+        self.marcher.rows += len(self.sequence.codes)
         if not self._fill(u):
             return None
         rows, values = self._rows(u)

@@ -20,6 +20,8 @@ from vibropipe.physics.limits import MAX_CALL_WORK, MAX_ROW_WORK
 
 # Capacities of the log of an orbit, in contacts and pieces.
 CAPACITY = 4096
+# Pieces for which equations are filled in one call that looks at `is_spent`: some 15 s of a core.
+MAX_ROWS = 3_000_000
 
 
 @jit
@@ -44,10 +46,15 @@ class Marcher:
         With pieces: of soft supports or friction, absent or not.
     work : int
         Work of all marches, in steps: they fail when it is done.
+
+    Attributes
+    ----------
+    rows : int
+        How many pieces the equations of laws have been filled for, which callers count and `is_spent` limits.
     """
 
     def __init__(self, effects: Effects, work: int = MAX_CALL_WORK) -> None:
-        self.effects = effects
+        self.effects, self.rows = effects, 0
         pieces = piece_log_of(effects, CAPACITY)
         self.room = (
             new_log(CAPACITY, CAPACITY, *pieces),
@@ -59,7 +66,7 @@ class Marcher:
     @property
     def is_spent(self) -> bool:
         """Whether all work is done."""
-        return work_left(self.room[0]) <= 0
+        return work_left(self.room[0]) <= 0 or self.rows > MAX_ROWS
 
     @property
     def pieces(self) -> Any:

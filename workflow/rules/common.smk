@@ -132,7 +132,9 @@ def report_on_the_rest():
 def plans_text():
     """Return the plans of the studies that are made, with the run times that `vibropipe plan` states."""
     studies = [RUN.studies[name] for name in RUN.at_work()]
-    return "\n\n".join(plan_text(study, estimate_study(study)) for study in studies) + "\n"
+    return (
+        "\n\n".join(plan_text(study, estimate_study(study)) for study in studies) + "\n"
+    )
 
 
 if not {"-n", "--dry-run", "--dryrun"}.isdisjoint(sys.argv):

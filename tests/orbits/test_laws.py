@@ -164,3 +164,19 @@ def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
         returned = marcher.after(at, state, float(own.sequence.m))
         growth = 1.0 + np.abs(point.tests[4]) ** (2 if own.sequence.mirrored else 1)
         np.testing.assert_allclose(returned, state, atol=1e-11 * growth)
+
+
+@pytest.mark.parametrize(
+    ("load", "f", "nu"),
+    [(1.3, 1.5, 0.27), (1.0, -1.2, 0.3)],
+    ids=["phase 0 in the chatter", "phase 0 in the rest"],
+)
+def test_an_orbit_that_rests_has_its_section_there(load, f, nu):
+    exciter = vp.Exciter(l=0.5, nu=nu, f=f, h=0.1, R1=0.6, R2=0.5, friction=0.03, load=load)
+    branch = vp.branch(exciter, "nu", (0.9 * nu, 1.1 * nu), at=(nu,))
+    marched = vp.steady_state(exciter)
+    point = branch.isel(point=int(np.abs(branch.nu.values - nu).argmin()))
+    assert float(point.nu) == nu
+    for name in ("displacement_strobe", "velocity_strobe"):
+        assert float(point[name]) == pytest.approx(float(marched[name]), abs=1e-12)
+    np.testing.assert_array_equal(branch.rests_per_orbit[:, 0], 1)

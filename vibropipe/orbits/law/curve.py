@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import FOLD, Point
 from vibropipe.continuation.curve import Curve as Continued
-from vibropipe.march.piece_log import CAUSE, HOME, STICK, TURN
+from vibropipe.march.piece_log import CAUSE, FORM, HOME, RESTING, STICK, TURN
 from vibropipe.orbits.branches.curve import Curve, Problem
 from vibropipe.orbits.branches.sequence import parameters_at
 from vibropipe.orbits.branches.steps import (
@@ -168,10 +168,17 @@ class LawZeros(Curve):
                 at = visit + later
                 at += law.m * math.ceil((u[i, 0] - at) / law.m)
                 if at <= last:
-                    y, w = state_within(p, law, i, u, at)
+                    rests = law.codes[i, FORM] == RESTING
+                    y, w = state_within(p, law, i, u, float(u[i, 0]) if rests else at)
                     home = int(law.codes[i, HOME])
                     x = to_displacement(p, home, float(y))
-                    return sign * np.array([x, to_velocity(home, float(w))])
+                    state = np.array([x, to_velocity(home, float(w))])
+                    if rests:
+                        # What is left of the chatter, and the rest after it, are those of a march.
+                        begin = float(u[i, 0])
+                        after = self.marcher.after(p, state, at - begin, begin)
+                        state = np.full(2, math.nan) if after is None else after
+                    return sign * state
         return np.full(2, math.nan)
 
     def _fill(self, u: np.ndarray) -> bool:

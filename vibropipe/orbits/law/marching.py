@@ -73,9 +73,11 @@ class Marcher:
         """The log of the last march."""
         return self.room[0].pieces
 
-    def after(self, p: Any, state: np.ndarray, periods: float) -> np.ndarray | None:
-        """Return (x, x') after whole periods from that at phase 0; None if the march fails."""
-        if not march_pieces(self.effects, p, 0.0, state[0], state[1], periods, self.room):
+    def after(
+        self, p: Any, state: np.ndarray, periods: float, at: float = 0.0
+    ) -> np.ndarray | None:
+        """Return (x, x') some periods after that at a time in periods; None if the march fails."""
+        if not march_pieces(self.effects, p, at, state[0], state[1], periods, self.room):
             return None
         pieces = self.pieces
         last = int(pieces.counts[PIECES]) - 1

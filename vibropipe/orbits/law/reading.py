@@ -148,7 +148,7 @@ def _without_tails(events: list[_Event], p: Any) -> list[_Event]:
         elif tail and kind == IMPACT and home == kept_home(kept):
             begun = event._replace(codes=np.array([REST_BEGINS, RESTING, home, 0], np.int8))
             if is_short(begun, p):
-                while kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
+                while kept and kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
                     kept.pop()
                 kept.append(begun)
                 continue

@@ -12,8 +12,9 @@ import pytest
 from vibropipe.compiler import sources
 from vibropipe.compiler.sources import PACKAGE, SOLVERS, WORDS, closure, file_hash, source_hash
 from vibropipe.scenes.registry import kinds
-from vibropipe.words.exciter import EFFECTS, PARAMETERS, Range
+from vibropipe.words.exciter import EFFECTS, PARAMETERS
 from vibropipe.words.quantities import QUANTITIES
+from vibropipe.words.records import Range
 
 SOLVING = """
 import sys
@@ -52,6 +53,7 @@ MEASUREMENTS = {
 NEITHER = (
     "words/exciter.py",
     "words/quantities.py",
+    "words/records.py",
     "words/vocabulary.py",
     "words/quantities.toml",
     "figures/style.py",

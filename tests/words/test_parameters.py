@@ -10,7 +10,6 @@ import vibropipe as vp
 from vibropipe.physics.effects import BY_PARAMETER, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.scenes.keys.parts import ExciterKeys, Solver
-from vibropipe.words.exciter import Range
 from vibropipe.words.methods import METHODS
 from vibropipe.words.outputs import (
     MOTION_DEFAULT,
@@ -21,6 +20,7 @@ from vibropipe.words.outputs import (
     SWEEP_DEFAULT,
 )
 from vibropipe.words.parameters import DEFAULTS, EFFECT_NAMES, PARAMETERS, ParameterName
+from vibropipe.words.records import Range
 
 TINY = math.ulp(0.0)
 

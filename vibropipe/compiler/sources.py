@@ -30,6 +30,7 @@ WORDS = (
     "vibropipe.words.units",
     "vibropipe.words.exciter",
     "vibropipe.words.quantities",
+    "vibropipe.words.records",
 )
 _IMPORT = re.compile(
     r"^[ \t]*(?:from[ \t]+(?P<module>vibropipe[\w.]*)[ \t]+import[ \t]+(?P<names>\([^)]*\)|[^\n]*)"

@@ -15,8 +15,9 @@ import numpy as np
 
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.words.exciter import EFFECTS, Effect
+from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.parameters import EFFECT_NAMES, acting, of_effect
+from vibropipe.words.records import Effect
 
 if TYPE_CHECKING:
     from vibropipe.words.exciter import OfEffects

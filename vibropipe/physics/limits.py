@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.words.exciter import Range
+from vibropipe.words.records import Range
 
 # Requested error. One that double precision cannot reach is accepted; the result has the status `inaccurate`.
 ACCURACY = (1e-15, 0.1)

@@ -5,8 +5,8 @@ from __future__ import annotations
 from collections.abc import Collection, Iterable
 from typing import Any
 
-from vibropipe.words.exciter import Range
 from vibropipe.words.parameters import PHYSICAL
+from vibropipe.words.records import Range
 from vibropipe.words.spelling import hint_of_key
 from vibropipe.words.units import UnitError, to_si
 

@@ -8,8 +8,8 @@ from typing import Any
 
 from vibropipe.physics.parameter_error import ParameterError, number_within
 from vibropipe.physics.restitution import is_contact_damping
-from vibropipe.words.exciter import FRACTION
 from vibropipe.words.parameters import PHYSICAL, STANDARD_GRAVITY
+from vibropipe.words.records import FRACTION
 
 NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
 # A restitution of 1 states nothing: it is the value of a support without one.

@@ -8,8 +8,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.parameter_error import ParameterError, as_float, number_within
-from vibropipe.words.exciter import FINITE
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.records import FINITE
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter

@@ -18,8 +18,8 @@ from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.study.tables import PHASE
-from vibropipe.words.exciter import FINITE, POSITIVE, Range
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.records import FINITE, POSITIVE, Range
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.units import MINUS, UnitError, to_si
 from vibropipe.words.vocabulary import quantity

@@ -6,16 +6,9 @@ from collections import namedtuple
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-from vibropipe.words.exciter import (
-    EFFECTS,
-    FINITE,
-    NOT_NEGATIVE,
-    POSITIVE,
-    Parameter,
-    Range,
-    described,
-)
+from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.exciter import PARAMETERS as RECORDS
+from vibropipe.words.records import FINITE, NOT_NEGATIVE, POSITIVE, Parameter, Range, described
 
 EFFECT_NAMES = tuple(each.name for each in EFFECTS)
 if TYPE_CHECKING:

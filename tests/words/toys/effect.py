@@ -1,6 +1,7 @@
 """An effect that kernels do not know: worn supports."""
 
-from vibropipe.words.exciter import EFFECTS, Effect
+from vibropipe.words.exciter import EFFECTS
+from vibropipe.words.records import Effect
 
 WEAR = Effect(
     name="wear", unless="wear = 0", shown=("wear",), calls=("wear",), is_marched=False,

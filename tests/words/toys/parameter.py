@@ -1,6 +1,7 @@
 """A parameter: how much the supports have worn, which takes its share of both restitutions."""
 
-from vibropipe.words.exciter import FRACTION, PARAMETERS, Parameter
+from vibropipe.words.exciter import PARAMETERS
+from vibropipe.words.records import FRACTION, Parameter
 
 
 def restitutions(values):

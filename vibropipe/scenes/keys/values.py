@@ -17,8 +17,8 @@ from typing import Annotated, Any, NoReturn
 from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.words.exciter import FINITE, Range
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.records import FINITE, Range
 from vibropipe.words.units import (
     DIMENSIONS,
     MINUS,

@@ -23,9 +23,9 @@ from vibropipe.solve.basins.border_orbits import border_orbits, with_border_orbi
 from vibropipe.solve.checks import check_over, check_soft, check_whole
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
-from vibropipe.words.exciter import FRACTION
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.progress import Progress, part_of
+from vibropipe.words.records import FRACTION
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:

@@ -13,7 +13,7 @@ import numpy as np
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.solve.rows.named import STD, Named, named
-from vibropipe.words.exciter import POSITIVE
+from vibropipe.words.records import POSITIVE
 from vibropipe.words.units import MINUS
 from vibropipe.words.vocabulary import OF_SOFT
 

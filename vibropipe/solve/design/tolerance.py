@@ -19,8 +19,8 @@ from vibropipe.solve.rows.gradient import values_and_jacobian
 from vibropipe.solve.rows.label import Variables
 from vibropipe.solve.rows.named import SMOOTH, Named, labels, named
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
-from vibropipe.words.exciter import POSITIVE
 from vibropipe.words.progress import Progress
+from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import STEADY, describe, quantity
 
 if TYPE_CHECKING:

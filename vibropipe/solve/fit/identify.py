@@ -18,7 +18,7 @@ from vibropipe.solve.fit.fit_quality import determined, quality_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.named import SIZES, Named, named
 from vibropipe.words.designs import DESIGN_SAMPLES
-from vibropipe.words.exciter import POSITIVE
+from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:

@@ -71,10 +71,11 @@ def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
     law, u = read
     n, columns = len(u), np.arange(len(ALL_DIFFERENTIATED))
     exact, beside = new_blocks(n, columns.size), new_blocks(n, 0)
-    fill_blocks(p, law, u, columns, exact)
+    e = marcher.effects
+    fill_blocks(e, p, law, u, columns, exact)
 
     def rests(q, v):
-        fill_blocks(q, law, v, np.zeros(0, np.int64), beside)
+        fill_blocks(e, q, law, v, np.zeros(0, np.int64), beside)
         return beside.rest.copy()
 
     step = 1e-6

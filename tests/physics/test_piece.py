@@ -70,7 +70,7 @@ def test_piece_ends_where_a_matrix_exponential_does(name: str) -> None:
             max(abs(START[0]), abs(true[0]), abs(turns) * TWO_PI / nu),
             abs(true[1]) + abs(START[1]),
         ]
-    found = flown(flight_over(stiffness, damping, LOAD, FORCE, nu, turns), *START)
+    found = flown(flight_over(stiffness, damping, LOAD, FORCE, nu, turns, 1), *START)
     for one, other, size in zip(found, true, scale, strict=True):
         assert abs(one - other) < 2e-14 * size
 
@@ -79,7 +79,7 @@ def test_piece_ends_where_a_matrix_exponential_does(name: str) -> None:
 @pytest.mark.parametrize("by", ["stiffness", "damping", "frequency"])
 def test_piece_has_the_derivatives_of_differences(name: str, by: str) -> None:
     stiffness, damping, nu, turns = PIECES[name]
-    flight = flight_over(stiffness, damping, LOAD, FORCE, nu, turns)
+    flight = flight_over(stiffness, damping, LOAD, FORCE, nu, turns, 1)
     if by == "frequency":
         end_y, end_w = flown(flight, *START)
         acceleration = acceleration_of(flight, force_at_end(flight), end_y, end_w)

@@ -151,7 +151,9 @@ def test_a_branch_turns_back_where_other_pieces_lead_back():
     fold = branch.bifurcation_h1.values[kinds(branch).index("FOLD")]
     turns = np.flatnonzero(np.diff(branch.h1.values) < 0.0)
     assert branch.h1.values[turns[0]] - fold == pytest.approx(8.0e-6, rel=0.01)
-    assert branch.impacts_per_orbit.values[turns[[0, -1]]].tolist() == [[1, 1], [2, 1]]
+    # At the first of them the orbit only touches the support.
+    around = [turns[0] - 1, turns[-1]]
+    assert branch.impacts_per_orbit.values[around].tolist() == [[1, 1], [2, 1]]
     beyond = int(np.flatnonzero(branch.h1.values > 8.6)[0])
     x, v = float(branch.displacement_strobe[beyond]), float(branch.velocity_strobe[beyond])
     steady = vp.steady_state(replace(FORCED_TWICE, h1=float(branch.h1[beyond])), x0=x, v0=v)

@@ -37,25 +37,20 @@ class Impulse(NamedTuple):
         Motion from a unit displacement, from a unit velocity, and the rate of the latter.
     g : float
         Motion under a unit load.
-    s2, ds2, g2 : float
-        Those of 1/q^2: minus the derivatives of `s`, `ds` and `g` by the stiffness are `s2`, `ds2` and `g2`.
     """
 
     c: float
     s: float
     ds: float
     g: float
-    s2: float
-    ds2: float
-    g2: float
 
 
-class Response(NamedTuple):
-    """Response from rest to exp(i w tau) at a time: 1/((s - i w) q), the same with q^2, and with (s - i w)^2."""
+class Square(NamedTuple):
+    """The `Impulse` of 1/q^2: minus the derivatives of `s`, `ds` and `g` by the stiffness."""
 
-    w: complex
-    w2: complex
-    w3: complex
+    s: float
+    ds: float
+    g: float
 
 
 @jit
@@ -64,45 +59,65 @@ def impulse_response(stiffness: float, damping: float, t: float) -> Impulse:
     if piece_rate(stiffness, damping) * abs(t) < SHORT:
         return _impulse_series(stiffness, damping, t)
     root = math.sqrt(stiffness)
-    b, scaled = 0.5 * damping / root, root * t
-    c, odd, _minus, ds = free_flow(2.0 * b, scaled)
-    even, share = ds + b * odd, (1.0 - b) * (1.0 + b)
+    c, odd, _minus, ds = free_flow(damping / root, root * t)
+    return Impulse(c, odd / root, ds, (1.0 - c) / stiffness)
+
+
+@jit
+def _impulse_series(stiffness, damping, t):
+    """Return the `Impulse` at a short time."""
+    s, ds, g = 0.0, 0.0, 0.0
+    e, before, term = 1.0, 0.0, 1.0
+    # term is t^n / n!; e is the coefficient of 1/q in powers of 1/s.
+    for n in range(TERMS):
+        one = term * t / (n + 1)
+        ds += e * term
+        s += e * one
+        g += e * one * t / (n + 2)
+        e, before = -damping * e - stiffness * before, e
+        term = one
+    return Impulse(1.0 - stiffness * g, s, ds, g)
+
+
+@jit
+def square_response(stiffness: float, damping: float, t: float, free: Impulse) -> Square:
+    """Return the `Square` at the time t; free : of that time."""
+    if piece_rate(stiffness, damping) * abs(t) < SHORT:
+        return _square_series(stiffness, damping, t)
+    k, root = stiffness, math.sqrt(stiffness)
+    b, scaled, odd = 0.5 * damping / root, root * t, root * free.s
+    even, share = free.ds + b * odd, (1.0 - b) * (1.0 + b)
     z = share * scaled * scaled
     if abs(z) < NEAR:
         # The sum of (-z)^n (2n + 2) / (2n + 3)! by Horner's rule, each term over the one before.
         total = 0.0
         for n in range(8, -1, -1):
             total = 1.0 - total * z * (n + 2) / ((n + 1) * (2 * n + 4) * (2 * n + 5))
-        s2 = math.exp(-b * scaled) * scaled * scaled * scaled * total / 6.0
+        s = math.exp(-b * scaled) * scaled * scaled * scaled * total / 6.0
     else:
-        s2 = 0.5 * (odd - scaled * even) / share
-    ds2 = 0.5 * scaled * odd - b * s2
-    g = 1.0 - c
-    g2 = g - ds2 - 2.0 * b * s2
-    k = stiffness
-    return Impulse(c, odd / root, ds, g / k, s2 / (root * k), ds2 / k, g2 / (k * k))
+        s = 0.5 * (odd - scaled * even) / share
+    ds = 0.5 * scaled * odd - b * s
+    g = (1.0 - free.c) - ds - 2.0 * b * s
+    return Square(s / (root * k), ds / k, g / (k * k))
 
 
 @jit
-def _impulse_series(stiffness, damping, t):
-    """Return the `Impulse` at a short time."""
-    s, ds, g, s2, ds2, g2 = 0.0, 0.0, 0.0, 0.0, 0.0, 0.0
+def _square_series(stiffness, damping, t):
+    """Return the `Square` at a short time."""
+    s, ds, g = 0.0, 0.0, 0.0
     e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, 1.0
     # term is t^n / n!; e and e2 are the coefficients of 1/q and 1/q^2 in powers of 1/s.
     for n in range(TERMS):
         one = term * t / (n + 1)
         two = one * t / (n + 2)
         three = two * t / (n + 3)
-        ds += e * term
-        s += e * one
-        g += e * two
-        ds2 += e2 * two
-        s2 += e2 * three
-        g2 += e2 * three * t / (n + 4)
+        ds += e2 * two
+        s += e2 * three
+        g += e2 * three * t / (n + 4)
         e, before = -damping * e - stiffness * before, e
         e2, before2 = e - damping * e2 - stiffness * before2, e2
         term = one
-    return Impulse(1.0 - stiffness * g, s, ds, g, s2, ds2, g2)
+    return Square(s, ds, g)
 
 
 @jit
@@ -126,50 +141,114 @@ def _exponential(z: complex) -> complex:
 
 
 @jit
-def force_responses(
-    stiffness: float, damping: float, w: float, turns: float, t: float, free: Impulse
-) -> Response:
-    """Return the `Response` to exp(i w tau) at the time t, which is `turns` periods of w; free : of that time."""
-    if max(piece_rate(stiffness, damping), w) * abs(t) < SHORT:
-        return _response_series(stiffness, damping, w, t)
+def is_short(stiffness: float, damping: float, w: float, t: float) -> bool:
+    """Return whether responses to exp(i w tau) at the time t are summed from series."""
+    return max(piece_rate(stiffness, damping), w) * abs(t) < SHORT
+
+
+@jit
+def harmonic_motion(
+    stiffness: float, damping: float, w: float, turns: float, t: float, s: float
+) -> complex:
+    """Return the response W from rest to exp(i w tau) at the time t.
+
+    turns : t in periods of w; s : that of the `Impulse` at t.
+    """
+    if is_short(stiffness, damping, w, t):
+        return _harmonic_series(stiffness, damping, w, t)
+    root = math.sqrt(stiffness)
+    y, _rate = force_response(damping / root, w / root, turns, root * t, root * s)
+    return y / stiffness
+
+
+@jit
+def _roots(stiffness, damping):
+    """Return the roots of q, that next to the imaginary axis from above first."""
     root = math.sqrt(stiffness)
     b = 0.5 * damping / root
-    y, _rate = force_response(2.0 * b, w / root, turns, root * t, root * free.s)
-    response, iw = y / stiffness, complex(0.0, w)
-    dynamic = complex((root - w) * (root + w), damping * w)
     square = (1.0 - b) * (1.0 + b)
     if square > 0.0:
         near, far = complex(-b, math.sqrt(square)), complex(-b, -math.sqrt(square))
     else:
         near = complex(-1.0 / (b + math.sqrt(-square)), 0.0)
         far = complex(-(b + math.sqrt(-square)), 0.0)
-    near, far = root * near, root * far
-    w3 = divide(_two_nodes(iw, near, t) - response, iw - far)
-    if abs(dynamic) > RESONANT * stiffness or square <= RESONANT:
-        rest = complex(response.real - free.ds2 - damping * free.s2, response.imag - w * free.s2)
-        return Response(response, divide(rest, dynamic), w3)
-    twice = divide(t * _exponential(near * t) - free.s, near - far)
-    first = divide(_two_nodes(near, iw, t) - twice, iw - far)
-    return Response(response, divide(first - free.s2, iw - far), w3)
+    return root * near, root * far, square
 
 
 @jit
-def _response_series(stiffness, damping, w, t):
-    """Return the `Response` at a short time."""
+def motion_by_rate(
+    stiffness: float, damping: float, w: float, t: float, response: complex
+) -> complex:
+    """Return 1/((s - i w)^2 q) at the time t, the derivative of W by i w; response : W."""
+    if is_short(stiffness, damping, w, t):
+        return _rate_series(stiffness, damping, w, t)
+    near, far, _square = _roots(stiffness, damping)
     iw = complex(0.0, w)
-    one, two, three = complex(0.0, 0.0), complex(0.0, 0.0), complex(0.0, 0.0)
-    e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, 0.5 * t * t
-    g, g2, g3 = complex(1.0, 0.0), complex(1.0, 0.0), complex(1.0, 0.0)
-    # term is t^(n + 2) / (n + 2)!; g, g2 and g3 are coefficients in powers of 1/s.
+    return divide(_two_nodes(iw, near, t) - response, iw - far)
+
+
+@jit
+def square_motion(
+    stiffness: float,
+    damping: float,
+    w: float,
+    t: float,
+    response: complex,
+    s: float,
+    square: Square,
+) -> complex:
+    """Return 1/((s - i w) q^2) at the time t; response, s, square : W, that of the `Impulse`, and the `Square`."""
+    if is_short(stiffness, damping, w, t):
+        return _square_motion_series(stiffness, damping, w, t)
+    root, iw = math.sqrt(stiffness), complex(0.0, w)
+    near, far, share = _roots(stiffness, damping)
+    dynamic = complex((root - w) * (root + w), damping * w)
+    if abs(dynamic) > RESONANT * stiffness or share <= RESONANT:
+        rest = complex(response.real - square.ds - damping * square.s, response.imag - w * square.s)
+        return divide(rest, dynamic)
+    twice = divide(t * _exponential(near * t) - s, near - far)
+    first = divide(_two_nodes(near, iw, t) - twice, iw - far)
+    return divide(first - square.s, iw - far)
+
+
+@jit
+def _harmonic_series(stiffness, damping, w, t):
+    """Return W at a short time."""
+    iw, total, g = complex(0.0, w), complex(0.0, 0.0), complex(1.0, 0.0)
+    e, before, term = 1.0, 0.0, 0.5 * t * t
+    # term is t^(n + 2) / (n + 2)!; e and g are coefficients of 1/q and 1/((s - i w) q) in powers of 1/s.
     for n in range(TERMS):
-        third = term * t / (n + 3)
-        one += g * term
-        three += g3 * third
-        two += g2 * (third * t / (n + 4))
+        total += g * term
+        e, before = -damping * e - stiffness * before, e
+        g = e + iw * g
+        term *= t / (n + 3)
+    return total
+
+
+@jit
+def _rate_series(stiffness, damping, w, t):
+    """Return 1/((s - i w)^2 q) at a short time."""
+    iw, total = complex(0.0, w), complex(0.0, 0.0)
+    g, twice = complex(1.0, 0.0), complex(1.0, 0.0)
+    e, before, term = 1.0, 0.0, t * t * t / 6.0
+    for n in range(TERMS):
+        total += twice * term
+        e, before = -damping * e - stiffness * before, e
+        g = e + iw * g
+        twice = g + iw * twice
+        term *= t / (n + 4)
+    return total
+
+
+@jit
+def _square_motion_series(stiffness, damping, w, t):
+    """Return 1/((s - i w) q^2) at a short time."""
+    iw, total, g = complex(0.0, w), complex(0.0, 0.0), complex(1.0, 0.0)
+    e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, t**4 / 24.0
+    for n in range(TERMS):
+        total += g * term
         e, before = -damping * e - stiffness * before, e
         e2, before2 = e - damping * e2 - stiffness * before2, e2
-        g = e + iw * g
-        g2 = e2 + iw * g2
-        g3 = g + iw * g3
-        term = third
-    return Response(one, two, three)
+        g = e2 + iw * g
+        term *= t / (n + 5)
+    return total

@@ -5,7 +5,14 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.physics.impulse import Impulse, Response, force_responses, impulse_response
+from vibropipe.physics.impulse import (
+    Impulse,
+    harmonic_motion,
+    impulse_response,
+    motion_by_rate,
+    square_motion,
+    square_response,
+)
 from vibropipe.physics.load import Force
 from vibropipe.physics.turns import TWO_PI, sincos_turns
 
@@ -21,8 +28,8 @@ class Flight(NamedTuple):
     nu, turns, t : float
         Frequency of the force, and the time in forcing periods and in tau.
     free : Impulse
-    first, second : Response
-        To the first and to the second harmonic.
+    first, second : complex
+        Responses from rest to exp(i nu tau) and exp(2 i nu tau); the latter is None without a second harmonic.
     """
 
     stiffness: float
@@ -33,18 +40,26 @@ class Flight(NamedTuple):
     turns: float
     t: float
     free: Impulse
-    first: Response
-    second: Response
+    first: complex
+    second: complex | None
 
 
 @jit
-def flight_over(stiffness, damping, load, force: Force, nu, turns) -> Flight:
-    """Return the `Flight` over some turns, counted in forcing periods."""
+def flight_over(stiffness, damping, load, force: Force, nu, turns, second=None) -> Flight:
+    """Return the `Flight` over some turns, counted in forcing periods; second : the effect `second_harmonic`."""
     t = turns * TWO_PI / nu
     free = impulse_response(stiffness, damping, t)
-    first = force_responses(stiffness, damping, nu, turns, t, free)
-    second = force_responses(stiffness, damping, 2.0 * nu, 2.0 * turns, t, free)
-    return Flight(stiffness, damping, load, force, nu, turns, t, free, first, second)
+    first = harmonic_motion(stiffness, damping, nu, turns, t, free.s)
+    other = _second_motion(stiffness, damping, nu, turns, t, free.s, second)
+    return Flight(stiffness, damping, load, force, nu, turns, t, free, first, other)
+
+
+@jit_inline
+def _second_motion(stiffness, damping, nu, turns, t, s, second):
+    """Return the response to exp(2 i nu tau); None without a second harmonic."""
+    if second is None:
+        return None
+    return harmonic_motion(stiffness, damping, 2.0 * nu, 2.0 * turns, t, s)
 
 
 @jit_inline
@@ -55,21 +70,32 @@ def _mixed(sine, cosine, response):
 
 @jit
 def harmonic_response(flight, response, w, sine, cosine):
-    """Return displacement and velocity by one harmonic of the frequency w that begins with its sine and cosine."""
-    rate = flight.free.s + complex(0.0, w) * response.w
-    return _mixed(sine, cosine, response.w), _mixed(sine, cosine, rate)
+    """Return displacement and velocity by one harmonic of the frequency w that begins with its sine and cosine.
+
+    response : `Flight.first` or `second`; None, without this harmonic, gives zeros.
+    """
+    if response is None:
+        return 0.0, 0.0
+    rate = flight.free.s + complex(0.0, w) * response
+    return _mixed(sine, cosine, response), _mixed(sine, cosine, rate)
+
+
+@jit
+def forced_response(flight, force: Force):
+    """Return displacement and velocity from rest at the end of a flight by a force that begins so."""
+    nu = flight.nu
+    y, w = harmonic_response(flight, flight.first, nu, force.sine, force.cosine)
+    more, more_rate = harmonic_response(
+        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+    )
+    return y + more, w + more_rate
 
 
 @jit
 def flown(flight, y, w):
     """Return (y, w) at the end of a flight from (y, w)."""
-    free, force, nu = flight.free, flight.force, flight.nu
-    ahead, faster = harmonic_response(flight, flight.first, nu, force.sine, force.cosine)
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        more, more_rate = harmonic_response(
-            flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
-        )
-        ahead, faster = ahead + more, faster + more_rate
+    free = flight.free
+    ahead, faster = forced_response(flight, flight.force)
     end = free.c * y + free.s * w + (flight.load * free.g + ahead)
     rate = free.ds * w - flight.stiffness * free.s * y + (flight.load * free.s + faster)
     return end, rate
@@ -80,11 +106,16 @@ def force_at_end(flight):
     """Return the force at the end of a flight."""
     sine, cosine = sincos_turns(flight.turns)
     force = flight.force
-    end = force.sine * cosine + force.cosine * sine
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        sine, cosine = sincos_turns(2.0 * flight.turns)
-        end += force.sine_2 * cosine + force.cosine_2 * sine
-    return end
+    return force.sine * cosine + force.cosine * sine + _second_at_end(flight, flight.second)
+
+
+@jit_inline
+def _second_at_end(flight, response):
+    """Return the second harmonic of the force at the end of a flight; 0 without one, where the response is None."""
+    if response is None:
+        return 0.0
+    sine, cosine = sincos_turns(2.0 * flight.turns)
+    return flight.force.sine_2 * cosine + flight.force.cosine_2 * sine
 
 
 @jit_inline
@@ -93,45 +124,59 @@ def acceleration_of(flight, force, y, w):
     return (flight.load + force) - flight.damping * w - flight.stiffness * y
 
 
+@jit_inline
+def _square_of(flight):
+    """Return the `Square` at the end of a flight."""
+    return square_response(flight.stiffness, flight.damping, flight.t, flight.free)
+
+
 @jit
 def by_stiffness(flight, y, w):
     """Return the derivative of the end (y, w) by the stiffness, from the start (y, w)."""
-    free, force, nu, h, k = flight.free, flight.force, flight.nu, flight.damping, flight.stiffness
-    dds2 = free.s - h * free.ds2 - k * free.s2
-    end = -(free.ds2 + h * free.s2) * y - free.s2 * w - flight.load * free.g2
-    rate = -(dds2 + h * free.ds2) * y - free.ds2 * w - flight.load * free.s2
-    a, b, _c = _square_response(flight, flight.first, nu, force.sine, force.cosine)
-    end, rate = end - a, rate - b
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        a, b, _c = _square_response(flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2)
-        end, rate = end - a, rate - b
-    return end, rate
+    h, k, square = flight.damping, flight.stiffness, _square_of(flight)
+    dds = flight.free.s - h * square.ds - k * square.s
+    end = -(square.ds + h * square.s) * y - square.s * w - flight.load * square.g
+    rate = -(dds + h * square.ds) * y - square.ds * w - flight.load * square.s
+    a, b, _c = _square_response(flight, square)
+    return end - a, rate - b
 
 
 @jit
 def by_damping(flight, y, w):
     """Return the derivative of the end (y, w) by the damping, from the start (y, w)."""
-    free, force, nu, h, k = flight.free, flight.force, flight.nu, flight.damping, flight.stiffness
-    dds2 = free.s - h * free.ds2 - k * free.s2
-    end = k * free.s2 * y - free.ds2 * w - flight.load * free.s2
-    rate = k * free.ds2 * y - dds2 * w - flight.load * free.ds2
-    _a, b, c = _square_response(flight, flight.first, nu, force.sine, force.cosine)
-    end, rate = end - b, rate - c
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        _a, b, c = _square_response(flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2)
-        end, rate = end - b, rate - c
-    return end, rate
+    h, k, square = flight.damping, flight.stiffness, _square_of(flight)
+    dds = flight.free.s - h * square.ds - k * square.s
+    end = k * square.s * y - square.ds * w - flight.load * square.s
+    rate = k * square.ds * y - dds * w - flight.load * square.ds
+    _a, b, c = _square_response(flight, square)
+    return end - b, rate - c
 
 
 @jit
-def _square_response(flight, response, w, sine, cosine):
-    """Return motion, rate and acceleration of 1/q^2 under one harmonic."""
-    iw, free = complex(0.0, w), flight.free
-    rate = free.s2 + iw * response.w2
+def _square_response(flight, square):
+    """Return motion, rate and acceleration of 1/q^2 under the force."""
+    force, nu = flight.force, flight.nu
+    a, b, c = _harmonic_square(flight, square, flight.first, nu, force.sine, force.cosine)
+    more, more_b, more_c = _harmonic_square(
+        flight, square, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+    )
+    return a + more, b + more_b, c + more_c
+
+
+@jit
+def _harmonic_square(flight, square, response, w, sine, cosine):
+    """Return motion, rate and acceleration of 1/q^2 under one harmonic; zeros without it."""
+    if response is None:
+        return 0.0, 0.0, 0.0
+    iw = complex(0.0, w)
+    motion = square_motion(
+        flight.stiffness, flight.damping, w, flight.t, response, flight.free.s, square
+    )
+    rate = square.s + iw * motion
     return (
-        _mixed(sine, cosine, response.w2),
+        _mixed(sine, cosine, motion),
         _mixed(sine, cosine, rate),
-        _mixed(sine, cosine, free.ds2 + iw * rate),
+        _mixed(sine, cosine, square.ds + iw * rate),
     )
 
 
@@ -139,11 +184,11 @@ def _square_response(flight, response, w, sine, cosine):
 def by_frequency(flight):
     """Return the derivative of the end (y, w) by nu, the phase of the force at the start and the time held."""
     force, nu = flight.force, flight.nu
-    by, rate_by = _frequency_response(flight.first, nu, force.sine, force.cosine)
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        more, more_rate = _frequency_response(flight.second, 2.0 * nu, force.sine_2, force.cosine_2)
-        by, rate_by = by + 2.0 * more, rate_by + 2.0 * more_rate
-    return by, rate_by
+    by, rate_by = _frequency_response(flight, flight.first, nu, force.sine, force.cosine)
+    more, more_rate = _frequency_response(
+        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+    )
+    return by + 2.0 * more, rate_by + 2.0 * more_rate
 
 
 @jit
@@ -151,19 +196,17 @@ def by_phase(flight):
     """Return the derivative of the end (y, w) by the phase of the force at the start, in radians."""
     force, nu = flight.force, flight.nu
     y, w = harmonic_response(flight, flight.first, nu, force.cosine, -force.sine)
-    if force.sine_2 != 0.0 or force.cosine_2 != 0.0:
-        more, more_rate = harmonic_response(
-            flight, flight.second, 2.0 * nu, 2.0 * force.cosine_2, -2.0 * force.sine_2
-        )
-        y, w = y + more, w + more_rate
-    return y, w
+    more, more_rate = harmonic_response(
+        flight, flight.second, 2.0 * nu, 2.0 * force.cosine_2, -2.0 * force.sine_2
+    )
+    return y + more, w + more_rate
 
 
 @jit
-def _frequency_response(response, w, sine, cosine):
-    """Return the derivative of the motion and of its rate under one harmonic by its frequency."""
+def _frequency_response(flight, response, w, sine, cosine):
+    """Return the derivative of the motion and of its rate under one harmonic by its frequency; zeros without it."""
+    if response is None:
+        return 0.0, 0.0
     i = complex(0.0, 1.0)
-    return (
-        _mixed(sine, cosine, i * response.w3),
-        _mixed(sine, cosine, i * response.w - w * response.w3),
-    )
+    by_rate = motion_by_rate(flight.stiffness, flight.damping, w, flight.t, response)
+    return _mixed(sine, cosine, i * by_rate), _mixed(sine, cosine, i * response - w * by_rate)

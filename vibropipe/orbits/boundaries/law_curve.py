@@ -111,8 +111,8 @@ class LawBoundary(LawZeros):
             else:
                 self.marcher.rows += 2 * u.size * len(self.sequence.codes)
                 fill_slopes(
-                    self._values, self._along, self.sequence, u, self._no_columns, steps,
-                    self.kind == FOLDS, self._slope,
+                    self.effects, self._values, self._along, self.sequence, u, self._no_columns,
+                    steps, self.kind == FOLDS, self._slope,
                 )  # fmt: skip
         return [(value, self._slope)]
 
@@ -162,12 +162,12 @@ class LawBoundary(LawZeros):
     ) -> tuple[float, float]:
         """Return displacement and time of the turning point of a flight near a time."""
         law, home = self.sequence, int(self.sequence.codes[i, HOME])
-        begin = float(departure(p, law, i, events).t)
+        begin = float(departure(self.effects, p, law, i, events).t)
         step, y = 1e-5, 0.0
         for _ in range(MAX_ITERATIONS):
-            y, w = state_within(p, law, i, events, time)
-            _y, ahead = state_within(p, law, i, events, time + step)
-            _y, back = state_within(p, law, i, events, time - step)
+            y, w = state_within(self.effects, p, law, i, events, time)
+            _y, ahead = state_within(self.effects, p, law, i, events, time + step)
+            _y, back = state_within(self.effects, p, law, i, events, time - step)
             change = -w * 2.0 * step / (ahead - back)
             time = max(time + change, begin)
             if abs(change) < SAME_TIME:

@@ -90,6 +90,7 @@ class LawZeros(Curve):
         max_length: float,
     ) -> None:
         self.sequence, self.scales, self.marcher = law, scales, marcher
+        self.effects = marcher.effects
         self.size, self.speed = size, speed = scales
         n, kinds = len(law.codes), law.codes[:, CAUSE]
         weights = np.ones(2 * n)
@@ -169,7 +170,8 @@ class LawZeros(Curve):
                 at += law.m * math.ceil((u[i, 0] - at) / law.m)
                 if at <= last:
                     rests = law.codes[i, FORM] == RESTING
-                    y, w = state_within(p, law, i, u, float(u[i, 0]) if rests else at)
+                    to = float(u[i, 0]) if rests else at
+                    y, w = state_within(self.effects, p, law, i, u, to)
                     home = int(law.codes[i, HOME])
                     x = to_displacement(p, home, float(y))
                     state = np.array([x, to_velocity(home, float(w))])
@@ -189,7 +191,8 @@ class LawZeros(Curve):
         ):
             return False
         p = self.parameters_of(u)
-        fill_blocks(p, self.sequence, self.events_of(u), self._columns, self._blocks)
+        events = self.events_of(u)
+        fill_blocks(self.effects, p, self.sequence, events, self._columns, self._blocks)
         return bool(np.isfinite(self._blocks.rest).all())
 
     def _solve(
@@ -224,7 +227,7 @@ class LawZeros(Curve):
         p = self.parameters_of(u)
         span = self.sequence.span * (-1.0 if self.sequence.mirrored else 1.0)
         self._margins[of.TOUCH] = span, *self.touch
-        fill_margins(p, self.sequence, self.events_of(u), self._c, self._margins)
+        fill_margins(self.effects, p, self.sequence, self.events_of(u), self._c, self._margins)
         least, scale = self._margins[: of.KINDS, of.VALUE], self._margin_scales(p)
         tests[SPEED] = min(least[of.SPEED] * scale[of.SPEED], 1.0)
         others = [least[kind] * scale[kind] for kind in range(1, of.KINDS)]

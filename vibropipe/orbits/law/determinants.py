@@ -32,11 +32,12 @@ def unit_and_doubling(before, at, rest):
 
 
 @jit_allocating
-def fill_slopes(values, along, law, u, blocks, steps, is_unit, slope) -> None:
+def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None:
     """Fill the derivatives of one of both shares by all unknowns, as central differences.
 
     Parameters
     ----------
+    e : Effects
     values : (1, parameters) float
         Of the exciter; those at `along` (k,) are set.
     along : (k,) int
@@ -62,7 +63,7 @@ def fill_slopes(values, along, law, u, blocks, steps, is_unit, slope) -> None:
                 events[k % n, k // n] += sign * steps[k]
             else:
                 values[0, along[k - 2 * n]] += sign * steps[k]
-            fill_blocks(row_parameters(values, 0), law, events, columns, blocks)
+            fill_blocks(e, row_parameters(values, 0), law, events, columns, blocks)
             unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
             ends += sign * (unit if is_unit else doubling)
         slope[k] = ends / (2.0 * steps[k])

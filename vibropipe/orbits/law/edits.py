@@ -29,6 +29,7 @@ from vibropipe.orbits.law.curve import SLOW_EVENT
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.states import state_within
 from vibropipe.physics.contact import support_position
+from vibropipe.physics.effects import Effects
 
 # Difference of times, in forcing periods, and of displacements that are one.
 SAME_TIME, SAME_X = 1e-9, 1e-9
@@ -138,12 +139,13 @@ def _rotated(events: list[Happening], span: float, mirrored: int) -> list[Happen
 
 
 def edits(
-    law: Law, p: Any, u: np.ndarray, tests: np.ndarray, margin: int
+    e: Effects, law: Law, p: Any, u: np.ndarray, tests: np.ndarray, margin: int
 ) -> Iterator[list[Happening]]:
     """Yield the events of the laws that may follow the end of another.
 
     Parameters
     ----------
+    e : Effects
     law : Law
     p : Parameters
     u : (n, 2) float
@@ -178,7 +180,7 @@ def edits(
             for each in touched:
                 yield from _with_opposite_touch(law, p, each, side, time)
     elif margin == of.SLIDE:
-        x = _displacement_near(law, p, u, index, time)
+        x = _displacement_near(e, law, p, u, index, time)
         way = _way(law, index)
         yield _with(events, index, [Happening(STICK, 0, time, x), Happening(SLIP, way, time, 0.0)])
         yield _with(events, index, [Happening(TURN, 0, time, x)] * 2)
@@ -212,9 +214,9 @@ def _with(events: list[Happening], index: int, new: list[Happening]) -> list[Hap
     return [*events[: index + 1], *new, *events[index + 1 :]]
 
 
-def _displacement_near(law: Law, p: Any, u: np.ndarray, i: int, time: float) -> float:
+def _displacement_near(e: Effects, law: Law, p: Any, u: np.ndarray, i: int, time: float) -> float:
     """Return the displacement on piece i at a time."""
-    y, _w = state_within(p, law, i, u, time)
+    y, _w = state_within(e, p, law, i, u, time)
     home = int(law.codes[i, HOME])
     return _reference(p, home) + (-float(y) if home == 1 else float(y))
 

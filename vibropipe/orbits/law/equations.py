@@ -85,12 +85,12 @@ def new_blocks(n: int, k: int) -> Blocks:
 
 
 @jit
-def fill_row(p, law, i, u, columns, blocks) -> float:
+def fill_row(e, p, law, i, u, columns, blocks) -> float:
     """Fill row i of the blocks; return the span of its piece in forcing periods."""
     before, at, by, rest, _c = blocks
     n = law.codes.shape[0]
     last = (i - 1) % n
-    start, end = departure(p, law, last, u), arrival(p, law, i, u)
+    start, end = departure(e, p, law, last, u), arrival(e, p, law, i, u)
     # The mirror image of a state in a frame of a support has the same numbers.
     sign, later = 1.0, 0.0
     if i == 0:
@@ -100,33 +100,33 @@ def fill_row(p, law, i, u, columns, blocks) -> float:
     turns = end.t + later - start.t
     if law.codes[i, CAUSE] == RELEASE:
         # No support presses the mass any more, whatever came before.
-        fill_release(p, law, i, end.t, columns, blocks)
+        fill_release(e, p, law, i, end.t, columns, blocks)
         return turns
-    if law.codes[last, FORM] == HELD:
+    if e.friction is not None and law.codes[last, FORM] == HELD:
         rest[i, 0], rest[i, 1] = start.y - sign * end.y, 0.0
         before[i, 0, 0], before[i, 0, 1] = start.y_0, start.y_1
         at[i, 0, 0], at[i, 0, 1] = -sign * end.y_0, -sign * end.y_1
         before[i, 1, 0], before[i, 1, 1], at[i, 1, 0], at[i, 1, 1] = 0.0, 0.0, 0.0, 1.0
         for j in range(columns.size):
-            y, _w = departure_by(p, law, last, u, columns[j])
-            by[i, 0, j], by[i, 1, j] = y - sign * arrival_by(p, law, i, u, columns[j]), 0.0
+            y, _w = departure_by(e, p, law, last, u, columns[j])
+            by[i, 0, j], by[i, 1, j] = y - sign * arrival_by(e, p, law, i, u, columns[j]), 0.0
         return turns
     order, row = trivial_order(law, i), 0 if is_contact(law.codes[i, CAUSE]) else 1
     if order > 0 and abs(turns) < TINY:
         turns = TINY
-    flight = flight_of(p, law, last, start.t, turns)
+    flight = flight_of(e, p, law, last, start.t, turns)
     y, w = flown(flight, start.y, start.w)
     pulls = acceleration_of(flight, force_at_end(flight), y, w)
     rest[i, 0], rest[i, 1] = y - sign * end.y, w - sign * end.w
     slopes = (w, pulls)
     if order > 0:
-        rest[i, row], slope = divided(flight, start, row, order, blocks.polynomial)
+        rest[i, row], slope = divided(e, flight, start, row, order, blocks.polynomial)
         slopes = (slope, pulls) if row == 0 else (w, slope)
         if order > 1 and abs(flight.t) < SHORTEST:
             # Derivatives over the square of a time would cancel: those of a longer time are close to them.
             longer = math.copysign(SHORTEST, turns) / forcing_period(p)
-            flight = flight_of(p, law, last, start.t, longer)
-    fill_derivatives(p, law, i, u, flight, (start, end), sign, columns, blocks)
+            flight = flight_of(e, p, law, last, start.t, longer)
+    fill_derivatives(e, p, law, i, u, flight, (start, end), sign, columns, blocks)
     if order > 0:
         divide_row(i, row, flight.t**order, columns, blocks)
     fill_times(i, p, (start, end), slopes, turns, columns, blocks)
@@ -134,21 +134,21 @@ def fill_row(p, law, i, u, columns, blocks) -> float:
 
 
 @jit
-def fill_release(p, law, i, t, columns, blocks) -> None:
+def fill_release(e, p, law, i, t, columns, blocks) -> None:
     """Fill the row of a release, which fixes its time alone."""
     before, at, by, rest, _c = blocks
-    value, _stiffness, rate = hold_force(p, law, i, t)
+    value, _stiffness, rate = hold_force(e, p, law, i, t)
     rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * p.friction, 0.0
     for row in range(2):
         for j in range(2):
             before[i, row, j], at[i, row, j] = 0.0, 0.0
         for j in range(columns.size):
-            by[i, row, j] = press_by(p, law, i, t, columns[j]) if row == 0 else 0.0
+            by[i, row, j] = press_by(e, p, law, i, t, columns[j]) if row == 0 else 0.0
     at[i, 0, 0], at[i, 1, 1] = rate, 1.0
 
 
 @jit
-def fill_derivatives(p, law, i, u, flight, ends, sign, columns, blocks) -> None:
+def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> None:
     """Fill the derivatives of row i at a fixed time of flight; ends : states at the start and at the end."""
     before, at, by, _rest, _c = blocks
     last = (i - 1) % law.codes.shape[0]
@@ -163,9 +163,11 @@ def fill_derivatives(p, law, i, u, flight, ends, sign, columns, blocks) -> None:
     at[i, 0, 0], at[i, 1, 0] = -sign * end.y_0, 0.0
     at[i, 0, 1], at[i, 1, 1] = -sign * end.y_1, -sign * end.w_1
     for j in range(columns.size):
-        dy, dw = departure_by(p, law, last, u, columns[j])
-        to_y, to_w = flown_by(p, law, last, flight, (start.y, start.w), start.t, columns[j])
-        by[i, 0, j] = to_y + free.c * dy + free.s * dw - sign * arrival_by(p, law, i, u, columns[j])
+        dy, dw = departure_by(e, p, law, last, u, columns[j])
+        to_y, to_w = flown_by(e, p, law, last, flight, (start.y, start.w), start.t, columns[j])
+        by[i, 0, j] = (
+            to_y + free.c * dy + free.s * dw - sign * arrival_by(e, p, law, i, u, columns[j])
+        )
         by[i, 1, j] = to_w + free.ds * dw - k * free.s * dy
 
 
@@ -196,7 +198,7 @@ def fill_times(i, p, ends, slopes, turns, columns, blocks) -> None:
 
 
 @jit
-def divided(flight, start, row, order, c):
+def divided(e, flight, start, row, order, c):
     """Return displacement (row 0) or velocity at the end of a flight over a power of its time, and its slope by it.
 
     The start has no powers below: the quotient is a polynomial, whose coefficients are those of the flight.
@@ -210,7 +212,7 @@ def divided(flight, start, row, order, c):
         return value / t**order, (rate - order * value / t) / t**order
     piece_taylor(
         c, start.y, start.w, flight.force, flight.load, flight.stiffness, flight.damping,
-        flight.nu, t, 1,
+        flight.nu, t, e.second_harmonic,
     )  # fmt: skip
     total, slope, lowest = 0.0, 0.0, order + row
     for n in range(DEGREE, lowest - 1, -1):
@@ -222,7 +224,7 @@ def divided(flight, start, row, order, c):
 
 
 @jit
-def fill_blocks(p, law, u, columns, blocks) -> float:
+def fill_blocks(e, p, law, u, columns, blocks) -> float:
     """Fill the blocks of all rows; return the least span of a piece, in forcing periods.
 
     Parameters
@@ -237,5 +239,5 @@ def fill_blocks(p, law, u, columns, blocks) -> float:
     """
     least = np.inf
     for i in range(law.codes.shape[0]):
-        least = min(least, fill_row(p, law, i, u, columns, blocks))
+        least = min(least, fill_row(e, p, law, i, u, columns, blocks))
     return least

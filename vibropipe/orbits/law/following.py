@@ -113,7 +113,7 @@ def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
     for kind in kinds:
         if abs(point.tests[SPEED if kind == of.SPEED else GAP]) > NEAR:
             continue
-        for events in edits(law, p, u, point.tests, kind):
+        for events in edits(curve.effects, law, p, u, point.tests, kind):
             if not events:
                 yield (
                     without_events(law.span, law.mirrored),

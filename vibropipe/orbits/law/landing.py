@@ -21,7 +21,7 @@ MAX_HOPS, MAX_NEWTON = 2000, 20
 
 
 @jit
-def landing_of(p, law, i, t, w, c):
+def landing_of(e, p, law, i, t, w, c):
     """Return the time in forcing periods from the departure of a chatter to its end, and how long its first flight is.
 
     The flights are those of the exact motion until they are so short that the rest is a geometric series. The length
@@ -30,7 +30,7 @@ def landing_of(p, law, i, t, w, c):
     home, begin, first = law.codes[i, HOME], t, -1.0
     R, period = (p.R1 if home == 1 else p.R2), forcing_period(p)
     for _ in range(MAX_HOPS):
-        value, _stiffness, rate = hold_force(p, law, i, t)
+        value, _stiffness, rate = hold_force(e, p, law, i, t)
         rises, falls = -value + p.friction, -value - p.friction
         if not falls > 0.0:
             return np.inf, np.inf
@@ -47,7 +47,7 @@ def landing_of(p, law, i, t, w, c):
             ) / period if factor < 1.0 else np.inf, first
         if share > LONGEST_HOP:
             return np.inf, first
-        span, w = hop_of(p, law, i, t, w, up, down)
+        span, w = hop_of(e, p, law, i, t, w, up, down)
         if not w > 0.0:
             return np.inf, first
         t += span
@@ -56,22 +56,22 @@ def landing_of(p, law, i, t, w, c):
 
 
 @jit
-def hop_of(p, law, i, t, w, up, down):
+def hop_of(e, p, law, i, t, w, up, down):
     """Return the duration of a flight of a chatter, in forcing periods, and the speed of its end, 0 if there is none.
 
     up, down : guesses of the times of its rise and fall.
     """
     home, period = law.codes[i, HOME], forcing_period(p)
-    sigma = sign_of(home)
+    sigma, second = sign_of(home), e.second_harmonic
     load = constant_load(sigma, support_position(p, home))
     y, speed, total = 0.0, w, 0.0
     for way in (1.0, -1.0):
         # Without friction both parts are one flight.
         is_whole = p.friction == 0.0
         span = up + down if is_whole else up if way > 0.0 else down
-        force, pull = force_at(p, sigma, t + total, 1), load - way * p.friction
+        force, pull = force_at(p, sigma, t + total, second), load - way * p.friction
         for _ in range(MAX_NEWTON):
-            flight = flight_over(1.0, p.h, pull, force, p.nu, span / period)
+            flight = flight_over(1.0, p.h, pull, force, p.nu, span / period, second)
             end, rate = flown(flight, y, speed)
             change = acceleration_of(flight, force_at_end(flight), end, rate)
             step = rate / change
@@ -81,7 +81,7 @@ def hop_of(p, law, i, t, w, up, down):
             span -= step
             if abs(step) <= 1e-15 * abs(span):
                 break
-        flight = flight_over(1.0, p.h, pull, force, p.nu, span / period)
+        flight = flight_over(1.0, p.h, pull, force, p.nu, span / period, second)
         y, speed = flown(flight, y, speed)
         total += span / period
         if is_whole:

@@ -91,4 +91,4 @@ class Marcher:
         """Return the law of the orbit of m periods from (x, x') at phase 0; None if there is none."""
         if not march_pieces(self.effects, p, 0.0, state[0], state[1], 2.0 * m, self.room):
             return None
-        return law_of(self.pieces, p, m, symmetric, slow)
+        return law_of(self.effects, self.pieces, p, m, symmetric, slow)

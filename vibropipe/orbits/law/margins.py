@@ -75,7 +75,7 @@ def note(margins, kind, value, i, side, time) -> None:
 
 
 @jit
-def fill_margins(p, law, u, c, margins) -> None:
+def fill_margins(e, p, law, u, c, margins) -> None:
     """Fill the margins of an orbit; those that nothing bounds are infinite.
 
     Parameters
@@ -92,29 +92,29 @@ def fill_margins(p, law, u, c, margins) -> None:
     margins[:KINDS, VALUE] = np.inf
     n = law.codes.shape[0]
     for i in range(n):
-        of_event(p, law, u, i, margins)
+        of_event(e, p, law, u, i, margins)
         later = law.span if i == n - 1 else 0.0
-        start, end = departure(p, law, i, u), arrival(p, law, (i + 1) % n, u)
+        start, end = departure(e, p, law, i, u), arrival(e, p, law, (i + 1) % n, u)
         turns = end.t + later - start.t
         if law.codes[i, CAUSE] != SECTION:
             note(margins, SPAN, turns, i, 0, start.t)
         if not turns > 0.0:
             continue
         if law.codes[i, FORM] == RESTING:
-            of_rest(p, law, i, start, turns, c, margins)
-        elif law.codes[i, FORM] == HELD:
-            of_held(p, law, i, start.y, start.t, turns, p.friction, margins)
+            of_rest(e, p, law, i, start, turns, c, margins)
+        elif e.friction is not None and law.codes[i, FORM] == HELD:
+            of_held(e, p, law, i, start.y, start.t, turns, p.friction, margins)
         else:
-            of_motion(p, law, i, start, turns, c, margins)
+            of_motion(e, p, law, i, start, turns, c, margins)
 
 
 @jit
-def of_event(p, law, u, i, margins) -> None:
+def of_event(e, p, law, u, i, margins) -> None:
     """Note the margins of event i itself."""
     kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
     if kind == SECTION:
         return
-    before = arrival(p, law, i, u)
+    before = arrival(e, p, law, i, u)
     if is_contact(kind):
         frame = frame_before(law, i)
         approach = before.w if frame == 0 or frame != home else -before.w
@@ -124,11 +124,13 @@ def of_event(p, law, u, i, margins) -> None:
             note(margins, SPEED, -approach if kind == LEAVE else approach, i, home, before.t)
         return
     if kind in (SLIP, RELEASE):
-        _value, _stiffness, rate = hold_force(p, law, i - 1, before.t)
+        _value, _stiffness, rate = hold_force(e, p, law, i - 1, before.t)
         note(margins, HOLD, law.codes[i, DIRECTION] * rate * p.nu, i, 0, before.t)
         return
-    of_turning_point(p, law, i, before, margins)
-    value, stiffness, _rate = hold_force(p, law, i, before.t)
+    if e.friction is None:
+        return
+    of_turning_point(e, p, law, i, before, margins)
+    value, stiffness, _rate = hold_force(e, p, law, i, before.t)
     force = value - stiffness * before.y
     if kind == STICK:
         note(margins, HOLD, p.friction - abs(force), i, 0, before.t)
@@ -137,10 +139,10 @@ def of_event(p, law, u, i, margins) -> None:
 
 
 @jit
-def of_turning_point(p, law, i, before, margins) -> None:
+def of_turning_point(e, p, law, i, before, margins) -> None:
     """Note the distance from the supports at which friction turns or holds the mass; in a contact the depth."""
     frame, y = frame_before(law, i), before.y
-    if acts_in(law, i):
+    if e.soft is not None and acts_in(law, i):
         note(margins, GAP, -y, i, frame, before.t)
         return
     if frame == 0:
@@ -152,24 +154,24 @@ def of_turning_point(p, law, i, before, margins) -> None:
 
 
 @jit
-def of_held(p, law, i, y, t, turns, bound, margins) -> None:
+def of_held(e, p, law, i, y, t, turns, bound, margins) -> None:
     """Note by how much a bound, of a stick the friction, exceeds the force on a held mass where the latter turns."""
     parts = int(np.ceil(turns * HELD_PARTS)) + 1
     length = turns / parts
     for part in range(parts):
         low, high = t + part * length, t + (part + 1) * length
-        _value, _stiffness, rate = hold_force(p, law, i, low)
-        _value, _stiffness, later = hold_force(p, law, i, high)
+        _value, _stiffness, rate = hold_force(e, p, law, i, low)
+        _value, _stiffness, later = hold_force(e, p, law, i, high)
         if not rate * later < 0.0:
             continue
         for _ in range(BISECTIONS):
             middle = 0.5 * (low + high)
-            _value, _stiffness, between = hold_force(p, law, i, middle)
+            _value, _stiffness, between = hold_force(e, p, law, i, middle)
             if between * rate > 0.0:
                 low = middle
             else:
                 high = middle
-        value, stiffness, _rate = hold_force(p, law, i, low)
+        value, stiffness, _rate = hold_force(e, p, law, i, low)
         force = value - stiffness * y
         if law.codes[i, FORM] == RESTING:
             note(margins, HOLD, bound - force, i, 0, low)
@@ -178,28 +180,30 @@ def of_held(p, law, i, y, t, turns, bound, margins) -> None:
 
 
 @jit
-def of_rest(p, law, i, start, turns, c, margins) -> None:
+def of_rest(e, p, law, i, start, turns, c, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
-    landing, share = landing_of(p, law, i, start.t, start.w, c)
+    landing, share = landing_of(e, p, law, i, start.t, start.w, c)
     note(margins, SPAN, turns - landing, i, -1, start.t)
     note(margins, SPAN, LONG_HOP - share, i, -1, start.t)
     if landing < turns:
         friction = p.friction
-        of_held(p, law, i, 0.0, start.t + landing, turns - landing, friction, margins)
+        of_held(e, p, law, i, 0.0, start.t + landing, turns - landing, friction, margins)
 
 
 @jit
-def of_motion(p, law, i, start, turns, c, margins) -> None:
+def of_motion(e, p, law, i, start, turns, c, margins) -> None:
     """Note gaps, depths and speeds of sliding of a piece where they turn."""
     period = forcing_period(p)
-    flight = flight_of(p, law, i, start.t, turns)
-    steps = min(steps_of_span(p, flight.stiffness, flight.damping, abs(flight.t), 1), MAX_STEPS)
+    flight = flight_of(e, p, law, i, start.t, turns)
+    second = e.second_harmonic
+    steps = steps_of_span(p, flight.stiffness, flight.damping, abs(flight.t), second)
+    steps = min(steps, MAX_STEPS)
     y, w, sigma = start.y, start.w, sign_of(law.codes[i, HOME])
     dt = flight.t / steps
     is_exact = steps < MAX_STEPS
     for step in range(int(steps)):
         at = start.t + step * dt / period
-        force = force_at(p, sigma, at, 1)
+        force = force_at(p, sigma, at, second)
         if not is_exact:
             part = flight_over(
                 flight.stiffness,
@@ -208,16 +212,19 @@ def of_motion(p, law, i, start, turns, c, margins) -> None:
                 flight.force,
                 p.nu,
                 step * dt / period,
+                second,
             )
             y, w = flown(part, start.y, start.w)
-        piece_taylor(c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, 1)
+        piece_taylor(
+            c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, second
+        )
         if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
             c[1], c[2] = 0.0, 0.0  # without rounding
-        of_step(p, law, i, at, dt, c, margins)
+        of_step(e, p, law, i, at, dt, c, margins)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     n = law.codes.shape[0]
     direction = law.codes[i, DIRECTION]
-    if p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
+    if e.friction is not None and p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
         note(margins, SLIDE, direction * w, i, 0, start.t + turns)
 
 
@@ -244,10 +251,10 @@ def turning_point(c, order, low, high, first) -> float:
 
 
 @jit
-def of_step(p, law, i, at, dt, c, margins) -> None:
+def of_step(e, p, law, i, at, dt, c, margins) -> None:
     """Note the margins of one step of a piece, a polynomial, in parts in which its slope is monotonic."""
     direction, period = law.codes[i, DIRECTION], forcing_period(p)
-    rubs = p.friction > 0.0 and direction != 0
+    rubs = e.friction is not None and p.friction > 0.0 and direction != 0
     first = slope_of(c, 2, 0.0)
     for part in range(PARTS):
         low, high = part / PARTS, (part + 1) / PARTS
@@ -257,21 +264,21 @@ def of_step(p, law, i, at, dt, c, margins) -> None:
             if rubs and first * direction < 0.0:
                 speed = direction * velocity(c, DEGREE, middle, dt)
                 note(margins, SLIDE, speed, i, 0, at + middle * dt / period)
-        of_part(p, law, i, at, dt, c, low, middle, margins)
+        of_part(e, p, law, i, at, dt, c, low, middle, margins)
         if middle < high:
-            of_part(p, law, i, at, dt, c, middle, high, margins)
+            of_part(e, p, law, i, at, dt, c, middle, high, margins)
         first = last
 
 
 @jit
-def of_part(p, law, i, at, dt, c, low, high, margins) -> None:
+def of_part(e, p, law, i, at, dt, c, low, high, margins) -> None:
     """Note the gap, or the depth in a contact, where a polynomial with a monotonic slope turns."""
     first, home = slope_of(c, 1, low), law.codes[i, HOME]
     if not first * slope_of(c, 1, high) < 0.0:
         return
     theta = turning_point(c, 1, low, high, first)
     y, time = displacement(c, DEGREE, theta), at + theta * dt / forcing_period(p)
-    if law.codes[i, FORM] == CONTACT:
+    if e.soft is not None and law.codes[i, FORM] == CONTACT:
         if first > 0.0:
             note(margins, GAP, -y, i, home, time)
     elif home == 0:

@@ -34,6 +34,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.orbits.law.landing import landing_of
 from vibropipe.orbits.law.law import Law
 from vibropipe.physics.contact import to_displacement, to_velocity
+from vibropipe.physics.effects import Effects
 
 # Difference of two phases, in forcing periods, and of two velocities or displacements, relative, that are one.
 SAME_PHASE, SAME_STATE = 1e-5, 1e-4
@@ -56,11 +57,14 @@ class _Event(NamedTuple):
     own: float
 
 
-def law_of(pieces: PieceLog, p: Any, m: int, symmetric: bool, slow: float = 0.0) -> Read | None:
+def law_of(
+    e: Effects, pieces: PieceLog, p: Any, m: int, symmetric: bool, slow: float = 0.0
+) -> Read | None:
     """Return the law of an orbit and its unknowns.
 
     Parameters
     ----------
+    e : Effects
     pieces : PieceLog
         Of a march over 2 m periods.
     p : Parameters
@@ -76,7 +80,7 @@ def law_of(pieces: PieceLog, p: Any, m: int, symmetric: bool, slow: float = 0.0)
     Read or None
         None if the march has no event twice that repeats with the orbit.
     """
-    events = _without_tails(_events_of(pieces, p, slow), p)
+    events = _without_tails(e, _events_of(pieces, p, slow), p)
     first = _first(events)
     if first is None:
         return _without_events(pieces, p, m)
@@ -135,7 +139,7 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
     return events
 
 
-def _without_tails(events: list[_Event], p: Any) -> list[_Event]:
+def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
     """Return events with each chatter cut before its first short flight, where the rest then counts as begun."""
     kept, tail = list[_Event](), False
     for event in reversed(events):
@@ -147,7 +151,7 @@ def _without_tails(events: list[_Event], p: Any) -> list[_Event]:
             continue
         elif tail and kind == IMPACT and home == kept_home(kept):
             begun = event._replace(codes=np.array([REST_BEGINS, RESTING, home, 0], np.int8))
-            if is_short(begun, p):
+            if is_short(e, begun, p):
                 while kept and kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
                     kept.pop()
                 kept.append(begun)
@@ -166,12 +170,12 @@ def kept_home(kept: list[_Event]) -> int:
     )
 
 
-def is_short(begun: _Event, p: Any) -> bool:
+def is_short(e: Effects, begun: _Event, p: Any) -> bool:
     """Return whether the first flight after an impact is so short that no event needs to count it."""
     home = int(begun.codes[HOME])
     speed = (p.R1 if home == 1 else p.R2) * abs(begun.own)
     law = Law(begun.codes[np.newaxis], 1.0, 0)
-    _landing, share = landing_of(p, law, 0, begun.at, speed, np.empty(0))
+    _landing, share = landing_of(e, p, law, 0, begun.at, speed, np.empty(0))
     return bool(share < COUNTED)
 
 

@@ -93,20 +93,21 @@ def reference_of(p, home):
 
 
 @jit
-def hold_force(p, law, i, t):
+def hold_force(e, p, law, i, t):
     """Return the force on the held mass of piece i where its gap is 0, stiffness, and the rate of the force by t."""
     home = law.codes[i, HOME]
     sigma = sign_of(home)
-    force = force_at(p, sigma, t, 1)
+    second = e.second_harmonic
+    force = force_at(p, sigma, t, second)
     stiffness = 1.0
-    if acts_in(law, i):
+    if e.soft is not None and acts_in(law, i):
         stiffness += stiffness_of(p, home)
-    value = constant_load(sigma, reference_of(p, home)) + force_value(force, 1)
-    return value, stiffness, TWO_PI * force_slope(force, 1)
+    value = constant_load(sigma, reference_of(p, home)) + force_value(force, second)
+    return value, stiffness, TWO_PI * force_slope(force, second)
 
 
 @jit
-def arrival(p, law, i, u) -> State:
+def arrival(e, p, law, i, u) -> State:
     """Return the state just before event i, in the frame of `frame_before`."""
     kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
     frame = frame_before(law, i)
@@ -121,47 +122,47 @@ def arrival(p, law, i, u) -> State:
         elif frame != home:
             y = 2.0 * p.l
         return State(t, y, own, 1.0, 0.0, 0.0, sigma)
-    if kind == SLIP:
-        value, stiffness, rate = hold_force(p, law, i - 1, t)
+    if e.friction is not None and kind == SLIP:
+        value, stiffness, rate = hold_force(e, p, law, i - 1, t)
         y = (value - law.codes[i, DIRECTION] * p.friction) / stiffness
         return State(t, y, 0.0, 1.0, rate / stiffness, 0.0, 0.0)
     return State(t, own, 0.0, 1.0, 0.0, sigma, 0.0)
 
 
 @jit
-def press_by(p, law, i, t, k):
+def press_by(e, p, law, i, t, k):
     """Return the derivative by parameter k of the force on a mass at a gap of 0, less the friction against a slip."""
     home = law.codes[i, HOME]
-    change = sign_of(home) * force_derivative(p, t, k, 1)
+    change = sign_of(home) * force_derivative(p, t, k, e.second_harmonic)
     if home > 0:
         change += load_derivative(home, k)
-    if k == FRICTION:
+    if e.friction is not None and k == FRICTION:
         change -= law.codes[i, DIRECTION]
     return change
 
 
 @jit
-def arrival_by(p, law, i, u, k):
+def arrival_by(e, p, law, i, u, k):
     """Return the derivative of the displacement of `arrival` by parameter k."""
     kind, home, frame = law.codes[i, CAUSE], law.codes[i, HOME], frame_before(law, i)
     if is_contact(kind):
         if frame == 0:
             return support_derivative(home, k)
         return distance_derivative(k) if frame != home else 0.0
-    if kind != SLIP:
+    if e.friction is None or kind != SLIP:
         return 0.0
-    value, stiffness, _rate = hold_force(p, law, i - 1, u[i, 0])
+    value, stiffness, _rate = hold_force(e, p, law, i - 1, u[i, 0])
     friction = law.codes[i, DIRECTION] * p.friction
-    change = press_by(p, law, i, u[i, 0], k)
-    if acts_in(law, i - 1) and k == (K1 if home == 1 else K2):
+    change = press_by(e, p, law, i, u[i, 0], k)
+    if e.soft is not None and acts_in(law, i - 1) and k == (K1 if home == 1 else K2):
         change -= (value - friction) / stiffness
     return change / stiffness
 
 
 @jit
-def departure(p, law, i, u) -> State:
+def departure(e, p, law, i, u) -> State:
     """Return the state just after event i, in the frame of its piece."""
-    before = arrival(p, law, i, u)
+    before = arrival(e, p, law, i, u)
     kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
     if kind == RELEASE:
         return State(before.t, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
@@ -174,13 +175,13 @@ def departure(p, law, i, u) -> State:
 
 
 @jit
-def departure_by(p, law, i, u, k):
+def departure_by(e, p, law, i, u, k):
     """Return the derivatives of displacement and velocity of `departure` by parameter k."""
     kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
     if kind == RELEASE:
         return 0.0, 0.0
     if not is_contact(kind):
-        return arrival_by(p, law, i, u, k), 0.0
+        return arrival_by(e, p, law, i, u, k), 0.0
     if kind not in (IMPACT, REST_BEGINS):
         return 0.0, 0.0
     arrives = sign_of(home) * u[i, 1]
@@ -188,30 +189,33 @@ def departure_by(p, law, i, u, k):
 
 
 @jit
-def flight_of(p, law, i, t, turns) -> Flight:
+def flight_of(e, p, law, i, t, turns) -> Flight:
     """Return the `Flight` of piece i, which is not held, over some turns from t."""
     form, home = law.codes[i, FORM], law.codes[i, HOME]
     stiffness, damping = 1.0, p.h
-    if form == CONTACT:
+    if e.soft is not None and form == CONTACT:
         stiffness, damping = stiffness + stiffness_of(p, home), damping + damping_of(p, home)
     sigma = sign_of(home)
-    load = constant_load(sigma, reference_of(p, home)) - p.friction * law.codes[i, DIRECTION]
-    return flight_over(stiffness, damping, load, force_at(p, sigma, t, 1), p.nu, turns)
+    load = constant_load(sigma, reference_of(p, home))
+    if e.friction is not None:
+        load -= p.friction * law.codes[i, DIRECTION]
+    force = force_at(p, sigma, t, e.second_harmonic)
+    return flight_over(stiffness, damping, load, force, p.nu, turns, e.second_harmonic)
 
 
 @jit
-def flown_by(p, law, i, flight, start, t, k):
+def flown_by(e, p, law, i, flight, start, t, k):
     """Return the derivatives of the end of piece i by parameter k, at a fixed start (y, w), phase and time."""
     form, home = law.codes[i, FORM], law.codes[i, HOME]
     if k == NU:
         return by_frequency(flight)
-    in_contact = form == CONTACT
+    in_contact = e.soft is not None and form == CONTACT
     if k == H or (in_contact and k == (H1 if home == 1 else H2)):
         return by_damping(flight, *start)
     if in_contact and k == (K1 if home == 1 else K2):
         return by_stiffness(flight, *start)
     if k == F or is_of_second(k):
-        unit = unit_force(p, sign_of(home), *sincos_turns(t), 1)
+        unit = unit_force(p, sign_of(home), *sincos_turns(t), e.second_harmonic)
         if k == F:
             return harmonic_response(flight, flight.first, p.nu, unit.sine, unit.cosine)
         sine, cosine = unit.sine_2, unit.cosine_2
@@ -221,15 +225,15 @@ def flown_by(p, law, i, flight, start, t, k):
     change = 0.0
     if home > 0:
         change = load_derivative(home, k)
-    if k == FRICTION:
+    if e.friction is not None and k == FRICTION:
         change -= law.codes[i, DIRECTION]
     return flight.free.g * change, flight.free.s * change
 
 
 @jit
-def state_within(p, law, i, u, time):
+def state_within(e, p, law, i, u, time):
     """Return (y, w) on piece i at a time, in its frame."""
-    start = departure(p, law, i, u)
-    if law.codes[i, FORM] == HELD:
+    start = departure(e, p, law, i, u)
+    if e.friction is not None and law.codes[i, FORM] == HELD:
         return start.y, 0.0
-    return flown(flight_of(p, law, i, start.t, time - start.t), start.y, start.w)
+    return flown(flight_of(e, p, law, i, start.t, time - start.t), start.y, start.w)

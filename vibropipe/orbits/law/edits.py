@@ -145,9 +145,7 @@ def edits(
 
     Parameters
     ----------
-    e : Effects
-    law : Law
-    p : Parameters
+    e, law, p : Effects, Law, Parameters
     u : (n, 2) float
         Unknowns at the end.
     tests : (TESTS + 2,) float

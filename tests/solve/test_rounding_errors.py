@@ -96,12 +96,22 @@ def compare(
     return over, estimate / error
 
 
+def least_above(exciter: vp.Exciter, tau_end: float, x0: float, v0: float) -> float:
+    """Return the least of estimate over error among eight starts that differ in their last digits."""
+    moved = (1 + np.random.default_rng(18).integers(1, 2000, (8, 2)) * 2.0**-52) * (x0, v0)
+    found = [compare(exciter, tau_end, *start) for start in moved.tolist()]
+    return min(pair[1] for pair in found if pair is not None)
+
+
 def check(seeds: range) -> None:
-    found = [pair for pair in (compare(*random_motion(seed)) for seed in seeds) if pair is not None]
+    found = {seed: pair for seed in seeds if (pair := compare(*random_motion(seed))) is not None}
     assert len(found) > 0.6 * len(seeds)  # the others rest, touch, or lose digits
-    assert max(over for over, _ in found) <= 1.0
-    assert np.median([above for _, above in found]) < 12.0
-    assert np.mean([above <= 30.0 for _, above in found]) > 0.9
+    assert max(over for over, _ in found.values()) <= 1.0
+    assert np.median([above for _, above in found.values()]) < 10.0
+    small = [seed for seed, (_, above) in found.items() if above > 30.0]
+    assert len(small) < 0.1 * len(found)
+    # These few errors are small by chance: not so from neighbouring starts.
+    assert max((least_above(*random_motion(seed)) for seed in small), default=0.0) <= 30.0
 
 
 def test_no_error_exceeds_its_estimate() -> None:

@@ -18,7 +18,9 @@ CALLER = 4
 
 def warn_unsolved(dataset: xr.Dataset) -> xr.Dataset:
     """Warn the caller of a public function of each status other than ok, with rows and remedy; return the dataset."""
-    status = dataset["status"].values
+    status = dataset.variables["status"].values
+    if (status == Status.OK).all():
+        return dataset
     for code, rows in zip(*np.unique(status[status != Status.OK], return_counts=True), strict=True):
         where = f"{rows} of {status.size} rows: " if status.ndim else ""
         text = f"{where}status {Status(code).name.lower()}. {Status(code).remedy}"

@@ -35,7 +35,7 @@ ERRORS, COVERED = 4, 2.0
 SAME = 1e-6
 # Largest number of impacts that repeat, repetitions along which errors are followed first, and the largest share of an
 # error that its last change makes if it goes on.
-MAX_LAG, FIRST_REPETITIONS, GOES_ON = 32, 16, 0.1
+MAX_LAG, FIRST_REPETITIONS, GOES_ON = 32, 8, 0.1
 # Share of the rounding of a phase in turns that is within a step; growth of the rounding of a flight per unit of tau.
 IN_STEP, PER_TAU = 0.25, 0.1
 # Growth of a rounding by a second harmonic, which turns twice as fast, from a phase of its own.
@@ -76,9 +76,13 @@ def acceleration_at(p, support, position, velocity, second):
 
 
 @jit
-def longer_by(nu, t):
-    """Return how many times the rounding of a step a flight of the length t rounds: all steps have the same matrix."""
-    return 1.0 + PER_TAU * t * max(1.0, nu)
+def longer_by(p, t):
+    """Return how many times the rounding of a step a flight of the length t rounds: all steps have the same matrix.
+
+    With damping, what was rounded longer ago than twice 2/h + h, in which both parts of a motion decay by e, is gone.
+    """
+    kept = min(t, 2.0 * (2.0 / p.h + p.h)) if p.h > 0.0 else t
+    return 1.0 + PER_TAU * kept * max(1.0, p.nu)
 
 
 @jit_inline
@@ -93,7 +97,7 @@ def rounding_of(p, flights, j, second):
     far = 0.0 if flights.support[j] == home else 2.0 * p.l
     push = abs(support_position(p, home)) + largest_force(p) + far
     turned = 1.0 if second is None else SECOND
-    short, longer = min(1.0, t), turned * ULP * longer_by(p.nu, t)
+    short, longer = min(1.0, t), turned * ULP * longer_by(p, t)
     height = far + t * (w0 + u1) + short * short * push
     of_phase = IN_STEP * (1.0 + start + end) + height / (u1 * period)
     of_speed = w0 + u1 + short * push + height * abs(flights.at_end[j, 0]) / u1
@@ -192,8 +196,8 @@ def follow_repeated(p, first, position, velocity, support, out, second) -> float
                 is_settled = is_settled and goes_on <= GOES_ON * out[k, i]
         if is_settled:
             for k in range(ERRORS):
-                for i in range(followed, n):
-                    out[k, i] = out[k, i - lag]
+                for j in range(followed - lag, followed):
+                    out[k, j + lag : n : lag] = out[k, j]
             return largest
         followed *= 2
     return follow_errors(p, first, position, velocity, support, out, second)

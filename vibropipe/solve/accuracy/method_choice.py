@@ -12,6 +12,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.compiler import jit
 from vibropipe.march.grid import newmark_grid
 from vibropipe.march.log import EVALUATIONS, POLYNOMIALS, STEPS
 from vibropipe.physics.exciter import Exciter, ParameterError
@@ -203,15 +204,12 @@ def largest_relative_error(
     accuracy : float
         Maximum error.
     """
-    is_fast = np.abs(variables["impact_velocity"][1]) > accuracy * min(1.0, scales.velocity)
+    slow, of_impacts = accuracy * min(1.0, scales.velocity), variables["impact_velocity"][1]
+    of_tau, of_speed = _of_fast(of_impacts, slow, errors["impact_tau"], errors["impact_velocity"])
     by_kind = (
         float(errors["displacement_end"]),
-        max(float(errors["velocity_end"]), largest(errors["impact_velocity"][is_fast])),
-        max(
-            largest(errors["impact_tau"][is_fast]),
-            largest(errors["rest_start"]),
-            largest(errors["rest_end"]),
-        ),
+        max(float(errors["velocity_end"]), of_speed),
+        max(of_tau, largest(errors["rest_start"]), largest(errors["rest_end"])),
     )
     worst = 0.0
     for error, scale in zip(by_kind, scales, strict=True):
@@ -220,11 +218,26 @@ def largest_relative_error(
     return worst
 
 
+@jit
+def _of_fast(
+    velocity: np.ndarray, slow: float, of_tau: np.ndarray, of_velocity: np.ndarray
+) -> tuple[float, float]:
+    """Return the largest errors of times and of velocities of the impacts that are not `slow`."""
+    late = change = 0.0
+    for i in range(velocity.size):
+        if abs(velocity[i]) > slow:
+            late, change = max(late, of_tau[i]), max(change, of_velocity[i])
+    return late, change
+
+
 def cost(prices: Prices, steps: int, run: MotionResult) -> float:
     """Return the nanoseconds of a march with so many steps per period, from its counts; 0 for a closed form."""
-    counts, n_impacts = run.counts, run.contacts["impact_tau"].size
-    effort = np.array([counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS], n_impacts, steps])
-    return float(effort @ np.array(prices)) if counts[STEPS] + counts[POLYNOMIALS] else 0.0
+    counts = run.counts.tolist()
+    if counts[STEPS] + counts[POLYNOMIALS] == 0:
+        return 0.0
+    march = counts[STEPS], counts[POLYNOMIALS], counts[EVALUATIONS]
+    effort = *march, run.contacts["impact_tau"].size, steps
+    return sum(n * price for n, price in zip(effort, prices, strict=True))
 
 
 def least_cost(steps: int, periods: float, exact: MotionResult) -> float:

@@ -16,6 +16,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_grid_with_steps
 from vibropipe.orbits.sensitivity.errors import ULP
 from vibropipe.physics.contact import GRAZING_TOLERANCE
@@ -52,9 +53,9 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     They are the largest displacement and velocity at the start, the end and the contacts and of the forced vibration,
     and the smaller of the forcing period and 1.
     """
-    touched = [variables[name][1] for name in ("impact_support", "rest_support")]
-    numbers = [n for support in touched if support.size for n in (support.min(), support.max())]
-    support_x = [abs(exciter.upper if n == 1 else exciter.lower) for n in numbers]
+    support, velocity = variables["impact_support"][1], variables["impact_velocity"][1]
+    upper, lower, fastest = _touched(support, variables["rest_support"][1], velocity)
+    support_x = max(upper * abs(exciter.upper), lower * abs(exciter.lower))
     nu, clearance = exciter.nu, 2 * exciter.l
     forced = clearance * (exciter.f != 0)
     if (stiffness := abs(complex((1 - nu) * (1 + nu), exciter.h * nu))) > 0:
@@ -62,10 +63,23 @@ def motion_scales(exciter: Exciter, request: MotionRequest, variables: Variables
     if exciter.f2:
         nu *= 2
         forced = clearance
-    x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, *support_x, 0.0)
-    fastest = largest(variables["impact_velocity"][1])
+    x = max(abs(request.x), abs(variables["displacement_end"][1]), forced, support_x)
     v = max(abs(request.v), abs(variables["velocity_end"][1]), nu * forced, fastest)
     return Scales(x, v, min(1.0, exciter.period))
+
+
+@jit
+def _touched(
+    struck: np.ndarray, rested: np.ndarray, velocity: np.ndarray
+) -> tuple[bool, bool, float]:
+    """Return whether either support is touched, from the supports of impacts and of rests, and the largest speed."""
+    upper, lower, fastest = False, False, 0.0
+    for supports in (struck, rested):
+        for support in supports:
+            upper, lower = upper or support == 1, lower or support == 2
+    for v in velocity:
+        fastest = max(fastest, abs(v))
+    return upper, lower, fastest
 
 
 def largest(values: np.ndarray) -> float:
@@ -87,13 +101,10 @@ def exact_errors(
     least = rounding_floor(exciter, request, variables, scales)
     # A sample lies where its tau does, which is rounded.
     floor = least.get("displacement", 0.0), least.get("velocity", 0.0)
-    known = rounding_errors(exciter, request, run, floor)
-    if known is not None:
-        if "velocity" in known:
-            known["velocity"] = widen_at_jumps(variables, known)
-        others = {n: least[n] for n in least if n not in known}
-        return filled(others, variables) | known
-    errors = filled(least, variables)
+    known = rounding_errors(exciter, request, run, floor) or {}
+    errors = filled({name: least[name] for name in least if name not in known}, variables)
+    if known:
+        return errors | known
     touches = run.contacts["grazing_tau"].size > 0
     steps = steps_for_exact(exciter.nu, exciter.h, fastest_of_row(exciter.parameters()))
     for copy in range(COPIES):
@@ -168,8 +179,10 @@ def rounding_floor(
 
 def filled(least: dict[str, float], variables: Variables) -> Errors:
     """Return errors that are the same in all entries of a quantity, in its shape, each stored once (read-only)."""
+    shapes = {name: np.shape(variables[name][1]) for name in least}
     return {
-        name: np.broadcast_to(value, np.shape(variables[name][1])) for name, value in least.items()
+        name: np.broadcast_to(value, shapes[name]) if shapes[name] != (0,) else np.empty(0)
+        for name, value in least.items()
     }
 
 

@@ -20,6 +20,7 @@ from vibropipe.orbits.sensitivity.along import (
     DELAY,
     ERRORS,
     LEAVING,
+    PER_TAU,
     SECOND,
     SPEED,
     follow_repeated,
@@ -35,6 +36,8 @@ from vibropipe.words.status import Status
 
 # Largest error, relative to the motion, that is followed to first order; beyond it the motion is solved again.
 SMALL = 1e-12
+# Errors of an impact within which a sample may lie on its other side.
+NEAR = 2.0
 # What TWO_PI lacks of 2 pi, and the factor that splits a float into halves whose products are exact.
 TWO_PI_REST, SPLIT = 2.4492935982947064e-16, 2.0**27 + 1.0
 
@@ -98,10 +101,13 @@ def rounding_errors(
         "velocity_end": end[1],
     }
     if request.samples_per_period > 0:
-        of_x, of_v = np.empty(run.after.size + 1), np.empty(run.after.size + 1)
+        of_samples = np.empty((2, run.after.size + 1))
         turns = (tau - request.tau_start) / exciter.period
-        _fill_samples(turns, leaving, end, run.after, floor, of_x, of_v)
-        errors |= {"displacement": of_x, "velocity": of_v}
+        _fill_samples(turns, leaving, end, run.after, floor, of_samples)
+        late = (NEAR * out[DELAY] + 4 * ULP * tau) / exciter.period
+        jumps = np.abs(contacts["impact_velocity_after"] - contacts["impact_velocity"])
+        _widen_at_jumps(turns, late, jumps, run.after, run.turns[1] - run.turns[0], of_samples[1])
+        errors |= {"displacement": of_samples[0], "velocity": of_samples[1]}
     return errors
 
 
@@ -153,10 +159,9 @@ def _fill_samples(
     end: np.ndarray,
     after: np.ndarray,
     floor: tuple[float, float],
-    errors_x: np.ndarray,
-    errors_v: np.ndarray,
+    errors: np.ndarray,
 ) -> None:
-    """Fill the errors of the samples of a motion and of its end (n + 1), from those of what leaves the impacts.
+    """Fill the errors of the samples of a motion and of its end (2, n + 1), from those of what leaves the impacts.
 
     No flight increases sqrt(dx^2 + dx'^2), and its own rounding is part of what meets the next impact.
     """
@@ -166,9 +171,34 @@ def _fill_samples(
         of_x, of_v = within + floor[0], within + floor[1]
         until = turns[i] if i < n else math.inf
         while j < after.size and after[j] < until:
-            errors_x[j], errors_v[j] = of_x, of_v
+            errors[0, j], errors[1, j] = of_x, of_v
             j += 1
-    errors_x[j], errors_v[j] = end[0] + floor[0], end[1] + floor[1]
+    errors[0, j], errors[1, j] = end[0] + floor[0], end[1] + floor[1]
+
+
+@jit
+def _widen_at_jumps(
+    turns: np.ndarray,
+    late: np.ndarray,
+    jumps: np.ndarray,
+    after: np.ndarray,
+    span: float,
+    errors: np.ndarray,
+) -> None:
+    """Raise the errors (n + 1) of the sampled velocity to the whole jump where an impact may be `late` or early.
+
+    turns, late, jumps : of each impact; after : (n,) times of the samples; span : of the end; in turns from the start.
+    """
+    first = 0
+    for i in range(turns.size):
+        while first < after.size and after[first] < turns[i] - late[i]:
+            first += 1
+        j = first
+        while j < after.size and after[j] <= turns[i] + late[i]:
+            errors[j] = max(errors[j], jumps[i])
+            j += 1
+        if span <= turns[i] + late[i]:
+            errors[after.size] = max(errors[after.size], jumps[i])
 
 
 @jit_inline
@@ -234,11 +264,14 @@ def _first_flight(
     arrival, span = ends.v_end, ends.tau_end - ends.tau_start
     if tau.size > 0:
         arrival, span = velocity[0], tau[0] - ends.tau_start
-    size = abs(ends.x) + abs(ends.v) + abs(arrival) + min(1.0, span) * _push(p)
+    e11, e12, e21, e22 = free_flow(p.h, span)
+    left = min(1.0, math.hypot(math.hypot(e11, e12), math.hypot(e21, e22)))
+    size = left * (abs(ends.x) + abs(ends.v)) * (1.0 + PER_TAU * span * max(1.0, p.nu))
+    size += (abs(arrival) + min(1.0, span) * _push(p)) * longer_by(p, span)
     moved = abs(ends.v) + _acceleration(p, ends.x, ends.v, ends.turn_start, second)
     turned = 1.0 if second is None else SECOND * SECOND
-    rounded = turned * ULP * size * longer_by(p.nu, span)
-    return math.hypot(ends.x_off, ends.v_off) + rounded + slip * moved
+    off = math.hypot(ends.x_off, ends.v_off) + slip * moved
+    return left * off + turned * ULP * size
 
 
 @jit_inline
@@ -262,5 +295,5 @@ def _end_error(
         span = max(0.0, ends.tau_end - tau[-1])
         e11, e12, e21, e22 = free_flow(p.h, span)
         to_x, to_v = math.hypot(e11, e12) * leaving, math.hypot(e21, e22) * leaving
-        own = (own + ULP * abs(velocity[-1])) * longer_by(p.nu, span)
+        own = (own + ULP * abs(velocity[-1])) * longer_by(p, span)
     return to_x + own + abs(v) * late, to_v + own + acceleration * late

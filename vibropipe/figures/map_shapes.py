@@ -9,7 +9,6 @@ import numpy as np
 from matplotlib.axes import Axes
 from matplotlib.text import Text
 from numpy.typing import NDArray
-from scipy.ndimage import distance_transform_edt
 
 from vibropipe.figures.canvas import CM_PER_INCH, label_region, size_of
 from vibropipe.figures.palette import INK
@@ -123,6 +122,9 @@ def _write_beside(
     ax: Axes, seen: Integers, own: NDArray[np.bool_], text: str, taken: NDArray[np.bool_]
 ) -> None:
     """Write a label in another region near its own, with a line from the label to the own region."""
+    # slow to import, and few maps have a use for it
+    from scipy.ndimage import distance_transform_edt
+
     depth = distance_transform_edt(np.pad(own, 1))[1:-1, 1:-1]
     at = np.unravel_index(int(np.argmax(depth)), own.shape)
     size = _cells(ax, text)

@@ -106,14 +106,9 @@ def only_between_text(axis: xr.DataArray, mask: np.ndarray) -> str:
 def rising_text(values: xr.DataArray, at: xr.DataArray, dims: Iterable[Hashable]) -> str:
     """Write that the largest value of an array lies at an end of a range and rises towards it; empty if it does not.
 
-    Parameters
-    ----------
-    values : DataArray
-        Values over their grid.
-    at : DataArray
-        The largest of them by modulus, with its coordinates.
-    dims : iterable of str
-        Dimensions of the swept parameters.
+    values : values over their grid
+    at : the largest of them by modulus, with its coordinates
+    dims : dimensions of the swept parameters
     """
     names = [str(dim) for dim in dims if _rises_at_end(values, at, str(dim))]
     if not names:

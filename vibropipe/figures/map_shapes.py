@@ -31,16 +31,9 @@ def label_regions(
 ) -> None:
     """Write the name of each region on white, the largest region first; labels do not overlap.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where the map is drawn, with its scales and limits.
-    codes : (ny, nx) array of int
-        The region of each cell.
-    edges : (nx + 1,) and (ny + 1,) arrays
-        Borders of the cells.
-    texts : mapping of int to sequence of str
-        Texts of a region, the preferred one first; the last one stands beside regions without room.
+    ax : where the map is drawn, with its scales and limits
+    codes, edges : (ny, nx) region of each cell, (nx + 1,) and (ny + 1,) borders of the cells
+    texts : texts of a region, the preferred one first; the last one stands beside regions without room
     """
     seen = _seen(ax, codes, edges)
     taken = np.zeros(seen.shape, np.bool_)
@@ -160,13 +153,7 @@ def borders(
 ) -> tuple[Floats, Floats] | None:
     """Return the outlines of regions of equal code as one curve with breaks; None if there is no outline.
 
-    Speckles of one cell have no outline.
-
-    Parameters
-    ----------
-    codes : (ny, nx) array of int
-    x_edges, y_edges : (nx + 1,) and (ny + 1,) arrays
-        Borders of the cells.
+    codes : (ny, nx); edges : (nx + 1,) and (ny + 1,). Speckles of one cell have no outline.
     """
     upright = _between(codes)
     level = _between(codes.T).T

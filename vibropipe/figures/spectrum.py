@@ -24,12 +24,7 @@ STEMS: tuple[dict[str, Any], ...] = (
 def lines_of(row: xr.Dataset, name: str) -> tuple[tuple[Floats, Floats], tuple[Floats, Floats]]:
     """Return (multiples of nu, amplitudes) of the harmonics of one row, then of its subharmonics.
 
-    Parameters
-    ----------
-    row : xarray.Dataset
-        One steady state.
-    name : str
-        `displacement` or `velocity`.
+    name : `displacement` or `velocity`
     """
     values = row[f"{name}_amplitude"].values
     harmonics = (np.asarray(row["harmonic"].values, float), values)

@@ -138,14 +138,9 @@ def format_number(value: float | str, digits: int = 4) -> str:
 def axis_label(array: xr.DataArray, index: int | None = None, width: int = 0) -> str:
     """Return the label of an axis: long name, symbol and units of an array, from its attributes.
 
-    Parameters
-    ----------
-    array : xarray.DataArray
-        A variable of a dataset; what its attributes lack is taken from the vocabulary.
-    index : int, optional
-        Number that takes the place of the index k of the symbol, as in A_1.
-    width : int
-        Letters of a line, for labels of several lines (default: one line).
+    array : a variable of a dataset; what its attributes lack is taken from the vocabulary
+    index : number that takes the place of the index k of the symbol, as in A_1
+    width : letters of a line, for labels of several lines (default: one line)
     """
     words = _words(array)
     symbol = _indexed(words["symbol"], index)

@@ -47,12 +47,8 @@ def display_units(
     All quantities of one dimension get the same unit in all datasets, since pictures and tables show several together:
     the one that was written or chosen, else a prefix that gives small numbers.
 
-    Parameters
-    ----------
-    datasets : mapping of str to xarray.Dataset
-        Datasets in SI, or as this function returns them.
-    prefixes : bool
-        Whether units that nobody wrote or chose get a prefix instead of staying in SI.
+    datasets : datasets in SI, or as this function returns them
+    prefixes : whether units that nobody wrote or chose get a prefix instead of staying in SI
     """
     units: dict[str, str] = {}
     for dataset in datasets.values():

@@ -104,30 +104,13 @@ def draw_scene(
 ) -> list[Path]:
     """Draw the pictures of one scene, each as SVG and PDF.
 
-    Parameters
-    ----------
-    scene : BaseScene
-        Its figure options choose the pictures.
-    dataset : xarray.Dataset
-        The scene's data.
-    folder : Path
-        Where `<name>.svg` and `<name>.pdf` are written.
-    others : mapping of str to xarray.Dataset
-        The datasets of the scenes of the study, at least of `scenes_drawn`.
-    names : collection of str
-        Names of the figures that are drawn (default: all of the scene).
-    fingerprints : mapping of str to str
-        Fingerprints that the figures carry, by name.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    KeyError
-        If a figure option names a scene that is not among `others`.
+    scene : its figure options choose the pictures
+    dataset : the scene's data
+    folder : where `<name>.svg` and `<name>.pdf` are written
+    others : the datasets of the scenes of the study, at least of `scenes_drawn`
+    names : names of the figures that are drawn (default: all of the scene)
+    fingerprints : fingerprints that the figures carry, by name
+    Raises KeyError if a figure option names a scene that is not among `others`.
     """
     from vibropipe.figures.style import house_style, save
 
@@ -166,26 +149,10 @@ def draw_study(
 ) -> list[Path]:
     """Draw figures of a study from its datasets.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    results : Path
-        Folder of all results. Reads `<study>/<scene>.nc` in it and writes into `<study>/figures`.
-    names : collection of str
-        Names of the figures, without suffix (default: all figures of the study).
-    processes : int
-        Number of processes that share them; the others print their errors.
-
-    Returns
-    -------
-    list of Path
-        The files written.
-
-    Raises
-    ------
-    StoreError
-        If a dataset is missing, damaged or of another study; nothing is drawn then.
+    results : folder of all results. Reads `<study>/<scene>.nc` in it and writes into `<study>/figures`
+    names : names of the figures, without suffix (default: all figures of the study)
+    processes : number of processes that share them; the others print their errors
+    Raises StoreError if a dataset is missing, damaged or of another study; nothing is drawn then.
     """
     folder = results / study.name
     figures = {n: scene for n, scene in figures_of(study).items() if not names or n in names}
@@ -217,10 +184,7 @@ def draw_study(
 
 
 def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) -> str:
-    """Return the hash of all that a figure is made from: program, name, options, and the bytes of its datasets.
-
-    folder : results of the study
-    """
+    """Return the hash of all that a figure is made from: program, name, options, and the bytes of its datasets."""
     data = [seal_of(folder / f"{other}.nc") for other in scenes_drawn(study, scene)]
     return made_from(name, scene.figure.model_dump_json(), study.display_units, *data)
 

@@ -48,13 +48,6 @@ def captions(run: Run, name: str) -> dict[str, str]:
 
     They are written from the data where the study gives none. Datasets that are missing or of another study leave the
     titles of the scenes.
-
-    Parameters
-    ----------
-    run : Run
-        The studies.
-    name : str
-        Name of the study.
     """
     study = run.studies[name]
     texts = {

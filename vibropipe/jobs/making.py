@@ -18,24 +18,11 @@ def make_report(
 ) -> dict[str, str]:
     """Draw the figures of a study that are not up to date, and typeset its report.
 
-    Parameters
-    ----------
-    study, results, output
-        As for `build_report`.
-    partial : bool
-        Whether scenes that could not be solved or drawn are left out, with a line on each.
-    processes : int, optional
-        Number of processes that draw (default: 1).
-
-    Returns
-    -------
-    dict of str to str
-        The scenes that are left out, each with the reason.
-
-    Raises
-    ------
-    StoreError
-        If a dataset is missing, damaged or of another study; of a partial report, if no scene is left.
+    study, results, output : as for `build_report`
+    partial : whether scenes that could not be solved or drawn are left out, with a line on each
+    processes : number of processes that draw (default: 1)
+    Returns the scenes that are left out, each with the reason.
+    Raises StoreError if a dataset is missing, damaged or of another study; of a partial report, if no scene is left.
     """
     folder, failed = results / study.name, {}
     if partial:

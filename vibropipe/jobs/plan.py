@@ -78,16 +78,10 @@ def as_cut(scene: BaseScene) -> Kind:
 class ScenePlan(Work):
     """The plan of one scene: its work, and how it is solved.
 
-    Parameters
-    ----------
-    name, kind : str
-        Name and kind of the scene.
-    effects : tuple of str
-        Physical effects that the study states or the parameters call for.
-    shards : int
-        Number of jobs that solve the scene.
-    is_timed : bool
-        Whether the data are measured times; such a scene runs alone on all cores.
+    name, kind : name and kind of the scene
+    effects : physical effects that the study states or the parameters call for
+    shards : number of jobs that solve the scene
+    is_timed : whether the data are measured times; such a scene runs alone on all cores
     """
 
     name: str
@@ -139,16 +133,10 @@ class Estimate(NamedTuple):
 class Estimates:
     """Estimates of the scenes of a study.
 
-    Attributes
-    ----------
-    by_scene : dict of str to Estimate
-        Estimates by scene.
-    searched : tuple of str
-        Scenes whose work depends on what is found, and that were not solved on this machine as they stand.
-    rough : tuple of str
-        Scenes of whose kind, with such effects, none has been solved on this machine.
-    uncompiled : tuple of str
-        Scenes of whose kind, with such effects and outputs, none has been solved by this version.
+    by_scene : estimates by scene
+    searched : scenes whose work depends on what is found, and that were not solved on this machine as they stand
+    rough : scenes of whose kind, with such effects, none has been solved on this machine
+    uncompiled : scenes of whose kind, with such effects and outputs, none has been solved by this version
     """
 
     by_scene: dict[str, Estimate]
@@ -185,18 +173,10 @@ def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:
 def record(plan: ScenePlan, share: float, seconds: float, size: float, own: str = "") -> None:
     """Add what a solved scene, or a share of it, took; do nothing if the cache cannot be written.
 
-    Parameters
-    ----------
-    plan : ScenePlan
-        Plan of the scene.
-    share : float
-        Share of its rows that was solved.
-    seconds : float
-        CPU seconds without compiling.
-    size : float
-        Bytes on disk.
-    own : str
-        Fingerprint of the scene; "" keeps nothing of this very scene.
+    share : share of its rows that was solved
+    seconds : CPU seconds without compiling
+    size : bytes on disk
+    own : fingerprint of the scene; "" keeps nothing of this very scene
     """
     new = (max(0.0, seconds - SCENE_SECONDS), share * plan.seconds, size, share * plan.bytes)
     with suppress(OSError, StoreError), one_at_a_time(FILE_NAME):

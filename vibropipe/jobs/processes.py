@@ -31,17 +31,8 @@ class Interrupt:
 
     It is installed on creation unless the shell ignores the signal (a job in the background).
 
-    Parameters
-    ----------
-    logger : logging.Logger
-        The logger of snakemake; silenced after Ctrl-C.
-
-    Attributes
-    ----------
-    reading : bool
-        Whether rules are still read. No job runs then, so the process ends at once.
-    stopped : bool
-        Whether Ctrl-C was pressed.
+    reading : whether rules are still read. No job runs then, so the process ends at once
+    stopped : whether Ctrl-C was pressed
     """
 
     def __init__(self, logger: logging.Logger) -> None:
@@ -103,15 +94,10 @@ GRACE = 5.0
 def side_by_side(work: Callable[[int], None], count: int, processes: int) -> None:
     """Call `work(number)` once for each of the numbers below `count`, in order of the numbers.
 
-    Parameters
-    ----------
-    work : callable
-        Reports its errors itself.
-    count : int
-        Number of tasks.
-    processes : int
-        Number of processes that share them. All that is imported here is imported there, so no kernel may have run
-        before. With one, and where a process cannot fork, tasks are done here.
+    work : reports its errors itself
+    count : number of tasks
+    processes : number of processes that share them. All that is imported here is imported there, so no kernel may
+        have run before. With one, and where a process cannot fork, tasks are done here
     """
     processes = min(processes, count)
     if processes < 2 or not hasattr(os, "fork"):

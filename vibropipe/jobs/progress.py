@@ -26,19 +26,9 @@ def show_progress(
 ) -> Iterator[Progress]:
     """Show the progress of the work done inside this context, as a bar on a terminal, else in lines.
 
-    Parameters
-    ----------
-    title : str
-        Text before each line or bar.
-    unit : str
-        What the points are, in the plural.
-    stream : file, optional
-        Where it is shown (default: stderr).
-
-    Yields
-    ------
-    Progress
-        The callback of the work. A call that shows nothing is cheap; nothing is shown before the first call.
+    title : text before each line or bar
+    stream : where it is shown (default: stderr)
+    Yields the callback of the work. A call that shows nothing is cheap; nothing is shown before the first call.
     """
     stream = sys.stderr if stream is None else stream
     on_terminal = stream.isatty()
@@ -80,14 +70,8 @@ def _bar(title: str, stream: TextIO) -> Iterator[Callable[..., None]]:
 def progress_text(done: int, total: int, elapsed: float, unit: str) -> str:
     """Return the points done, the rate, and the time left at this rate.
 
-    Parameters
-    ----------
-    done, total : int
-        Points done, and all points; `total` is 0 where it is unknown.
-    elapsed : float
-        Seconds so far.
-    unit : str
-        What the points are, in the plural.
+    done, total : points done, and all points; `total` is 0 where it is unknown
+    elapsed : seconds so far
     """
     rate = done / elapsed
     speed = f"{rate:,.0f} {unit}/s" if rate >= 100 else f"{rate:.3g} {unit}/s"

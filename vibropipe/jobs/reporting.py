@@ -36,26 +36,9 @@ def build_report(
 ) -> Path:
     """Typeset the report of a study from its datasets and figures, and remove pictures that it no longer chooses.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    results : Path
-        Folder of all results. Reads `<study>/<scene>.nc`, its sidecar and `<study>/figures/<name>.pdf` in it.
-    output : Path
-        The PDF that is written.
-    failed : mapping of str to str
-        Scenes that are left out, each with the reason.
-
-    Returns
-    -------
-    Path
-        `output`.
-
-    Raises
-    ------
-    StoreError
-        If a dataset or a figure is missing, damaged or of another study.
+    results : folder of all results. Reads `<study>/<scene>.nc`, its sidecar and `<study>/figures/<name>.pdf` in it
+    failed : scenes that are left out, each with the reason
+    Raises StoreError if a dataset or a figure is missing, damaged or of another study.
     """
     folder = results / study.name
     for scene in study.scenes.values():
@@ -108,12 +91,7 @@ class Group:
 def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
     """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    datasets, sidecars : mapping
-        Dataset and sidecar of each scene by name.
+    datasets, sidecars : dataset and sidecar of each scene by name
     """
     datasets = study.shown(datasets)
     labels, titles = scene_labels(study), scene_labels(study, math.inf)

@@ -46,20 +46,12 @@ FIRST = 1000
 class Run:
     """The studies of one run. Methods take a job of snakemake, which has the wildcards `study`, `scene` and `shard`.
 
-    Parameters
-    ----------
-    results : str
-        Folder of all results.
-    files : mapping of str to Path
-        YAML file of each study by name.
-    studies : mapping of str to Study
-        Studies by name.
-    plans : mapping
-        Plans by study and scene.
-    default : tuple of str
-        Studies that are made if no target is named.
-    named : tuple of str
-        Files of results that the command line names.
+    results : folder of all results
+    files : YAML file of each study by name
+    studies : studies by name
+    plans : plans by study and scene
+    default : studies that are made if no target is named
+    named : files of results that the command line names
     """
 
     results: str
@@ -223,24 +215,11 @@ def read_run(
 ) -> Run:
     """Read the studies of a run.
 
-    Parameters
-    ----------
-    config_file : str or None
-        The list of studies; `config/config.yaml` if None.
-    settings : mapping
-        Settings of the command line (`--config`): `studies` (files, or names in `config/`) and `results`.
-    arguments : iterable of str
-        The command line. A file in the folder of results names its study, listed or not.
-
-    Returns
-    -------
-    Run
-        The studies with their plans.
-
-    Raises
-    ------
-    StudyError, PlanError
-        With every fault of the list or of a study.
+    config_file : the list of studies; `config/config.yaml` if None
+    settings : settings of the command line (`--config`): `studies` (files, or names in `config/`) and `results`
+    arguments : the command line. A file in the folder of results names its study, listed or not
+    Returns the studies with their plans.
+    Raises StudyError, PlanError with every fault of the list or of a study.
     """
     config = _config(config_file, settings)
     check_results_name(config.results)

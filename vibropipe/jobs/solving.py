@@ -54,27 +54,12 @@ def solve_to_file(
 ) -> None:
     """Solve a scene or a shard into a file, and write its sidecar: time taken, unresolved rows, hashes.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    name : str
-        Name of the scene.
-    path : Path
-        The dataset; its folder is created if needed. The sidecar is beside it, with the suffix `.json`.
-    shard : tuple of int or None
-        (I, N) for shard I of N, counted from 1; None for the whole scene.
-    threads : int
-        Number of threads that the kernels use, recorded in the sidecar.
-    progress : callable, optional
-        Called as `progress(done, total)`, in units of the kind of scene.
-
-    Raises
-    ------
-    StudyError
-        If the study has no such scene.
-    PlanError
-        If the scene cannot be cut so, or cannot be solved with its parameters.
+    path : the dataset; its folder is created if needed. The sidecar is beside it, with the suffix `.json`
+    shard : (I, N) for shard I of N, counted from 1; None for the whole scene
+    threads : number of threads that the kernels use, recorded in the sidecar
+    progress : called as `progress(done, total)`, in units of the kind of scene
+    Raises StudyError if the study has no such scene, or PlanError if the scene cannot be cut so, or cannot be solved
+    with its parameters.
     """
     begin, begin_work, n_compiled = time.perf_counter(), time.process_time(), len(compile_seconds)
     scene = study.scene(name)
@@ -100,18 +85,8 @@ def solve_stale(
 ) -> list[str]:
     """Solve those of some scenes whose datasets are stale, several at once, and return the scenes that failed.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    names : sequence of str
-        The scenes.
-    folder : Path
-        Results of the study.
-    logs : Path or None
-        Folder of a log for each scene (default: this process has the messages).
-    threads : int
-        Number of threads, shared by the scenes that are solved at once.
+    logs : folder of a log for each scene (default: this process has the messages)
+    threads : number of threads, shared by the scenes that are solved at once
     """
     stale = [n for n in names if not is_of(folder / f"{n}.nc", identity(study, study.scene(n)))]
     stale.sort(key=lambda name: -plan_scene(study.scene(name)).seconds)
@@ -156,27 +131,10 @@ def join_to_file(
 ) -> None:
     """Join all shards of a scene, in any order; the sidecar holds the time of all jobs together.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    name : str
-        Name of the scene.
-    shards : sequence of Path
-        Datasets of all shards, with their sidecars beside them.
-    path : Path
-        The dataset that is written.
-    progress : callable, optional
-        Called as `progress(done, total)` with numbers of rows.
-
-    Raises
-    ------
-    StudyError
-        If the study has no such scene.
-    PlanError
-        If the scene cannot be cut into shards.
-    StoreError
-        If the shards are not those of this scene.
+    shards : datasets of all shards, with their sidecars beside them
+    progress : called as `progress(done, total)` with numbers of rows
+    Raises StudyError if the study has no such scene, or PlanError if the scene cannot be cut into shards, or
+    StoreError if the shards are not those of this scene.
     """
     scene = study.scene(name)
     kind = as_cut(scene)

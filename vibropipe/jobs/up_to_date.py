@@ -30,14 +30,8 @@ MARK = Path(".snakemake/outdated")
 def stale_files(study: Study, results: str, shards: Mapping[str, int]) -> Iterator[str]:
     """Yield the files of a study that have to be made, in this order; date the others on, in the order of their making.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    results : str
-        Folder of all results.
-    shards : mapping of str to int
-        Number of shards of each scene.
+    results : folder of all results
+    shards : number of shards of each scene
     """
     folder = f"{results}/{study.name}"
     scenes = stale_scenes(study, folder)

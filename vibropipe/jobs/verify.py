@@ -40,20 +40,11 @@ A_SHARD = "is a shard of a sweep: join all its shards first"
 class Verdict:
     """The result for one file.
 
-    Parameters
-    ----------
-    name : str
-        Name of the scene.
-    checked : str
-        What was recomputed, as text.
-    faults : list of str
-        What differs or is damaged.
-    reasons : list of str
-        Why differences are expected on this system.
-    left_out : str
-        What was not compared, as text.
-    newest : str
-        Name of the newest dataset if the study that made it has no such scene, which may be left over.
+    checked : what was recomputed, as text
+    faults : what differs or is damaged
+    reasons : why differences are expected on this system
+    left_out : what was not compared, as text
+    newest : name of the newest dataset if the study that made it has no such scene, which may be left over
     """
 
     name: str
@@ -96,25 +87,12 @@ def verify(
 ) -> Iterator[Verdict]:
     """Recompute a random sample of each dataset and compare it bit for bit.
 
-    Parameters
-    ----------
-    results : path
-        The folder of a study, or one dataset in it.
-    rows : int
-        Least number of rows of a sweep in a sample, whole chains if a parameter is followed. Scenes of other kinds are
-        recomputed completely.
-    seed : int, optional
-        Seed of the sample (default: a random one).
-
-    Returns
-    -------
-    iterator of Verdict
-        The result for each dataset, computed as the iterator advances.
-
-    Raises
-    ------
-    StoreError
-        At once, if there is no dataset.
+    results : the folder of a study, or one dataset in it
+    rows : least number of rows of a sweep in a sample, whole chains if a parameter is followed. Scenes of other kinds
+        are recomputed completely
+    seed : seed of the sample (default: a random one)
+    Returns the result for each dataset, computed as the iterator advances.
+    Raises StoreError at once, if there is no dataset.
     """
     files = scene_files(results)
     sample_seed = new_seed() if seed is None else seed

@@ -89,13 +89,9 @@ class Item:
 def measure(items: Sequence[Item], rounds: int) -> None:
     """Time every candidate of the items that can run.
 
-    Parameters
-    ----------
-    items : sequence of Item
-        Receives the times (`Candidate.times`, ns per unit), or the reasons why a candidate cannot run.
-    rounds : int
-        Timings of each candidate. Its first call, which compiles and loads what it needs, is measured separately
-        (`first_seconds`).
+    items : receives the times (`Candidate.times`, ns per unit), or the reasons why a candidate cannot run
+    rounds : timings of each candidate. Its first call, which compiles and loads what it needs, is measured separately
+        (`first_seconds`)
     """
     timers = []
     for candidate in (candidate for item in items for candidate in item.candidates):

@@ -126,19 +126,9 @@ def newmark_loop(p: tuple[float, ...], steps: int, periods: int) -> tuple[float,
 
     Constant average acceleration is written as one linear map of x, v and the mean force of a step.
 
-    Parameters
-    ----------
-    p : tuple of float
-        nu, f, h, l (supports at -l and l) and R of both supports.
-    steps, periods : int
-        Steps per forcing period and number of forcing periods.
-
-    Returns
-    -------
-    x, v : float
-        State at the end.
-    n_impacts : int
-        Number of impacts.
+    p : nu, f, h, l (supports at -l and l) and R of both supports
+    steps, periods : steps per forcing period and number of forcing periods
+    Returns x and v at the end, and the number of impacts.
     """
     nu, f, h, half_distance, R = p
     dt = 2.0 * math.pi / nu / steps

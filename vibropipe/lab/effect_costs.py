@@ -169,19 +169,10 @@ WIDTH = 0.01
 def stored_bytes(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -> float:
     """Return the bytes of a row or of a forcing period, encoded for the disk before compression.
 
-    Parameters
-    ----------
-    motion : BenchmarkMotion
-        Motion, or centre of the swept exciters.
-    row : bool
-        Whether a row of a sweep is measured, not a forcing period of the motion.
-    outputs : tuple of str
-        Outputs that are stored.
-
-    Returns
-    -------
-    float
-        Bytes per row or per forcing period.
+    motion : motion, or centre of the swept exciters
+    row : whether a row of a sweep is measured, not a forcing period of the motion
+    outputs : outputs that are stored
+    Returns bytes per row or per forcing period.
     """
     solve, few, many = (sweep_rows, 1, MANY_ROWS) if row else (march_periods, 0, motion.periods)
     sizes = [
@@ -235,25 +226,14 @@ def measure_effects(
 ) -> xr.Dataset:
     """Measure run time and stored bytes of each case.
 
-    Parameters
-    ----------
-    cases : mapping of str to TimingCase
-        Timed cases by name.
-    size : callable
-        Returns the bytes of a row or forcing period; called as `size(motion, row, outputs)` like `stored_bytes`.
-    rounds : int
-        Timings of each case.
-    progress : callable, optional
-        Called as `progress(done, total)` with the number of timings.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `motion` (names of the cases): `time_per_unit` (ns per forcing period of a motion, or per row), with
-        quartiles; `time_ratio`, that time over the one of `compared_with`, and `time_scatter`, the largest deviation
-        from 1 of the quartiles of the ratio of `compared_with` to itself; bytes, impacts and rests. The ratio of a case
-        that others are compared with is that of its two times. Times differ from run to run; bytes depend on the
-        versions of the packages only.
+    size : returns the bytes of a row or forcing period; called as `size(motion, row, outputs)` like `stored_bytes`
+    rounds : timings of each case
+    progress : called as `progress(done, total)` with the number of timings
+    Over `motion` (names of the cases): `time_per_unit` (ns per forcing period of a motion, or per row), with
+    quartiles; `time_ratio`, that time over the one of `compared_with`, and `time_scatter`, the largest deviation from
+    1 of the quartiles of the ratio of `compared_with` to itself; bytes, impacts and rests. The ratio of a case that
+    others are compared with is that of its two times. Times differ from run to run; bytes depend on the versions of
+    the packages only.
     """
     works = {name: timed_work(case) for name, case in cases.items()}
     compared = {name: case.against or name for name, case in cases.items()}

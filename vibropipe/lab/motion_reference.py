@@ -49,14 +49,10 @@ class Pairs(NamedTuple):
 def pair_impacts(tau: np.ndarray, other_tau: np.ndarray, is_slow: np.ndarray, end: float) -> Pairs:
     """Pair the impacts of a reference on one support with those of another motion, both in order of time.
 
-    Parameters
-    ----------
-    tau : (n,) ndarray
-        Times of the reference.
-    other_tau, is_slow : (k,) ndarray
-        Times of the other motion, and whether it may have an impact that the reference does not count, as too slow.
-    end : float
-        End of both motions: what lags may come after it.
+    tau : (n,) times of the reference
+    other_tau, is_slow : (k,) times of the other motion, and whether it may have an impact that the reference does not
+        count, as too slow
+    end : end of both motions: what lags may come after it
     """
     partner = np.full(tau.size, -1)
     intervals, other_intervals = longer_intervals(tau), longer_intervals(other_tau)
@@ -127,18 +123,9 @@ class MotionReference:
     def errors(self, result: MethodResult) -> tuple[Outcome, list[float]]:
         """Return the outcome and the errors of a result.
 
-        Parameters
-        ----------
-        result : MethodResult
-            Result of a method on the motion.
-
-        Returns
-        -------
-        outcome : Outcome
-            Outcome of the method; MISSED_IMPACT if its sequence of impacts is not that of the reference.
-        errors : list of float
-            ERRORS: of displacement and velocity, relative to their largest magnitudes in the last period and at
-            impacts; of impact times, relative to the forcing period; of harmonics. nan where not comparable.
+        Returns the outcome of the method, MISSED_IMPACT if its sequence of impacts is not that of the reference;
+        and the ERRORS of displacement and velocity, relative to their largest magnitudes in the last period and at
+        impacts; of impact times, relative to the forcing period; of harmonics. nan where not comparable.
         """
         if result.outcome == Outcome.DID_NOT_END:
             return result.outcome, [math.nan] * len(ERRORS)

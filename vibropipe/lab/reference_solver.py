@@ -90,22 +90,10 @@ class ReferenceSolver:
     def run(self, x0: float, v0: float, times: Sequence[Decimal]) -> ReferenceMotion:
         """Solve the motion from (x0, v0) at tau = 0.
 
-        Parameters
-        ----------
-        x0, v0 : float
-            Displacement and velocity at the start.
-        times : sequence of Decimal
-            Ascending times at which states are returned; the last one ends the motion. A state at the time of an impact
-            is the one after it.
-
-        Returns
-        -------
-        ReferenceMotion
-
-        Raises
-        ------
-        RuntimeError
-            If the motion has more than MAX_EVENTS contacts.
+        x0, v0 : displacement and velocity at the start
+        times : ascending times at which states are returned; the last one ends the motion. A state at the time of an
+            impact is the one after it
+        Raises RuntimeError if the motion has more than MAX_EVENTS contacts.
         """
         with localcontext(Context(prec=DIGITS)):
             self.motion, self.times_left = ReferenceMotion(), deque(times)

@@ -102,14 +102,9 @@ def time_in_rounds(
 ) -> None:
     """Time all timers in every round.
 
-    Parameters
-    ----------
-    timers : collection of Timer
-        A timer that is not warm runs once before, uncounted, to compile and load.
-    rounds : int
-        Times taken of each.
-    progress : callable, optional
-        Called as `progress(done, total)` with the number of times taken.
+    timers : a timer that is not warm runs once before, uncounted, to compile and load
+    rounds : times taken of each
+    progress : called as `progress(done, total)` with the number of times taken
     """
     for timer in timers:
         if not timer.is_warm:

@@ -89,21 +89,8 @@ def run_methods(
 ) -> dict[Entry, dict[str, float]]:
     """Run each method on one motion.
 
-    Parameters
-    ----------
-    motion : BenchmarkMotion
-        Motion to solve.
-    reference : MotionReference
-        Its reference.
-    listed : sequence of Entry
-        Methods with their settings.
-    repeats : int
-        Timings of each.
-
-    Returns
-    -------
-    dict
-        Outcome, errors, work and times of each entry, by the names of the dataset.
+    listed : methods with their settings
+    Returns outcome, errors, work and times of each entry, by the names of the dataset.
     """
     results, timers = {}, {}
     for entry in listed:
@@ -155,31 +142,16 @@ def solve_accuracy(
 ) -> xr.Dataset:
     """Measure error, run time and work of methods over (motion, method, setting), all over the same periods.
 
-    Parameters
-    ----------
-    motions : mapping of str to BenchmarkMotion
-        Motions by name.
-    methods : sequence of str
-        Any of METHODS, each once; packages that are not installed are left out.
-    steps : sequence of int
-        Steps per forcing period of crude, newmark and solve_nivp.
-    tolerances : sequence of float
-        Relative and absolute tolerances of the other packages.
-    accuracies : sequence of float
-        Accuracies that `simulate` is asked for on each motion.
-    repeats : int
-        Timings of each.
-    progress : callable, optional
-        Called as `progress(done, total)` with the number of runs, each a motion by a method at a setting.
-
-    Returns
-    -------
-    xarray.Dataset
-        Errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`; of each
-        motion `periods_run` and `impacts_per_period`. With `accuracies`, those of `ask` over (motion, accuracy). Only
-        times differ from run to run with the same versions of the packages. The attribute `tabulated_steps` is the
-        largest number of steps per period whose force is read from a table: with more, a step costs several times as
-        much, since sine and cosine are computed in each.
+    methods : any of METHODS, each once; packages that are not installed are left out
+    steps : steps per forcing period of crude, newmark and solve_nivp
+    tolerances : relative and absolute tolerances of the other packages
+    accuracies : accuracies that `simulate` is asked for on each motion
+    progress : called as `progress(done, total)` with the number of runs, each a motion by a method at a setting
+    Returns errors relative to the motion, work and times per forcing period (ns), `outcome`, `setting_value`; of each
+    motion `periods_run` and `impacts_per_period`. With `accuracies`, those of `ask` over (motion, accuracy). Only
+    times differ from run to run with the same versions of the packages. The attribute `tabulated_steps` is the
+    largest number of steps per period whose force is read from a table: with more, a step costs several times as
+    much, since sine and cosine are computed in each.
     """
     import xarray as xr
 

@@ -41,17 +41,8 @@ def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
     Only fonts of the typesetter are used, not those of the machine, so that the bytes are the same
     everywhere.
 
-    Parameters
-    ----------
-    data : dict
-        Contents, as `jobs.reporting.report_data` returns them.
-    pictures : mapping of str to Path
-        PDF files of the figures by scene.
-
-    Returns
-    -------
-    bytes
-        The PDF.
+    data : contents, as `jobs.reporting.report_data` returns them
+    pictures : PDF files of the figures by scene
     """
     import typst
 

@@ -36,24 +36,16 @@ SYMBOLS = {
 class Table:
     """A table; the first cell of each row names the row.
 
-    Attributes
-    ----------
-    head : list of str
-        One entry per column, with the one unit of the column in brackets. Names of quantities (`delta`, `harmonic 2`)
-        are written as symbols, in the head and in first cells.
-    rows : list of list of str
-        Cells, as many per row as `head` has entries, with keys and commands in backticks. Of more than MAX_ROWS
-        only ROWS_SHOWN are shown, and the note says so.
-    note : str
-        Below the table: what a dash means, what the numbers are.
-    widths : tuple of str
-        Column widths as typst expressions, for a table that is wider than the text; all "auto" if empty.
-    left : int
-        Number of columns that are flush left; the others are flush right.
-    title : str
-        Above the table, as of a figure: one line of at most 85 letters.
-    scene, picture : str
-        The scene and the picture after which the table stands; empty: after those of its kind, of its scene.
+    head : one entry per column, with the one unit of the column in brackets. Names of quantities (`delta`, `harmonic
+        2`) are written as symbols, in the head and in first cells
+    rows : cells, as many per row as `head` has entries, with keys and commands in backticks. Of more than MAX_ROWS
+        only ROWS_SHOWN are shown, and the note says so
+    note : below the table: what a dash means, what the numbers are
+    widths : column widths as typst expressions, for a table that is wider than the text; all "auto" if empty
+    left : number of columns that are flush left; the others are flush right
+    title : above the table, as of a figure: one line of at most 85 letters
+    scene, picture : the scene and the picture after which the table stands; empty: after those of its kind, of its
+        scene
     """
 
     head: list[str]

@@ -36,19 +36,9 @@ def draw_overlay(
 ) -> Figure:
     """Draw datasets over one another, a panel for each quantity.
 
-    Parameters
-    ----------
-    datasets : mapping of str to xarray.Dataset
-        The datasets by the text that names them; by an empty text, a number or what differs names them.
-    kinds : sequence of str
-        The kind of each.
-    show : sequence of str
-        Quantities (default: displacement and velocity of motions; first harmonic and impact velocity of rows).
-
-    Raises
-    ------
-    ParameterError
-        If they cannot be drawn over one another; the message names what can.
+    datasets : the datasets by the text that names them; by an empty text, a number or what differs names them
+    show : quantities (default: displacement and velocity of motions; first harmonic and impact velocity of rows)
+    Raises ParameterError if they cannot be drawn over one another; the message names what can.
     """
     shown = list(datasets.values())
     x = _abscissa(datasets, kinds)

@@ -30,10 +30,7 @@ def stored_grid(scene: BaseScene) -> SweepGrid:
 def rows_of_shard(scene: BaseScene, shard: int, shards: int, most: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
 
-    Raises
-    ------
-    PlanError
-        If the shard does not exist, or there are more shards than `most`.
+    Raises PlanError if the shard does not exist, or there are more shards than `most`.
     """
     if not 1 <= shards <= most:
         raise PlanError(

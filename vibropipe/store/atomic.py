@@ -52,20 +52,7 @@ def atomic_file(path: str | os.PathLike[str]) -> Iterator[Path]:
     Missing folders are created. If the block is left early (an error, Ctrl-C), these folders and the temporary file are
     removed, and `path` is as before.
 
-    Parameters
-    ----------
-    path : path-like
-        File to write.
-
-    Yields
-    ------
-    Path
-        Temporary file to write to.
-
-    Raises
-    ------
-    NotWrittenError
-        If the disk is full or the folder is not writable; the message names the remedy.
+    Raises NotWrittenError if the disk is full or the folder is not writable; the message names the remedy.
     """
     path = Path(path)
     temporary = _temporary(path)
@@ -155,18 +142,9 @@ def _last_bytes(path: Path, count: int) -> bytes:
 def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
     """Check that a file is as it was written.
 
-    Parameters
-    ----------
-    path : path-like
-        File to check.
-    every_byte : bool
-        Verify the checksum. Otherwise only the two ends are read, which detects a missing, empty, truncated or foreign
-        file of any size, but no flipped byte.
-
-    Raises
-    ------
-    StoreError
-        If the file is not intact.
+    every_byte : verify the checksum. Otherwise only the two ends are read, which detects a missing, empty, truncated
+        or foreign file of any size, but no flipped byte
+    Raises StoreError if the file is not intact.
     """
     path = Path(path)
     try:
@@ -219,17 +197,9 @@ def _flush(path: Path) -> None:
 def remove_leftovers(folder: str | os.PathLike[str], names: Collection[str] | None = None) -> None:
     """Remove temporary files of writers that were killed.
 
-    Parameters
-    ----------
-    folder : path-like
-        Folder to clean.
-    names : collection of str, optional
-        Names of the files whose writers are meant; all by default.
-
-    Notes
-    -----
-    Call it only if no other machine writes these files: a writer of this machine that still runs is left alone, one of
-    another machine counts as ended.
+    names : names of the files whose writers are meant; all by default
+    Call it only if no other machine writes these files: a writer of this machine that still runs is left alone, one
+    of another machine counts as ended.
     """
     if Path(folder).is_dir():
         for leftover in _leftovers(Path(folder), names, foreign=True):

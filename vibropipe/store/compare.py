@@ -47,24 +47,9 @@ def compare(
 ) -> list[Difference]:
     """Compare a file with a recomputed dataset.
 
-    Parameters
-    ----------
-    path : path-like
-        Stored file.
-    again : xarray.Dataset
-        Recomputed dataset.
-    skip : callable, optional
-        Returns True for the name of a variable that is not compared.
-
-    Returns
-    -------
-    list of Difference
-        The first difference of each variable.
-
-    Raises
-    ------
-    StoreError
-        If the file cannot be read.
+    skip : returns True for the name of a variable that is not compared
+    Returns the first difference of each variable.
+    Raises StoreError if the file cannot be read.
     """
     differences, items = [], encode(again)[0]
     with open_raw(Path(path)) as file:
@@ -88,24 +73,10 @@ def compare(
 def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) -> list[Difference]:
     """Compare rows of a sweep with the file of the whole grid; of the file, only these rows are read.
 
-    Parameters
-    ----------
-    path : path-like
-        Joined file.
-    shard : xarray.Dataset
-        Recomputed rows over `row`.
-    grid : SweepGrid
-        Grid of the sweep.
-
-    Returns
-    -------
-    list of Difference
-        Differences by row and variable.
-
-    Raises
-    ------
-    StoreError
-        If the file cannot be read.
+    shard : recomputed rows over `row`
+    grid : grid of the sweep
+    Returns differences by row and variable.
+    Raises StoreError if the file cannot be read.
     """
     items = [item for item in encode(shard)[0] if item.name not in (ROW, *grid.dims)]
     counted = [item for item in items if "sample_dimension" in item.attrs]

@@ -56,17 +56,8 @@ class StoredVariable:
 def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
     """Encode a dataset for the disk.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Dataset in memory.
-
-    Returns
-    -------
-    variables : list of StoredVariable
-        Coordinates first, in the order of the vocabulary, since xarray does not define one.
-    attrs : dict
-        Global attributes.
+    Returns the variables, coordinates first, in the order of the vocabulary, since xarray does not define one, and the
+    global attributes.
     """
     coords = {str(name): _names(dataset[name].dims) for name in sorted(dataset.coords, key=_rank)}
     stored: list[StoredVariable] = []
@@ -188,19 +179,11 @@ def _stored(
 def chunk_shape(shape: tuple[int, ...], max_elements: int) -> tuple[int, ...]:
     """Return the shape of a block of at most about `max_elements` elements, contiguous in C order.
 
-    Parameters
-    ----------
-    shape : tuple of int
-        Shape of the array.
-    max_elements : int
-        Target number of elements.
-
-    Returns
-    -------
-    tuple of int
-        Trailing dimensions are whole, the one before them has a power of two, and the leading ones are 1, so that
-        blocks of a larger limit consist of whole blocks of a smaller one. The last block of a dimension is stored at
-        full length: where this would waste more than a sixteenth, blocks are up to eight times smaller.
+    shape : shape of the array
+    max_elements : target number of elements
+    Trailing dimensions are whole, the one before them has a power of two, and the leading ones are 1, so that
+    blocks of a larger limit consist of whole blocks of a smaller one. The last block of a dimension is stored at full
+    length: where this would waste more than a sixteenth, blocks are up to eight times smaller.
     """
     chunks = [1] * len(shape)
     remaining = max(1, max_elements)

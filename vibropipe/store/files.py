@@ -31,17 +31,9 @@ CACHE_BYTES = 4 << 20
 def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
     """Write a dataset to a netCDF4 file, which appears only when complete.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Dataset to write; equal datasets give equal bytes.
-    path : path-like
-        File to write; missing folders are created.
-
-    Raises
-    ------
-    NotWrittenError
-        If the disk is full or the folder is not writable; `path` is then as before.
+    dataset : dataset to write; equal datasets give equal bytes
+    path : file to write; missing folders are created
+    Raises NotWrittenError if the disk is full or the folder is not writable; `path` is then as before.
     """
     import netCDF4
 
@@ -86,24 +78,9 @@ def read_scenes(
 ) -> dict[str, xr.Dataset]:
     """Read the datasets of a study's scenes.
 
-    Parameters
-    ----------
-    folder : path-like
-        Results of the study.
-    scenes : iterable of str
-        Names of the scenes.
-    fingerprints : mapping of str to str
-        Expected fingerprint of each scene; a scene without one is not checked.
-
-    Returns
-    -------
-    dict of str to xarray.Dataset
-        Datasets by scene, as of `load`.
-
-    Raises
-    ------
-    StoreError
-        If a dataset is missing, damaged, a shard, or of another study.
+    fingerprints : expected fingerprint of each scene; a scene without one is not checked
+    Returns datasets by scene, as of `load`.
+    Raises StoreError if a dataset is missing, damaged, a shard, or of another study.
     """
     folder = Path(folder)
     _check_folder(folder)
@@ -126,10 +103,7 @@ def read_scenes(
 def scene_files(path: str | PathLike[str]) -> list[Path]:
     """Return the files of a study's scenes in order of their names; for a file, itself.
 
-    Raises
-    ------
-    StoreError
-        If there is none.
+    Raises StoreError if there is none.
     """
     path = Path(path)
     if not path.is_file():
@@ -162,10 +136,7 @@ def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
 def selected_attributes(path: str | PathLike[str], names: Iterable[str]) -> dict[str, Any]:
     """Return those of some global attributes that a file has, as text or numbers; only its head is read.
 
-    Raises
-    ------
-    StoreError
-        If the file cannot be read.
+    Raises StoreError if the file cannot be read.
     """
     with raw(Path(path)) as file:
         found = {name: file.attrs[name] for name in names if name in file.attrs}
@@ -179,10 +150,7 @@ def count_equal(path: str | PathLike[str], sought: Mapping[str, int]) -> int:
 
     One chunk at a time is in memory.
 
-    Raises
-    ------
-    StoreError
-        If the file cannot be read.
+    Raises StoreError if the file cannot be read.
     """
     with raw(Path(path)) as file:
         name = next((name for name in sought if name in file), None)

@@ -38,25 +38,13 @@ def provenance(
 ) -> dict[str, Any]:
     """Return the global attributes from which a dataset can be recomputed.
 
-    Parameters
-    ----------
-    study_text : str
-        Study as its author wrote it.
-    fingerprint : str
-        Hash of what the scene computes.
-    method : str
-        Solver.
-    accuracy_asked : float, optional
-        Requested relative error; None if not requested. The error reached is that of the dataset, if it has one.
-    packages : tuple of str
-        Packages that took part, in addition to PACKAGES.
-    **more
-        Further attributes.
-
-    Returns
-    -------
-    dict
-        No value names a host, a folder or a time. There is no seed, since nothing is random.
+    study_text : study as its author wrote it
+    fingerprint : hash of what the scene computes
+    accuracy_asked : requested relative error; None if not requested. The error reached is that of the dataset, if it
+        has one
+    packages : packages that took part, in addition to PACKAGES
+    **more : further attributes
+    No value names a host, a folder or a time. There is no seed, since nothing is random.
     """
     return {
         "source": f"vibropipe {_version('vibropipe')}",
@@ -78,15 +66,7 @@ def provenance(
 def expected_changes(attrs: Mapping[str, Any]) -> list[str]:
     """Return, as texts, the differences of provenance between `attrs` and here that can change numbers.
 
-    Parameters
-    ----------
-    attrs : mapping
-        Global attributes of a dataset.
-
-    Returns
-    -------
-    list of str
-        One text for each difference of kernel hash, machine or package version.
+    Returns one text for each difference of kernel hash, machine or package version.
     """
     current_values = {"kernel_hash": kernel_hash(), "machine": _machine()}
     changes = [
@@ -139,10 +119,7 @@ def write_sidecar(path: str | PathLike[str], seconds: float, threads: int, **mor
 def read_sidecar(path: str | PathLike[str]) -> dict[str, Any]:
     """Return the sidecar of the dataset `path`; empty if there is none.
 
-    Raises
-    ------
-    StoreError
-        If it is not a JSON object.
+    Raises StoreError if it is not a JSON object.
     """
     place = sidecar_path(path)
     try:

@@ -122,18 +122,9 @@ def raw(path: Path) -> Iterator[h5py.File]:
 def read_headers(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
     """Read the headers of shards, in the order of their rows.
 
-    Parameters
-    ----------
-    paths : sequence of Path
-        Shards, in any order.
-    grid : SweepGrid
-        Grid of the sweep.
-
-    Raises
-    ------
-    StoreError
-        If a shard is damaged or was solved with other parameters than those of the grid, if the shards do not hold each
-        row exactly once, or if they come from different sweeps.
+    grid : grid of the sweep
+    Raises StoreError if a shard is damaged or was solved with other parameters than those of the grid, if the shards
+    do not hold each row exactly once, or if they come from different sweeps.
     """
     if not paths:
         raise StoreError("no shards to join: solve them first")

@@ -27,15 +27,7 @@ MAX_TEXT = 60
 def summary(dataset: xr.Dataset) -> str:
     """Return a summary of a dataset as text.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Dataset of a scene.
-
-    Returns
-    -------
-    str
-        Dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance.
+    Returns dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance.
     """
     parts = [_title(dataset), _sizes(dataset), _quantities(dataset)]
     parts += [_counts(dataset, name) for name in ("regime", "status") if name in dataset]

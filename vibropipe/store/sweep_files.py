@@ -46,21 +46,9 @@ BLOCK_ROWS = 1 << 16
 def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: int) -> None:
     """Write blocks of a sweep to a shard, each before the next one is requested.
 
-    Parameters
-    ----------
-    blocks : iterable of xarray.Dataset
-        Consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables.
-    path : path-like
-        File to write.
-    rows : int
-        Number of rows in all.
-
-    Raises
-    ------
-    NotWrittenError
-        As of `write`.
-    ValueError
-        If rows are missing; `path` is then as before.
+    blocks : consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables
+    rows : number of rows in all
+    Raises NotWrittenError as of `write`, or ValueError if rows are missing; `path` is then as before.
     """
     write_grid(blocks, path, SweepGrid({ROW: np.arange(rows)}))
 
@@ -106,25 +94,13 @@ def join(
     The joined variables run over the swept parameters in the order of the study, ragged ones in C order of that grid.
     Attributes are those of the shards (a list where they differ), then `attrs`.
 
-    Parameters
-    ----------
-    shard_paths : sequence of path-like
-        Files over `row`, rows counted as in `grid`, in any order. Each holds the parameters of its rows.
-    path : path-like
-        File to write.
-    grid : SweepGrid
-        Grid of the study, with the parameters that the shards must have.
-    attrs : mapping, optional
-        Global attributes of the joined file.
-    progress : callable, optional
-        Called as `progress(done, total)` with the number of rows.
-
-    Raises
-    ------
-    StoreError
-        If a shard is damaged, was solved with other parameters or is of another sweep (its `fingerprint` differs from
-        the others or from `attrs`), if rows are missing or held twice, or if `path` cannot be written; `path` is then
-        as before. The message names files and rows.
+    shard_paths : files over `row`, rows counted as in `grid`, in any order. Each holds the parameters of its rows
+    grid : grid of the study, with the parameters that the shards must have
+    attrs : global attributes of the joined file
+    progress : called as `progress(done, total)` with the number of rows
+    Raises StoreError if a shard is damaged, was solved with other parameters or is of another sweep (its
+    `fingerprint` differs from the others or from `attrs`), if rows are missing or held twice, or if `path` cannot be
+    written; `path` is then as before. The message names files and rows.
     """
     shards = _headers(shard_paths, grid, attrs)
     with atomic_file(path) as temporary:
@@ -146,12 +122,8 @@ def read_shards(
 ) -> tuple[Values, dict[str, Any]]:
     """Read the shards of a scene into memory, after the checks of `join`.
 
-    Returns
-    -------
-    values : dict of str to array
-        What varies over `row`, all rows in order.
-    attrs : dict
-        Attributes of the shards (a list where they differ).
+    Returns the values: what varies over `row`, all rows in order; attrs: attributes of the shards (a list where they
+    differ).
     """
     shards = _headers(shard_paths, grid, attrs)
     parts = list(read_rows(shards, BLOCK_ROWS, BLOCK_BYTES))
@@ -188,16 +160,9 @@ def _common(shards: Sequence[Shard]) -> dict[str, Any]:
 class _Writer:
     """Writer of rows, which come in their order, to the new file `head.path` over a grid.
 
-    Parameters
-    ----------
-    head : Shard
-        Variables of the rows, with the values of those that are equal in every row.
-    grid : SweepGrid
-        Grid of the file, or all rows along `row`.
-    attrs : dict
-        Attributes of the file.
-    files : ExitStack
-        Closes the file and the scratch files.
+    head : variables of the rows, with the values of those that are equal in every row
+    grid : grid of the file, or all rows along `row`
+    files : closes the file and the scratch files
     """
 
     def __init__(

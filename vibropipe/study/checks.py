@@ -16,17 +16,9 @@ from vibropipe.words.wording import count
 def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
     """Check the rules of all scenes.
 
-    Parameters
-    ----------
-    study : Study
-        A study whose single keys are valid.
-    broken : frozenset of KeyPath
-        Paths of keys that are already reported.
-
-    Yields
-    ------
-    Problem
-        Every further fault.
+    study : a study whose single keys are valid
+    broken : paths of keys that are already reported
+    Yields every further fault.
     """
     shared = {path[1:] for path in broken if path[:1] == ("exciter",) and len(path) > 1}
     faulty = {str(path[1]) for path in broken if path[:1] == ("scenes",) and len(path) == 2}

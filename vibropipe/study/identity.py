@@ -26,18 +26,9 @@ def canonical_text(study: Study, scene: BaseScene | str | None = None) -> str:
 
     Comments, order of keys, Greek spelling, notations of a number and explicit defaults do not change it.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    scene : BaseScene or str, optional
-        A scene: the text holds the keys that its data depend on. Without it, the text holds the whole study, titles
-        and captions included.
-
-    Raises
-    ------
-    StudyError
-        If the study has no scene of that name.
+    scene : a scene: the text holds the keys that its data depend on. Without it, the text holds the whole study,
+        titles and captions included
+    Raises StudyError if the study has no scene of that name.
     """
     if scene is not None:
         return _scene(study, scene).canonical_text()

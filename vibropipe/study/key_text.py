@@ -32,10 +32,7 @@ def tags() -> dict[str, type[BaseModel]]:
 def allowed_text(field: FieldInfo) -> str:
     """Return the values that a key takes as text, such as `a finite number > 0`.
 
-    Raises
-    ------
-    TypeError
-        If the type of the key has no text.
+    Raises TypeError if the type of the key has no text.
     """
     for entry in field.metadata:
         if isinstance(entry, Rule):

@@ -71,10 +71,7 @@ class Config(StudyModel):
 def load_config(path: str | Path) -> Config:
     """Read and check a list of studies; each study is a file beside it.
 
-    Raises
-    ------
-    StudyError
-        With every fault of the file, missing studies included.
+    Raises StudyError with every fault of the file, missing studies included.
     """
     file = Path(path)
     tree, problems = read_file(file)
@@ -104,25 +101,10 @@ def parse_config(
 ) -> Config:
     """Check a list of studies from a tree of YAML values.
 
-    Parameters
-    ----------
-    tree : object
-        The values.
-    folder : Path
-        Folder of the studies.
-    source : str
-        Name of the file in messages.
-    problems : list of Problem, optional
-        Faults found while reading.
-
-    Returns
-    -------
-    Config
-
-    Raises
-    ------
-    StudyError
-        With all faults.
+    folder : folder of the studies
+    source : name of the file in messages
+    problems : faults found while reading
+    Raises StudyError with all faults.
     """
     tree, spelled = spell_out(_mapping(tree, source, Config))
     config, more = _validated(Config, tree)
@@ -136,17 +118,9 @@ def parse_config(
 def config_of_files(studies: Any, results: Any) -> Config:
     """Return a list of studies from their files.
 
-    Parameters
-    ----------
-    studies : list of str, or str
-        Files of studies, or names of studies in `config` (no suffix); a string holds them separated by commas.
-    results : str
-        Folder of all results.
-
-    Raises
-    ------
-    StudyError
-        If two studies have one name, or a name is not valid for a study.
+    studies : files of studies, or names of studies in `config` (no suffix); a string holds them separated by commas
+    results : folder of all results
+    Raises StudyError if two studies have one name, or a name is not valid for a study.
     """
     entries = [str(entry) for entry in _separate(studies)]
     files = {Path(entry).stem: Path(entry) for entry in entries if Path(entry).suffix}
@@ -160,10 +134,7 @@ def config_of_files(studies: Any, results: Any) -> Config:
 def load_study(path: str | Path) -> Study:
     """Read and check a study; its name is that of the file without suffix.
 
-    Raises
-    ------
-    StudyError
-        With every fault of the file.
+    Raises StudyError with every fault of the file.
     """
     file = Path(path)
     tree, problems = read_file(file)
@@ -176,10 +147,7 @@ def load_study(path: str | Path) -> Study:
 def study_of_text(text: str, name: str) -> Study:
     """Read and check a study from the text that a dataset contains.
 
-    Raises
-    ------
-    StudyError
-        With every fault of the text.
+    Raises StudyError with every fault of the text.
     """
     tree, problems = read_text(text, f"the study {name}")
     return parse_study(tree, name, f"the study {name}", problems, Files(None, text))
@@ -194,23 +162,10 @@ def parse_study(
 ) -> Study:
     """Check a study from a tree of YAML values.
 
-    Parameters
-    ----------
-    tree : object
-        The values.
-    name : str
-        Name of the study.
-    source : str
-        Name of the file in messages.
-    problems : list of Problem, optional
-        Faults found while reading.
-    files : Files, optional
-        Where tables are read (default: the current folder).
-
-    Raises
-    ------
-    StudyError
-        With all faults.
+    source : name of the file in messages
+    problems : faults found while reading
+    files : where tables are read (default: the current folder)
+    Raises StudyError with all faults.
     """
     tree, spelled = spell_out(_mapping(tree, source, Study))
     tree, slips = without_slips(tree, Study.model_fields)

@@ -154,10 +154,7 @@ class Study(StudyModel):
     def scene(self, name: str) -> Any:
         """Return a scene by name.
 
-        Raises
-        ------
-        StudyError
-            If there is no such scene; the message suggests the nearest name.
+        Raises StudyError if there is no such scene; the message suggests the nearest name.
         """
         if name not in self.scenes:
             hint = did_you_mean(name, self.scenes)

@@ -28,14 +28,9 @@ _NUMBER = re.compile(r"-?\d[\d.]*(?:e[-+]?\d+)?", re.ASCII)
 def quoted(found: str, numbers: Any, written: Any) -> str:
     """Return what a fault found with its numbers as they were written.
 
-    Parameters
-    ----------
-    found : str
-        What was found, with numbers as Python shows them.
-    numbers : object
-        The value of the faulty key, maybe with lists and mappings, as numbers.
-    written : object
-        The same value as in the file.
+    found : what was found, with numbers as Python shows them
+    numbers : the value of the faulty key, maybe with lists and mappings, as numbers
+    written : the same value as in the file
     """
     if isinstance(written, str) and found == repr(numbers):
         return describe(written)
@@ -81,12 +76,8 @@ def plain_path(loc: KeyPath) -> KeyPath:
 def problem_of(error: Any, root: type[BaseModel]) -> Problem:
     """Return an error of pydantic as a problem of a study.
 
-    Parameters
-    ----------
-    error : dict
-        One of `ValidationError.errors()`.
-    root : type of BaseModel
-        The model that was validated.
+    error : one of `ValidationError.errors()`
+    root : the model that was validated
     """
     loc, kind, value = error["loc"], error["type"], error["input"]
     context = error.get("ctx", {})

@@ -34,10 +34,7 @@ _HEAD = re.compile(r"\s*([^\s(\[/]+)\s*(?:/?\s*[(\[]\s*([^)\]]+?)\s*[)\]]|/\s*([
 class Files:
     """Text files by their paths: those in a folder, or those at the end of a study's text.
 
-    Attributes
-    ----------
-    read : dict of str to str
-        Texts of the files that were read.
+    read : texts of the files that were read
     """
 
     def __init__(self, folder: Path | None, text: str = "") -> None:

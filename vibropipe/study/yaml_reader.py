@@ -82,17 +82,8 @@ class _StopError(Exception):
 def read_file(file: Path) -> tuple[Any, list[Problem]]:
     """Read a YAML file.
 
-    Returns
-    -------
-    tree : object
-        Mappings, lists, text, numbers, booleans and None.
-    problems : list of Problem
-        Faults that did not stop the reading.
-
-    Raises
-    ------
-    StudyError
-        If the file is not readable UTF-8 YAML within the limits.
+    Returns the tree of mappings, lists, text, numbers, booleans and None, and the faults that did not stop the reading.
+    Raises StudyError if the file is not readable UTF-8 YAML within the limits.
     """
     try:
         with file.open("rb") as stream:

@@ -102,15 +102,7 @@ def draw_crosshair(plot: figure, crosshair: ColumnDataSource, lines: str) -> Non
 
 
 class MapPanel:
-    """The map of a plane.
-
-    Parameters
-    ----------
-    plane : Plane
-        With two axes.
-    crosshair : ColumnDataSource
-        Its place.
-    """
+    """The map of a plane."""
 
     def __init__(self, plane: Plane, crosshair: ColumnDataSource) -> None:
         self.plane = plane

@@ -22,10 +22,7 @@ COILS = 9
 class Drawing:
     """The drawing, which moves in the browser alone.
 
-    Parameters
-    ----------
-    panel : MotionPanel
-        Its motion is played, and its dot follows.
+    panel : its motion is played, and its dot follows
     """
 
     def __init__(self, panel: MotionPanel) -> None:

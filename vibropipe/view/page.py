@@ -54,15 +54,9 @@ def _note_div(note: str) -> list[Div]:
 class Page:
     """One page, of one session.
 
-    Parameters
-    ----------
-    results : Results
-    later : callable
-        Takes work to do after the events that wait, so that a fast mouse costs one answer.
-    chosen : mapping of str to str
-        Scene and point to begin with: `scene`, and a number by the name of each dimension.
-    background : callable
-        Takes work to do beside the page: a map that is solved anew.
+    later : takes work to do after the events that wait, so that a fast mouse costs one answer
+    chosen : scene and point to begin with: `scene`, and a number by the name of each dimension
+    background : takes work to do beside the page: a map that is solved anew
     """
 
     def __init__(

@@ -48,12 +48,8 @@ class Region(NamedTuple):
 class Plane:
     """The rows of a sweep or of basins over two axes, or over one, at chosen values of the others.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A sweep, or basins.
-    further : dict of str to int
-        Index along each dimension that is no axis.
+    dataset : a sweep, or basins
+    further : index along each dimension that is no axis
     """
 
     dataset: xr.Dataset

@@ -133,12 +133,8 @@ def lines_with_momentum(motion: Motion | None, stored: xr.Dataset) -> list[Line]
 class PointPanel:
     """The point under the crosshair.
 
-    Parameters
-    ----------
-    on_solve : callable
-        Called when the map is requested anew.
-    later : callable
-        Takes work to do once what was sent before is drawn.
+    on_solve : called when the map is requested anew
+    later : takes work to do once what was sent before is drawn
     """
 
     def __init__(self, on_solve: Callable[[], None], later: Later) -> None:
@@ -188,14 +184,9 @@ class PointPanel:
     ) -> None:
         """Show a row.
 
-        Parameters
-        ----------
-        stored : xarray.Dataset or None
-            The row; None where a start has no attractor.
-        where, border, link : str
-            The point as text, its nearest border of regimes, and the query of a link to it.
-        others : dict of str to callable
-            Coexisting motions by name, each as what returns its row.
+        stored : the row; None where a start has no attractor
+        where, border, link : the point as text, its nearest border of regimes, and the query of a link to it
+        others : coexisting motions by name, each as what returns its row
         """
         self._where, self._border, self._others = where, border, others
         self.stored, self.motion = stored, None if stored is None else motion_of(stored)

@@ -60,21 +60,11 @@ def is_basins(dataset: xr.Dataset) -> bool:
 def open_results(path: Path, folder: Path, scene: str | None = None) -> Results:
     """Open what `vibropipe view` names.
 
-    Parameters
-    ----------
-    path : Path
-        A study's folder of results, one dataset, or a study file.
-    folder : Path
-        Folder of all results, for a study file.
-    scene : str, optional
-        The scene to begin with.
-
-    Raises
-    ------
-    StudyError
-        If the study file is not valid.
-    StoreError
-        If there are no results, or none that can be explored.
+    path : a study's folder of results, one dataset, or a study file
+    folder : folder of all results, for a study file
+    scene : the scene to begin with
+    Raises StudyError if the study file is not valid, or StoreError if there are no results, or none that can be
+    explored.
     """
     place, title = path, path.stem
     study, fingerprints = None, None

@@ -38,17 +38,9 @@ REBUILT = tuple(name for name in PARAMETERS if name not in FURTHER)
 def save_page(results: Results, path: Path) -> None:
     """Write a page of a sweep that needs neither server nor network.
 
-    Parameters
-    ----------
-    results : Results
-        The first scene is saved, which must be a sweep; of more than MAX_POINTS points along an axis, every n-th.
-    path : Path
-        File to write.
-
-    Raises
-    ------
-    StoreError
-        If the scene is no sweep.
+    results : the first scene is saved, which must be a sweep; of more than MAX_POINTS points along an axis, every
+        n-th
+    Raises StoreError if the scene is no sweep.
     """
     scene = results.first
     dataset = results.datasets[scene]

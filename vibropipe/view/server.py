@@ -39,11 +39,7 @@ def make_document(results: Results) -> Callable[[Document], None]:
 def new_server(results: Results, port: int = 0) -> tuple[Server, str]:
     """Return a server and the address of its page, with the token.
 
-    Parameters
-    ----------
-    results : Results
-    port : int
-        Port; 0 is a free one.
+    port : 0 is a free one
     """
     secret = generate_secret_key()
     application = Application(FunctionHandler(make_document(results)))
@@ -73,15 +69,9 @@ def serve(
 ) -> None:
     """Serve the page until Ctrl-C.
 
-    Parameters
-    ----------
-    results : Results
-    on_ready : callable
-        Called with the address.
-    opens_browser : bool
-        Whether to open the address in the browser.
-    port : int
-        Port; 0 is a free one.
+    on_ready : called with the address
+    opens_browser : whether to open the address in the browser
+    port : 0 is a free one
     """
     answer_once(results)
     server, address = new_server(results, port)

@@ -66,15 +66,8 @@ def least_length(plane: Plane, series: Series) -> float:
 class Slice:
     """One slice along an axis of a plane.
 
-    Parameters
-    ----------
-    plane : Plane
-    axis : int
-        Index of the axis that it runs along.
-    crosshair : ColumnDataSource
-        Its place.
-    beside : bokeh figure, optional
-        The map whose range it shares.
+    axis : index of the axis that it runs along
+    beside : the map whose range it shares
     """
 
     def __init__(

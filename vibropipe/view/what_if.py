@@ -77,17 +77,9 @@ def absent(plane: Plane) -> dict[str, xr.DataArray]:
 def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     """Return the steady state that the motion of a row settles on when parameters change.
 
-    Parameters
-    ----------
-    row : xarray.Dataset
-        A stored row, from whose section the motion goes on.
-    changed : dict of str to float
-        New values of parameters, in the units of the row.
-
-    Raises
-    ------
-    ParameterError
-        If a value is out of range.
+    row : a stored row, from whose section the motion goes on
+    changed : new values of parameters, in the units of the row
+    Raises ParameterError if a value is out of range.
     """
     exciter = exciter_of(changed_row(row, changed))
     x, v = section_of(row, exciter)
@@ -151,12 +143,8 @@ def _swept(
 class WhatIf:
     """Spinners of the parameters that were not swept, and the button that solves the map anew.
 
-    Parameters
-    ----------
-    on_change : callable
-        Called when a spinner changes.
-    on_solve : callable
-        Called when the map is requested.
+    on_change : called when a spinner changes
+    on_solve : called when the map is requested
     """
 
     def __init__(self, on_change: Callable[[], None], on_solve: Callable[[], None]) -> None:

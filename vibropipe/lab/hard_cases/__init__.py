@@ -30,26 +30,15 @@ def solve_hard_cases(
 ) -> xr.Dataset:
     """Measure each case by each solver: the exact method, and Newmark's with coarse to fine steps.
 
-    Parameters
-    ----------
-    cases : sequence of Case
-        Cases to measure.
-    by : sequence of Solver, optional
-        Solvers; default `solvers()`.
-    questions : sequence of str
-        Questions of `failures` that are answered beside the cases: energy, grazing, chatter, step.
-    progress : callable, optional
-        Called as `progress(done, total)` with the number of cases.
-
-    Returns
-    -------
-    xarray.Dataset
-        Over `case` and `solver`: `measured` deviation, its `bound`, `passed` (not_passed, passed, or not_asked where
-        the case does not apply to the solver), `worst_status`, and the effort: different `motions` solved, `impacts` in
-        them, and `short_flight_motions`, those with flights shorter than the step. Over `case`, as text: `asked`, the
-        description, `known`, the known property, `case_group` and `reason`, that of the bound; over `group`: what is
-        known. The attribute `distinct_motions` counts the motions of all cases by the exact method once. Of the
-        questions: as of `failures`.
+    by : solvers; default `solvers()`
+    questions : questions of `failures` that are answered beside the cases: energy, grazing, chatter, step
+    progress : called as `progress(done, total)` with the number of cases
+    Over `case` and `solver`: `measured` deviation, its `bound`, `passed` (not_passed, passed, or not_asked
+    where the case does not apply to the solver), `worst_status`, and the effort: different `motions` solved,
+    `impacts` in them, and `short_flight_motions`, those with flights shorter than the step. Over `case`, as text:
+    `asked`, the description, `known`, the known property, `case_group` and `reason`, that of the bound; over `group`:
+    what is known. The attribute `distinct_motions` counts the motions of all cases by the exact method once. Of the
+    questions: as of `failures`.
     """
     import xarray as xr
 

@@ -24,17 +24,8 @@ POINTS_PER_FLIGHT = 8
 def propagators(exciter: Exciter, spans: Floats) -> Floats:
     """Return exp(A span), the flow of eq. (5), by scaling and squaring of its Taylor series.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Parameters of A.
-    spans : (n,) ndarray of float
-        Time spans, also negative ones.
-
-    Returns
-    -------
-    (n, 4, 4) ndarray of float
-        Propagators of the state (x, x', f sin(nu tau), f cos(nu tau)).
+    spans : (n,) time spans, also negative ones
+    Returns (n, 4, 4) propagators of the state (x, x', f sin(nu tau), f cos(nu tau)).
     """
     a = np.zeros((4, 4))
     a[0, 1], a[1, 0], a[1, 1], a[1, 2] = 1.0, -1.0, -exciter.h, 1.0
@@ -71,14 +62,7 @@ def newmark_propagator(exciter: Exciter, steps: int) -> Floats:
 def linear_end(exciter: Exciter, periods: int, steps: int | None) -> tuple[float, float]:
     """Return (x, x') after whole forcing periods of the motion from rest without supports.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Parameters of eq. (5).
-    periods : int
-        Forcing periods.
-    steps : int or None
-        Steps per forcing period of Newmark's method, whose own motion is returned; None for the exact one.
+    steps : steps per forcing period of Newmark's method, whose own motion is returned; None for the exact one
     """
     if steps is None:
         propagator = propagators(exciter, np.array([2.0 * math.pi * periods / exciter.nu]))[0]
@@ -146,19 +130,9 @@ def flights(
 
     A flight begins with the start, an impact or a release, and ends with an impact or the end of the motion.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Parameters of the motion.
-    motion : xarray.Dataset
-        Dataset of `simulate`.
-    tau_end, x0, v0 : float
-        End and start of the motion.
-
-    Returns
-    -------
-    starts, ends : (flights, 3) ndarray of float
-        (tau, x, x') at the start and the end of each flight.
+    motion : dataset of `simulate`
+    tau_end, x0, v0 : end and start of the motion
+    Returns starts and ends, (flights, 3) each: (tau, x, x') at the start and the end of each flight.
     """
     support_x = {1: exciter.upper, 2: exciter.lower}
     impact_x = [support_x[s] for s in motion["impact_support"].values.tolist()]

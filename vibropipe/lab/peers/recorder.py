@@ -41,12 +41,8 @@ def sample_times(motion: BenchmarkMotion) -> np.ndarray:
 class Recorder:
     """Record of a run: its impacts, the linear piece it is on and, if `bounded`, the work it may still do.
 
-    Attributes
-    ----------
-    pressed : int
-        The soft support that acts on the mass; 0 if none.
-    direction : float
-        Sign of the velocity, or of the velocity that the mass is about to have; 0 if friction holds it.
+    pressed : the soft support that acts on the mass; 0 if none
+    direction : sign of the velocity, or of the velocity that the mass is about to have; 0 if friction holds it
     """
 
     def __init__(self, motion: BenchmarkMotion, *, bounded: bool = True) -> None:

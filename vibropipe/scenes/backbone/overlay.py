@@ -70,14 +70,9 @@ def draw_overlay(
 ) -> Figure:
     """Draw the first harmonic of free and forced motions, and beside it constant part and further harmonics.
 
-    Parameters
-    ----------
-    free : sequence of xarray.Dataset
-        Backbones over amplitude.
-    forced : sequence of xarray.Dataset
-        Sweeps over the frequency, at most one more parameter and the direction.
-    name : str
-        `displacement` or `velocity`.
+    free : backbones over amplitude
+    forced : sweeps over the frequency, at most one more parameter and the direction
+    name : `displacement` or `velocity`
     """
     height = HEIGHT if forced else LOW
     figure = new_canvas(height)

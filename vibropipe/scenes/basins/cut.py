@@ -31,18 +31,8 @@ def store(
 ) -> None:
     """Solve a scene into a file, or assign the starts of shard I of N.
 
-    Parameters
-    ----------
-    scene : BasinsScene
-        The scene.
-    path : Path
-        File to write.
-    attrs : mapping
-        Attributes of the dataset.
-    shard : (int, int), optional
-        Shard I of N, counted from 1; None solves the scene.
-    progress : callable, optional
-        Called as `progress(done, total)` in starts.
+    shard : shard I of N, counted from 1; None solves the scene
+    progress : called as `progress(done, total)` in starts
     """
     if shard is None:
         write(with_origin(solve(scene, progress), scene, attrs), path)
@@ -61,10 +51,7 @@ def join(
 ) -> None:
     """Complete the basins from all shards, in any order; the data are those of one job, to the last bit.
 
-    Raises
-    ------
-    StoreError
-        If the shards are not those of this scene.
+    Raises StoreError if the shards are not those of this scene.
     """
     values, common = read_shards(shards, stored_grid(scene), attrs)
     assigned = values["attractor_assigned"], values["periods_to_attractor"]

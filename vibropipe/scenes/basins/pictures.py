@@ -88,12 +88,7 @@ CHANGE_STYLE: dict[str, Any] = {"color": HAIRLINE, "linewidth": 0.6, "zorder": 0
 def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figure:
     """Draw the shares of basins over a parameter.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Data of a basins scene over a parameter.
-    branches : xarray.Dataset, optional
-        Data of a branch scene along the same parameter, drawn under the amplitudes.
+    branches : data of a branch scene along the same parameter, drawn under the amplitudes
     """
     name = str(swept_name(dataset))
     note = parameter_line(dataset)

@@ -78,14 +78,8 @@ def draw_boundaries(
 ) -> Figure:
     """Draw boundaries.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Data of a boundary scene.
-    regimes : xarray.Dataset, optional
-        Sweep over the same two parameters, drawn under the curves.
-    show : collection of str
-        Kinds of bifurcations whose curves are drawn (default: all).
+    regimes : sweep over the same two parameters, drawn under the curves
+    show : kinds of bifurcations whose curves are drawn (default: all)
     """
     whole, dataset = dataset, of_kinds(dataset, show)
     x, y = plane(dataset)

@@ -60,14 +60,8 @@ def draw_branches(
 ) -> Figure:
     """Draw branches.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Data of a branch scene.
-    show : sequence of str
-        Quantities of the panels.
-    backbone : xarray.Dataset, optional
-        Backbone over amplitude, drawn under the branches.
+    show : quantities of the panels
+    backbone : backbone over amplitude, drawn under the branches
     """
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
     bars, pieces = coexistence(dataset), list(pieces_of(dataset))

@@ -59,12 +59,7 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
 def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     """Join the branches at several values of a parameter, which then varies over `point`, as does what follows it.
 
-    Parameters
-    ----------
-    parts : sequence of xarray.Dataset
-        Branches at each value, `name` as a scalar coordinate.
-    name : str
-        The parameter.
+    parts : branches at each value, `name` as a scalar coordinate
     """
     shifted, points, branches = [], 0, 0
     # a damping that a restitution gives, and that is absent at 0

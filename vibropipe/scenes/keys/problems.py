@@ -49,20 +49,12 @@ def path_text(path: KeyPath) -> str:
 class Problem:
     """One fault of a study.
 
-    Attributes
-    ----------
-    path : tuple
-        Path of the key.
-    found : str
-        The value found; empty where `must` says all there is to say.
-    allowed : str
-        What the key takes, a noun phrase: "a number from 0 to 1".
-    hint : str
-        What was probably meant, printed in brackets at the end.
-    covers : bool
-        Whether faults beneath the path only follow from this one.
-    must : str
-        What must hold, a full predicate ("must occur once"); "must be <allowed>" if empty.
+    path : path of the key
+    found : the value found; empty where `must` says all there is to say
+    allowed : what the key takes, a noun phrase: "a number from 0 to 1"
+    hint : what was probably meant, printed in brackets at the end
+    covers : whether faults beneath the path only follow from this one
+    must : what must hold, a full predicate ("must occur once"); "must be <allowed>" if empty
     """
 
     path: KeyPath

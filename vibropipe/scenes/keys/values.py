@@ -146,16 +146,10 @@ class NumberOrUnit(NumberRange):
 class UnitRule(Rule):
     """A quantity with its unit, held in SI.
 
-    Parameters
-    ----------
-    name : str
-        Its key; of a parameter, dimension and range are those of `PHYSICAL`.
-    dimension : str
-        One of `words.units.DIMENSIONS`.
-    within : Range
-        Its range in SI.
-    numbers : bool
-        Whether bare numbers are taken, as numbers in SI.
+    name : its key; of a parameter, dimension and range are those of `PHYSICAL`
+    dimension : one of `words.units.DIMENSIONS`
+    within : its range in SI
+    numbers : whether bare numbers are taken, as numbers in SI
     """
 
     name: str

@@ -65,15 +65,10 @@ def draw_motion(
 ) -> Figure:
     """Draw one motion over tau, and in the phase plane.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A motion with samples, as `vp.simulate` returns it.
-    show : collection of str
-        Panels among force, displacement, velocity, then without the phase plane (default: all, without the force if
-        it is zero).
-    periods : float, optional
-        Number of forcing periods to show, up to the end of the record (default: all).
+    dataset : a motion with samples, as `vp.simulate` returns it
+    show : panels among force, displacement, velocity, then without the phase plane (default: all, without the force
+        if it is zero)
+    periods : number of forcing periods to show, up to the end of the record (default: all)
     """
     view = window(dataset, periods)
     names = panel_names(dataset, show)

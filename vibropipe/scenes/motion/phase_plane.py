@@ -33,12 +33,7 @@ SECTION_TOLERANCE = 1e-6  # forcing periods by which a sample at the section may
 def draw_phase_portrait(dataset: xr.Dataset, periods: float | None = None) -> Figure:
     """Draw the curve of a sampled motion with its supports, and its jumps as vertical lines.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A motion with samples.
-    periods : float, optional
-        Number of forcing periods to show, up to the end of the record (default: all).
+    periods : number of forcing periods to show, up to the end of the record (default: all)
     """
     figure = new_canvas(PORTRAIT_CM)
     ax = axes(figure, 1.7, 1.15, 13.9, PORTRAIT_CM - 1.4)

@@ -76,15 +76,10 @@ def draw_together(
 ) -> Figure:
     """Draw motions in columns with common axes.
 
-    Parameters
-    ----------
-    motions : sequence of xarray.Dataset
-        Two to six motions with samples.
-    names : sequence of str
-        What stands above each.
-    periods : float, optional
-        Number of forcing periods to show, up to the end of the records (default: those after which all repeat, if
-        there are few; else all).
+    motions : two to six motions with samples
+    names : what stands above each
+    periods : number of forcing periods to show, up to the end of the records (default: those after which all repeat,
+        if there are few; else all)
     """
     width = (WIDE - LEFT - RIGHT - GAP * (len(motions) - 1)) / len(motions)
     heads = [

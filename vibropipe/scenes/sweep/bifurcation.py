@@ -106,14 +106,10 @@ def diagram_dims(dataset: xr.Dataset) -> tuple[str, list[str]]:
 def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw a bifurcation diagram over the parameter with the finest grid.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A sweep with impacts or states at the section. Each combination of further parameters, and each direction
-        in which rows were followed, has its own diagrams; of many, MAX_MULTIPLES are drawn.
-    show : collection of str
-        Quantities among `impact_velocity`, `poincare_displacement`, `poincare_velocity`, `displacement_strobe` and
-        `lyapunov_exponent` (default: impacts, displacement at the section, and the exponent).
+    dataset : a sweep with impacts or states at the section. Each combination of further parameters, and each
+        direction in which rows were followed, has its own diagrams; of many, MAX_MULTIPLES are drawn
+    show : quantities among `impact_velocity`, `poincare_displacement`, `poincare_velocity`, `displacement_strobe` and
+        `lyapunov_exponent` (default: impacts, displacement at the section, and the exponent)
     """
     along, dims = diagram_dims(dataset)
     panels = fitting_panels(dataset, dims, diagram_panels(dataset, show))

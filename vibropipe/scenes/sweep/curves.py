@@ -77,14 +77,8 @@ def draw_sweep(
 ) -> Figure:
     """Draw a sweep whose further parameters have few values.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        The sweep.
-    show : collection of str
-        Quantities of the panels (default: those of `panels_of`).
-    backbone : xarray.Dataset, optional
-        Backbone over amplitude, drawn under the curves.
+    show : quantities of the panels (default: those of `panels_of`)
+    backbone : backbone over amplitude, drawn under the curves
     """
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset.sortby(along))

@@ -26,10 +26,7 @@ if TYPE_CHECKING:
 def row_range(scene: SweepScene, shard: int, shards: int) -> tuple[int, int]:
     """Return the rows [start, stop) of shard `shard` of `shards`, counted from 1.
 
-    Raises
-    ------
-    PlanError
-        If the shard does not exist, or there are more shards than chains of rows.
+    Raises PlanError if the shard does not exist, or there are more shards than chains of rows.
     """
     return rows_of_shard(scene, shard, shards, scene.row_grid().chains)
 
@@ -43,18 +40,8 @@ def store(
 ) -> None:
     """Solve a sweep into a file, on its grid, or shard I of N over `row`; memory holds one block of rows.
 
-    Parameters
-    ----------
-    scene : SweepScene
-        The sweep.
-    path : Path
-        File to write.
-    attrs : mapping
-        Attributes of the dataset.
-    shard : (int, int), optional
-        Shard I of N, counted from 1; None solves all rows.
-    progress : callable, optional
-        Called as `progress(done, total)` in rows.
+    shard : shard I of N, counted from 1; None solves all rows
+    progress : called as `progress(done, total)` in rows
     """
     start, stop = (0, scene.row_count) if shard is None else row_range(scene, *shard)
     with closing(solve_in_blocks(scene, start, stop, block_rows(scene), progress)) as solved:
@@ -74,10 +61,7 @@ def join(
 ) -> None:
     """Join all shards of a sweep, in any order, into one file on its grid.
 
-    Raises
-    ------
-    StoreError
-        If the shards are not those of this scene.
+    Raises StoreError if the shards are not those of this scene.
     """
     join_rows(shards, path, stored_grid(scene), dict(attrs), progress)
 

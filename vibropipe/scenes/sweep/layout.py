@@ -87,20 +87,11 @@ def lay_out(
 ) -> Layout:
     """Return the figure and the places of its panels.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A sweep.
-    dims : sequence of str
-        Parameters beyond those of abscissa and lines: each combination of their values has its panels.
-    panels : sequence of Panel
-        Those of `fitting_panels`.
-    lines : int
-        Number of bars below each column.
-    stacked : bool
-        Whether panels stand one above the other in full width.
-    below : float
-        Room for a legend at the bottom (cm).
+    dims : parameters beyond those of abscissa and lines: each combination of their values has its panels
+    panels : those of `fitting_panels`
+    lines : number of bars below each column
+    stacked : whether panels stand one above the other in full width
+    below : room for a legend at the bottom (cm)
     """
     found = combinations_drawn(dataset, dims)
     foot = below + LABELS + lines * BAR_CM

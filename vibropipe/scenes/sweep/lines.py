@@ -132,18 +132,11 @@ def draw_strips(
 ) -> None:
     """Draw one bar per line with the regime of every row, named in the bar where the name fits.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where; its abscissa is that of the panels above.
-    strips : sequence of Line
-        The lines, from top to bottom.
-    along : str
-        Parameter of the abscissa.
-    named : bool
-        Whether the bars have the texts of their lines beside them.
-    width_cm : float
-        Printed width of the axes (default: no names in the bars).
+    ax : where; its abscissa is that of the panels above
+    strips : the lines, from top to bottom
+    along : parameter of the abscissa
+    named : whether the bars have the texts of their lines beside them
+    width_cm : printed width of the axes (default: no names in the bars)
     """
     edges = cell_edges(strips[0].row[along].values)
     # a lone bar that filled the axis would claim a range
@@ -230,14 +223,9 @@ def label_lines(
 ) -> None:
     """Write the name of each line on it, with white below; lines without a place of their own have no name.
 
-    Parameters
-    ----------
-    ax : Axes
-        Where the lines are drawn, with their scales and limits.
-    lines : sequence of Named
-        The lines; the first ones choose first.
-    obstacles : iterable of (x, y)
-        Other curves, from which names keep away.
+    ax : where the lines are drawn, with their scales and limits
+    lines : the lines; the first ones choose first
+    obstacles : other curves, from which names keep away
     """
     size = np.array(size_of(ax))
     points = [_in_cm(ax, line.x, line.y, size) for line in lines]

@@ -63,16 +63,10 @@ def places(
 ) -> tuple[Figure, list[Place]]:
     """Return an empty figure and the places of some panels, row by row.
 
-    Parameters
-    ----------
-    amount, across : int
-        Number of panels, and of those in a row.
-    height : float
-        Height of a panel (cm).
-    lines : int
-        Lines above each panel.
-    beside, below : float
-        Room right of each panel, for the scale of its colours, and below all, for a legend (cm).
+    amount, across : number of panels, and of those in a row
+    height : height of a panel (cm)
+    lines : lines above each panel
+    beside, below : room right of each panel, for the scale of its colours, and below all, for a legend (cm)
     """
     down = -(-amount // across)
     width = (WIDE - LEFT - RIGHT - (across - 1) * BETWEEN) / across - beside

@@ -150,12 +150,8 @@ def drawn_panels(dataset: xr.Dataset, show: Collection[str]) -> tuple[list[Serie
 def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw maps of quantities over the two finest grids, each combination of further parameters in a row of its own.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A sweep over two or more parameters.
-    show : collection of str
-        Quantities (default: those of `map_series`).
+    dataset : a sweep over two or more parameters
+    show : quantities (default: those of `map_series`)
     """
     x, y, _ = map_axes(dataset)
     dataset = with_impacts_per_period(dataset.sortby([x, y]))

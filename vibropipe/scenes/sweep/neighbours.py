@@ -84,14 +84,8 @@ def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float |
     There |f| / sqrt((1 - nu^2)^2 + h^2 nu^2) = l - |delta - load|. None if it does not between these rows, if a
     parameter is not known, or under a second harmonic or friction, for which there is no such form.
 
-    Parameters
-    ----------
-    line : Dataset
-        Rows along a parameter, the others as scalar coordinates, in any units that are shown.
-    axis : str
-        The parameter.
-    low, high : float
-        Its values in the two rows.
+    line : rows along a parameter, the others as scalar coordinates, in any units that are shown
+    low, high : its values in the two rows
     """
     held = {name: held_name(line.coords, name) for name in NAMES}
     known = {name for name in NAMES if held[name] in line.coords}

@@ -152,14 +152,10 @@ def series_text(array: xr.DataArray, dim: str, number: int) -> str:
 def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = False) -> list[Panel]:
     """Return the panels of the quantities to show that the data have.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        A sweep, with `impacts_per_period`.
-    show : collection of str
-        Quantities (default: DEFAULT_SHOW; of both supports the larger one, and no impacts per period, unless joined).
-    joined : bool
-        Whether the elements of a quantity share a panel.
+    dataset : a sweep, with `impacts_per_period`
+    show : quantities (default: DEFAULT_SHOW; of both supports the larger one, and no impacts per period, unless
+        joined)
+    joined : whether the elements of a quantity share a panel
     """
     panels = []
     for name in dict.fromkeys(show or DEFAULT_SHOW):

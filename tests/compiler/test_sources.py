@@ -44,7 +44,7 @@ NUMBERS = (
 )
 MEASUREMENTS = {
     "lab/hard_cases/contacts.py": {"hard_cases"},
-    "lab/peers/recorder.py": {"accuracy", "effects", "hard_cases"},
+    "lab/peers/solve_ivp.py": {"accuracy", "effects", "hard_cases"},
     "lab/crude.py": {"accuracy", "effects", "hard_cases"},
     "scenes/effects/solve.py": {"effects"},
     "scenes/motion/solve.py": {"motion"},

@@ -13,10 +13,9 @@ from textbook import Parameters, digits
 import vibropipe as vp
 from vibropipe.lab import work_precision
 from vibropipe.lab.motion_reference import MotionReference, pair_impacts
-from vibropipe.lab.peers import recorder
-from vibropipe.lab.peers.recorder import Recorder
-from vibropipe.lab.peers.solve_ivp import scipy_peer
-from vibropipe.lab.peers.solve_nivp import is_for_nivp
+from vibropipe.lab.peers import solve_ivp
+from vibropipe.lab.peers.packages import is_for_nivp
+from vibropipe.lab.peers.solve_ivp import Recorder, scipy_peer
 from vibropipe.lab.work_precision import build_method, solve_accuracy
 from vibropipe.lab.work_precision_methods import (
     SAMPLES,
@@ -258,7 +257,7 @@ def test_a_run_that_does_not_end_is_stopped_by_its_work(monkeypatch):
     easy = BenchmarkMotion(vp.Exciter(l=0.5, nu=1.0, f=0.01, h=0.2), 0.0, 0.0, 2)
     needed = build_method("RK45", 1e-6, easy).show().effort[1]
     for max_work, outcome in ((needed // 2 + 1, Outcome.OK), (needed // 2, Outcome.DID_NOT_END)):
-        monkeypatch.setattr(recorder, "MAX_WORK", max_work)
+        monkeypatch.setattr(solve_ivp, "MAX_WORK", max_work)
         assert build_method("RK45", 1e-6, easy).show().outcome == outcome
 
 

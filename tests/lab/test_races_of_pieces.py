@@ -10,7 +10,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.lab.motion_reference import MotionReference, reference_motion
-from vibropipe.lab.peers.recorder import Recorder
+from vibropipe.lab.peers.solve_ivp import Recorder
 from vibropipe.lab.work_precision import build_method
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.words.measurements import Outcome

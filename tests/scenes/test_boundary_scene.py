@@ -14,7 +14,7 @@ from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.boundary.curves import ends_of_axis
+from vibropipe.scenes.boundary.pictures import ends_of_axis
 from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.registry import kind_of

@@ -17,14 +17,14 @@ from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
-from vibropipe.scenes.branch.coexistence import (
+from vibropipe.scenes.branch.curves import VALUE, draw_branches
+from vibropipe.scenes.branch.lines import (
+    both_alike,
     cascade_of,
     common_intervals,
     places_of,
     stretches_of,
 )
-from vibropipe.scenes.branch.curves import VALUE, draw_branches
-from vibropipe.scenes.branch.lines import both_alike
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study

@@ -12,9 +12,9 @@ from typing import Any
 import numpy as np
 import pytest
 
-from vibropipe.scenes.basins.shares_text import share_answers, together_ranges
+from vibropipe.scenes.basins.report import share_answers, together_ranges
 from vibropipe.scenes.branch.answers import branch_answers
-from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
+from vibropipe.scenes.branch.lines import common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.neighbours import differing_rows

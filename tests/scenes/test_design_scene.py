@@ -11,8 +11,7 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.design.data import wanted_text
-from vibropipe.scenes.design.front import beating, swept
+from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, tables
 from vibropipe.scenes.design.workshop import percent

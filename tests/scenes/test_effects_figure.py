@@ -12,7 +12,7 @@ from sentence_numbers import missing, numbers_in
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
 from vibropipe.scenes.effects.pictures import describe_effects
-from vibropipe.scenes.effects.report import answers_of_scenes, prices, side, title_of
+from vibropipe.scenes.effects.report import answers, prices, side, title_of
 from vibropipe.words.vocabulary import describe
 
 
@@ -75,18 +75,18 @@ def test_every_entry_is_a_bar_with_words_impacts_and_bytes(costs):
 
 
 def test_the_answers_are_of_the_same_motion(costs):
-    physics, less, outputs = answers_of_scenes({"costs": costs})["costs"]
+    physics, less, outputs = answers(costs)
     assert physics.lead == "Physics: dry friction 39 times."
     assert physics.rest == "Offset costs nothing."
     assert less.lead == "Less: nothing costs more."
     assert outputs.lead == "Outputs: energy 1.6 times."
     assert title_of(costs) == "Price list: dry friction and energy cost most"
     costs["time_ratio"][2] = 1.01
-    assert answers_of_scenes({"costs": costs})["costs"][0].lead == "Physics: nothing costs more."
+    assert answers(costs)[0].lead == "Physics: nothing costs more."
 
 
 def test_every_number_of_a_sentence_is_in_the_data(costs):
-    texts = [f"{a.lead} {a.rest}" for a in answers_of_scenes({"costs": costs})["costs"]]
+    texts = [f"{a.lead} {a.rest}" for a in answers(costs)]
     assert missing([*texts, title_of(costs)], costs) == []
     assert max(len(numbers_in(text)) for text in texts) <= 2
     # of the caption, all but what counts as nothing

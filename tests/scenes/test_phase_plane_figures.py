@@ -12,8 +12,7 @@ from figures.sample_datasets import motion, steady, sweep
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
-from vibropipe.figures.phase_plane import Impacts, certain_jumps, path
-from vibropipe.figures.spectrum import draw_spectrum, lines_of
+from vibropipe.figures.phase_plane import Impacts, certain_jumps, draw_spectrum, lines_of, path
 from vibropipe.figures.style import MAX_VECTOR, house_style, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve

@@ -9,17 +9,12 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
-from vibropipe.scenes.sweep.answers import (
-    answers,
-    impacts_answer,
-    mean_answer,
-    sweep_answers,
-)
+from vibropipe.scenes.sweep.answers import impacts_answer, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import energy_title, follow_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import border_text, jumps_of
-from vibropipe.scenes.sweep.report import tables
+from vibropipe.scenes.sweep.report import answers, tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 

@@ -12,9 +12,8 @@ from sentence_numbers import missing, numbers_in
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
 from vibropipe.report.parts import DASH
-from vibropipe.scenes.accuracy.asked import asked_answer
-from vibropipe.scenes.accuracy.report import answers_of_scenes, side, tables
-from vibropipe.scenes.accuracy.text import answers, title_of
+from vibropipe.scenes.accuracy.report import answers_of_scene, asked_answer, side
+from vibropipe.scenes.accuracy.text import answers, times_table, title_of
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
 
@@ -105,7 +104,7 @@ def test_a_page_holds_the_panels_and_no_type_is_too_small(work_precision, amount
 
 
 def test_the_times_are_multiples_interpolated_between_settings(one):
-    (table,) = tables({"one": one})
+    table = times_table("one", one)
     assert table.head[1:] == ["10⁻²", "10⁻⁴", "10⁻⁸", "10⁻¹²"]
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["The exact method"] == ["1"] * 4
@@ -151,7 +150,7 @@ def test_a_race_that_nobody_finished_can_be_drawn(work_precision):
             work_precision[name][:] = np.nan
     for amount in (1, 2):
         draw("accuracy", work_precision.isel(motion=slice(amount)))
-    assert tables({"one": work_precision.isel(motion=[0])}) == []
+    assert times_table("one", work_precision.isel(motion=[0])) is None
 
 
 def test_a_motion_in_closed_form_is_named(work_precision):
@@ -192,7 +191,7 @@ def is_hollow(line) -> bool:
 
 def test_every_number_of_a_sentence_is_in_the_data(work_precision, one, asked):
     for dataset in (work_precision, one, asked):
-        given = answers_of_scenes({"scene": dataset})["scene"]
+        given = answers_of_scene(dataset)
         time = dataset["time_per_period"].values[0]
         ratios = [
             time[3].min() / time[2, 0],

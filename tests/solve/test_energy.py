@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.lab.hard_cases import energy as independent
+from vibropipe.lab.hard_cases import smooth as independent
 from vibropipe.lab.hard_cases.analytic import flights
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.motion.contacts import log_of

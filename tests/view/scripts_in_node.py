@@ -7,7 +7,7 @@ from typing import Any
 
 import pytest
 
-from vibropipe.view.scripts import source_of
+from vibropipe.view.words import source_of
 
 NODE = shutil.which("node")
 needs_node = pytest.mark.skipif(NODE is None, reason="needs node (Debian: apt-get install nodejs)")

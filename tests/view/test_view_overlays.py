@@ -10,10 +10,9 @@ import vibropipe as vp
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import load, write
 from vibropipe.study.loading import study_of_text
-from vibropipe.view.legend import SIGNS
 from vibropipe.view.overlays import MARKS, belongs, boundaries, branches
 from vibropipe.view.page import Page
-from vibropipe.view.plane import Plane
+from vibropipe.view.plane import SIGNS, Plane
 from vibropipe.view.results import Results, open_results
 from vibropipe.view.slices import shown_series
 from vibropipe.words.regimes import Regime

@@ -14,7 +14,7 @@ from vibropipe.view.page import Page
 from vibropipe.view.results import Results
 from vibropipe.view.save import save_page, saved_series, stored_events, thinned
 from vibropipe.view.saved_plan import plan_text
-from vibropipe.view.scripts import source_of
+from vibropipe.view.words import source_of
 
 pytestmark = needs_node
 GRID = {

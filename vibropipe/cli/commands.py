@@ -227,7 +227,7 @@ def report(
     threads: Threads = None,
 ) -> None:
     """Draw the figures of a study that are not up to date, and typeset its report."""
-    from vibropipe.jobs.making import make_report
+    from vibropipe.jobs.reporting import make_report
     from vibropipe.study import load_study
 
     failed = make_report(load_study(file), results, output, partial, threads)

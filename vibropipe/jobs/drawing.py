@@ -29,7 +29,6 @@ DRAWN = (
     "words",
     "jobs/drawing.py",
     "jobs/reporting.py",
-    "jobs/making.py",
 )
 
 

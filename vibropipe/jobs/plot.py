@@ -18,7 +18,7 @@ from vibropipe.scenes.registry import kind_of_dataset, kinds
 from vibropipe.solve.shown_units import DISPLAY_UNITS, checked_units, units_as_text, units_of
 from vibropipe.store import load
 from vibropipe.study import study_at_hand, study_of_text
-from vibropipe.study.pydantic_errors import problem_of
+from vibropipe.study.key_text import problem_of
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.vocabulary import VOCABULARY, held_name
 from vibropipe.words.wording import series

@@ -1,4 +1,4 @@
-"""The report of a study: one PDF typeset from its datasets and figures."""
+"""The report of a study, of all its scenes or without those that failed: one PDF of its datasets and figures."""
 
 from __future__ import annotations
 
@@ -10,6 +10,8 @@ from types import MappingProxyType
 from typing import Any
 
 from vibropipe.jobs.drawing import (
+    SUFFIXES,
+    draw_study,
     figure_entries,
     figure_names,
     figures_of,
@@ -17,6 +19,8 @@ from vibropipe.jobs.drawing import (
     report_fingerprint,
     words_of,
 )
+from vibropipe.jobs.summary import ERROR, causes
+from vibropipe.jobs.up_to_date import stale_files, stale_scenes
 from vibropipe.report import typeset
 from vibropipe.report.exciter import bare_symbols, drawing_of, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
@@ -261,3 +265,56 @@ def _methods(
     ]
     room = max(MAX_LINES - len(about[:1]) - len(last), 0)
     return [line for line in (*about, *own[:room], *last) if line.text]
+
+
+def make_report(
+    study: Study, results: Path, output: Path, partial: bool = False, processes: int | None = None
+) -> dict[str, str]:
+    """Draw the figures of a study that are not up to date, and typeset its report.
+
+    partial : whether scenes that could not be solved or drawn are left out, with a line on each
+    processes : number of processes that draw (default: 1)
+    Returns the scenes that are left out, each with the reason.
+    Raises StoreError if a dataset is missing, damaged or of another study; of a partial report, if no scene is left.
+    """
+    folder, failed = results / study.name, {}
+    if partial:
+        failed = {name: cause_of(study.name, name) for name in stale_scenes(study, str(folder))}
+    rest = without(study, failed)
+    stale = set(stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1)))
+    figures = {
+        name: scene.name
+        for name, scene in figures_of(rest).items()
+        if not stale.isdisjoint(f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES)
+    }
+    if not partial and figures:
+        draw_study(rest, results, figures, processes or 1)
+    for scene in dict.fromkeys(figures.values()) if partial else ():
+        try:
+            draw_study(rest, results, [name for name in figures if figures[name] == scene])
+        except Exception as error:  # whatever it is, the others have their report
+            failed[scene] = f"cannot be drawn ({error})"
+    build_report(without(study, failed), results, output, failed)
+    return failed
+
+
+def without(study: Study, failed: Mapping[str, str]) -> Study:
+    """Return a study without some scenes, and without those whose figures show them."""
+    if not failed:
+        return study
+    scenes = {
+        name: scene
+        for name, scene in study.scenes.items()
+        if not {name, *scene.figure.shown_scenes()} & set(failed)
+    }
+    if not scenes:
+        raise StoreError(f"{study.name}: no scene could be solved: {'; '.join(failed.values())}")
+    hero = study.hero if study.hero is not None and study.hero.scene in scenes else None
+    return study.model_copy(update={"scenes": scenes, "hero": hero})
+
+
+def cause_of(study: str, scene: str) -> str:
+    """Return why a scene of a study could not be solved, by the logs of its jobs in the working folder."""
+    logs = [Path("logs", study, f"{scene}.log"), *sorted(Path("logs", study, scene).glob("*.log"))]
+    found = [cause.removeprefix(ERROR) for cause in causes(map(str, logs))]
+    return found[0] if found else f"is not solved (see logs/{study}/{scene}.log)"

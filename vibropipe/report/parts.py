@@ -6,7 +6,7 @@ How to write them is in CONTRIBUTING.md, "a picture".
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
@@ -115,6 +115,23 @@ class Answer:
 
 Answers = Mapping[str, Sequence[Answer]]
 """Answers by scene; those of the key "" are on all scenes of the kind and stand on page 1 in place of one scene's."""
+
+
+def of_each(answers_of: Callable[[xr.Dataset], Sequence[Answer]]) -> Callable[[Datasets], Answers]:
+    """Return the answers of several scenes: of each, those of its dataset."""
+    return lambda datasets: {label: answers_of(data) for label, data in datasets.items()}
+
+
+def tables_of_each(
+    *made: Callable[[str, xr.Dataset], Table | None],
+) -> Callable[[Datasets], list[Table]]:
+    """Return the tables of several scenes: of each, those that are made of its label and dataset."""
+    return lambda datasets: [
+        table
+        for label, data in datasets.items()
+        for make in made
+        if (table := make(label, data)) is not None
+    ]
 
 
 @dataclass(frozen=True)

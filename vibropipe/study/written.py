@@ -9,8 +9,8 @@ from typing import Any
 
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
+from vibropipe.study.key_text import entry, quoted
 from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
-from vibropipe.study.pydantic_errors import entry, quoted
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.spelling import nearest

@@ -11,8 +11,7 @@ from vibropipe.figures.palette import SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import FAR_SUPPORT, with_breaks
 from vibropipe.figures.text import clock, times_of
 from vibropipe.solve.rebuild import Motion
-from vibropipe.view.scripts import script, short_ticks
-from vibropipe.view.words import label_of
+from vibropipe.view.words import label_of, script, short_ticks
 
 # Share of the range of displacements that the mass takes.
 MASS = 0.16

@@ -11,10 +11,9 @@ from bokeh.models import ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
 from vibropipe.figures.text import parameter_names
-from vibropipe.scenes.boundary.curves import curves_of, kinds_present
+from vibropipe.scenes.boundary.pictures import curves_of, kinds_present
 from vibropipe.scenes.sweep.quantities import Series
-from vibropipe.view.legend import sign_line, stroke_line
-from vibropipe.view.plane import Plane
+from vibropipe.view.plane import Plane, sign_line, stroke_line
 from vibropipe.view.results import is_basins
 from vibropipe.view.words import symbol, value_of
 from vibropipe.words.bifurcations import Bifurcation

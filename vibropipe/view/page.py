@@ -24,16 +24,22 @@ from bokeh.plotting import figure
 
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.border import Borders
-from vibropipe.view.legend import LEGEND_CSS, legend_html, mark_lines, region_lines, regions_shown
 from vibropipe.view.map_panel import MapPanel, flag_colours
 from vibropipe.view.overlays import Overlays, starts_on
-from vibropipe.view.plane import Plane, Region
+from vibropipe.view.plane import (
+    LEGEND_CSS,
+    Plane,
+    Region,
+    legend_html,
+    mark_lines,
+    region_lines,
+    regions_shown,
+)
 from vibropipe.view.point import Later, PointPanel, values_at
 from vibropipe.view.results import Results
-from vibropipe.view.scripts import script
 from vibropipe.view.slices import CURVES_WIDTH, LEVEL_HEIGHT, UPRIGHT_WIDTH, Slice, shown_series
 from vibropipe.view.what_if import Background, in_thread, solve_anew
-from vibropipe.view.words import symbol, value_of
+from vibropipe.view.words import script, symbol, value_of
 
 REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
 

@@ -22,8 +22,8 @@ from vibropipe.solve.shown_units import in_si
 from vibropipe.view.motion_panel import Drawing, MotionPanel
 from vibropipe.view.plane import Plane
 from vibropipe.view.row_numbers import Line, law_text, lines_of, momentum_lines, table_html
-from vibropipe.view.scripts import script
 from vibropipe.view.what_if import WhatIf, steady_row
+from vibropipe.view.words import script
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.units import plain_units
 

@@ -23,7 +23,7 @@ from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results, is_sweep
 from vibropipe.view.saved_plan import plan_text
-from vibropipe.view.scripts import source_of
+from vibropipe.view.words import source_of
 from vibropipe.words.parameters import FURTHER, PARAMETERS
 from vibropipe.words.regimes import Regime
 

@@ -17,11 +17,10 @@ from vibropipe.figures.text import parameter_names, with_units
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, unit_of_row, without_units
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import even_cells, flag_colours, limits_of
 from vibropipe.view.motion_panel import MARGIN, MASS
 from vibropipe.view.page import Page
-from vibropipe.view.plane import Plane
+from vibropipe.view.plane import MARKERS, Plane
 from vibropipe.view.slices import least_length, shown_series, slice_label
 from vibropipe.view.words import symbol, value_of
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL

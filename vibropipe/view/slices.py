@@ -9,7 +9,6 @@ from bokeh.plotting import figure
 from vibropipe.figures.map_shapes import cell_edges, scale_of
 from vibropipe.figures.text import in_brackets
 from vibropipe.scenes.sweep.quantities import Series
-from vibropipe.view.legend import MARKERS
 from vibropipe.view.map_panel import (
     FRAME_HEIGHT,
     FRAME_WIDTH,
@@ -17,9 +16,8 @@ from vibropipe.view.map_panel import (
     draw_crosshair,
     limits_of,
 )
-from vibropipe.view.plane import Plane
-from vibropipe.view.scripts import short_ticks
-from vibropipe.view.words import label_of, symbol
+from vibropipe.view.plane import MARKERS, Plane
+from vibropipe.view.words import label_of, short_ticks, symbol
 
 # The quantity of the slices while the map shows regions.
 OF_REGIONS = (

@@ -1,14 +1,33 @@
-"""Labels of the page: plain Unicode, since TeX would fetch fonts from outside."""
+"""Labels of the page: plain Unicode, since TeX would fetch fonts from outside; and its scripts."""
 
 from __future__ import annotations
 
 import re
+from pathlib import Path
+from typing import Any
 
 import xarray as xr
+from bokeh.models import CustomJS, CustomJSTickFormatter
 
 from vibropipe.figures.text import axis_label, format_number, symbol_of, with_units
 from vibropipe.figures.units import LOWERED
 from vibropipe.store.show import plain_symbol
+
+
+def source_of(name: str) -> str:
+    """Return the text of a script of this folder."""
+    return Path(__file__).with_name(name).read_text(encoding="utf-8")
+
+
+def short_ticks() -> CustomJSTickFormatter:
+    """Return what writes ticks in their shortest form."""
+    return CustomJSTickFormatter(code=source_of("ticks.js"))
+
+
+def script(name: str, **arguments: Any) -> CustomJS:
+    """Return a script of this folder as a callback; its arguments are models and values by name."""
+    return CustomJS(args=arguments, code=source_of(name))
+
 
 _RAISED = {"^-": "⁻", "^+": "⁺"}
 

@@ -9,7 +9,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import NamedTuple
 
-from vibropipe.lab.hard_cases import contacts, energy, labels, pieces, smooth
+from vibropipe.lab.hard_cases import contacts, labels, pieces, smooth
 from vibropipe.lab.hard_cases.case import Bound, Case, flight_check
 
 
@@ -156,10 +156,10 @@ CASES = (
          smooth.holds_phase, Bound(1e-9, 1e-8)),
     Case("energy_of_motions", "five motions, with impacts, chatter, rest, without damping, without impacts",
          "work of the force = damping + losses at the supports + stored; newmark: over its own steps",
-         energy.balance, Bound(1e-12, 1e-12)),
+         smooth.balance, Bound(1e-12, 1e-12)),
     Case("energy_of_orbits", "three orbits, with impacts and rest",
          "work of the force = damping + losses at the supports, per forcing period",
-         energy.balance_of_orbits, Bound(1e-11, None)),
+         smooth.balance_of_orbits, Bound(1e-11, None)),
     Case("unbounded", "resonance at R = 1, h = 0: unbounded growth",
          "labelled unbounded, with and without impacts; newmark: at its own resonance; wrong of 2",
          labels.unbounded, Bound(0.0, 0.0)),

@@ -20,8 +20,7 @@ from numpy.typing import NDArray
 
 from vibropipe.lab.hard_cases.contacts import FALL, FIRST_TAU, PRESSED, chatter_series
 from vibropipe.lab.motion_reference import MotionReference
-from vibropipe.lab.peers.recorder import Recorder, WorkError
-from vibropipe.lab.peers.solve_ivp import solve_by_scipy
+from vibropipe.lab.peers.solve_ivp import Recorder, WorkError, solve_by_scipy
 from vibropipe.lab.work_precision import Entry, build
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.physics.exciter import Exciter

@@ -23,7 +23,7 @@ from vibropipe.figures.canvas import (
     power_ticks,
 )
 from vibropipe.figures.palette import EXACT, GREY, INK
-from vibropipe.scenes.accuracy.asked import (
+from vibropipe.scenes.accuracy.report import (
     describe_asked,
     draw_asked,
     has_asked,

@@ -1,33 +1,181 @@
-"""Part of the report on accuracy scenes: answers, the times to errors of one motion, and how it is measured."""
+"""Part of the report on accuracy scenes: answers, the times to errors of one motion, and how it is measured;
+the errors that are asked for and reached.
+"""
 
 from __future__ import annotations
 
+from collections.abc import Collection
 from dataclasses import replace
 
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibropipe.figures.canvas import (
+    SMALL,
+    axes,
+    hairlines,
+    label,
+    new_canvas,
+    note,
+    panel,
+    power_ticks,
+)
+from vibropipe.figures.palette import BAND, EXACT, GREY, INK, METHODS
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answers, Datasets, Line, Side, Table
-from vibropipe.scenes.accuracy.asked import asked_answer, has_asked
+from vibropipe.report.parts import (
+    Answer,
+    Datasets,
+    Line,
+    Side,
+    of_each,
+    tables_of_each,
+)
+from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.status import Status
+from vibropipe.words.wording import count
+
+HEIGHT_CM = 5.6
+BEST, LOWEST = 3e-16, 1e-17
 
 
-def answers_of_scenes(datasets: Datasets) -> Answers:
-    """Return the answers of each scene."""
-    return {
-        label: [*([] if data["method"].size == 1 else answers(data)),
-                *([asked_answer(data)] if has_asked(data) else [])]
-        for label, data in datasets.items()
-    }  # fmt: skip
+def has_asked(dataset: xr.Dataset) -> bool:
+    """Return whether accuracies were asked for."""
+    return "asked_error" in dataset
 
 
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the times to errors of each scene of one motion."""
-    found = ((label, times_table(data)) for label, data in datasets.items())
-    return [
-        replace(table, scene=label, picture="work_precision")
-        for label, table in found
-        if table is not None
-    ]
+def draw_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+    """Draw, for the first motion, errors and times over the accuracy that is asked for."""
+    one = dataset.isel(motion=0)
+    figure = new_canvas(HEIGHT_CM)
+    draw_errors(axes(figure, 1.55, 1.0, 6.3, 4.0), one)
+    draw_times(axes(figure, 9.5, 1.0, 6.3, 4.0), one)
+    for ax in figure.axes:
+        ax.set_xlabel("accuracy asked for   →  more accurate")
+    return figure
+
+
+def kept(one: xr.Dataset) -> np.ndarray:
+    """Return which accuracies are reached by the program's own estimate."""
+    return one["asked_status"].values == Status.OK
+
+
+def asked_axis(ax: Axes, one: xr.Dataset) -> None:
+    """Let the axis of the accuracies grow more accurate to the right."""
+    asked = one["accuracy"].values
+    ax.set(xscale="log", xlim=(max(1.0, asked.max()), min(BEST, asked.min() / 3)))
+    power_ticks(ax, "x", range(-16, 1, 4))
+
+
+def draw_errors(ax: Axes, one: xr.Dataset) -> None:
+    """Draw the estimated and the true error, beside the region that is worse than asked."""
+    asked, good = one["accuracy"].values, kept(one)
+    asked_axis(ax, one)
+    ends = np.array(ax.get_xlim())
+    ax.set(yscale="log", ylim=(LOWEST, 1.0))
+    power_ticks(ax, "y", range(-16, 1, 4))
+    ax.fill_between(ends, ends, [1.0, 1.0], color=BAND, linewidth=0)
+    ax.plot(ends, ends, color=INK, lw=0.6)
+    note(ax, 0.97, 0.93, "worse than asked", ha="right")
+    estimate = np.maximum(one["asked_estimate"].values, 2 * LOWEST)
+    error = np.maximum(one["asked_error"].values, 2 * LOWEST)
+    blue = METHODS["newmark"].colour
+    ax.plot(asked, estimate, color=blue, lw=1.0)
+    ax.plot(asked[good], error[good], "D", color=EXACT)
+    ax.plot(asked[~good], error[~good], "D", color=EXACT, markerfacecolor="white")
+    label(ax, asked[0], estimate[0] * 2.5, "estimated by the program", blue, va="bottom")
+    label(ax, asked[0], error[0] / 4, "true error", EXACT, va="top")
+    if not good.all():
+        ax.text(
+            asked[~good].min(), estimate[~good].max() * 4, "refused", fontsize=SMALL, ha="right",
+            va="bottom", color=GREY,
+        )  # fmt: skip
+    ax.set_ylabel("error")
+    panel(ax, "a", "error", indent=-1.4)
+
+
+def draw_times(ax: Axes, one: xr.Dataset) -> None:
+    """Draw the time of the call, with its quartiles, beside that of the call without an accuracy."""
+    asked, good = one["accuracy"].values, kept(one)
+    asked_axis(ax, one)
+    times, low, high = (one[f"asked_time{side}"].values for side in ("", "_low", "_high"))
+    plain = float(one["plain_time"])
+    size, unit = (1e3, "µs") if max(times.max(), plain) >= 1e3 else (1.0, "ns")
+    ax.vlines(asked, low / size, high / size, color=EXACT, lw=0.6)
+    ax.plot(asked[good], times[good] / size, "D", color=EXACT)
+    ax.plot(asked[~good], times[~good] / size, "D", color=EXACT, markerfacecolor="white")
+    ax.axhline(plain / size, color=EXACT, lw=0.6, ls=(0, (4, 2)))
+    ax.set_ylim(0, 1.25 * max(high.max(), plain) / size)
+    hairlines(ax, "y")
+    top = ax.get_ylim()[1]
+    label(
+        ax,
+        asked[0],
+        plain / size + 0.02 * top,
+        "the same call without an accuracy",
+        EXACT,
+        va="bottom",
+    )
+    label(
+        ax,
+        asked[0],
+        times.max() / size + 0.05 * top,
+        "with an estimate of its error",
+        EXACT,
+        va="bottom",
+    )
+    ax.set_ylabel(f"time per forcing period, {unit}")
+    panel(ax, "b", "time", indent=-1.1)
+
+
+def describe_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption: what is drawn."""
+    one = dataset.isel(motion=0)
+    text = (
+        f"The argument accuracy of simulate, on {motion_title(one['motion'].values)} over "
+        f"{count(int(one['periods_run']), 'period')}, the call itself included. The true error is against 40 digits: "
+        "absolute, or relative to the motion where that is larger."
+    )
+    return (
+        text
+        if kept(one).all()
+        else f"{text} Hollow: refused, since the estimate is larger than what is asked."
+    )
+
+
+def asked_answer(dataset: xr.Dataset) -> Answer:
+    """Return what asking for an accuracy brings."""
+    one = dataset.isel(motion=0)
+    good = kept(one)
+    if not good.any():
+        return Answer("No accuracy that was asked for is reached.")
+    steps = one["asked_steps"].values[good]
+    worst = float(one["asked_error"].values[good].max())
+    factor = float(one["asked_time"].values[good].mean() / one["plain_time"])
+    lead = "Newmark's method is taken where it is enough."
+    if (steps == 0).all():
+        lead = "Asking for less saves nothing."
+    longer = f"the estimate makes a call {multiple_text(factor)} times as long"
+    return Answer(lead, f"The true error is at most {error_text(worst)}; {longer}.")
+
+
+def title_of_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return what the picture shows, as a sentence."""
+    one = dataset.isel(motion=0)
+    good = kept(one)
+    is_kept = bool((one["asked_error"].values[good] <= one["accuracy"].values[good]).all())
+    if is_kept and good.all():
+        return "What is asked for is reached"
+    return "What is asked for is reached, or refused" if is_kept else "Asked, estimated and reached"
+
+
+def answers_of_scene(data: xr.Dataset) -> list[Answer]:
+    """Return the answers of one scene: on the methods, if there are several, and on the errors asked for."""
+    compared = [] if data["method"].size == 1 else answers(data)
+    return [*compared, *([asked_answer(data)] if has_asked(data) else [])]
 
 
 def side(datasets: Datasets) -> Side:
@@ -49,8 +197,8 @@ def methods(datasets: Datasets) -> list[Line]:
 REPORT = ReportPart(
     "Accuracy",
     "How long does a forcing period take, for the error that I accept?",
-    answers_of_scenes,
-    tables,
+    of_each(answers_of_scene),
+    tables_of_each(times_table),
     methods,
     side,
 )

@@ -274,7 +274,7 @@ def title_of(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return f"The exact method costs the same at every error: {time_text(time[0])} a period"
 
 
-def times_table(dataset: xr.Dataset) -> Table | None:
+def times_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the times to errors as multiples of the exact method's time; None without it, or for several motions."""
     methods = dataset["method"].values
     if dataset.sizes["motion"] != 1 or methods.size < 2 or "exact" not in methods:
@@ -291,4 +291,5 @@ def times_table(dataset: xr.Dataset) -> Table | None:
     head = ["error at most", *(power(round(np.log10(error))) for error in WANTED)]
     note = f"Interpolated between settings, on logarithmic axes. {DASH}: reached by no setting that was tried."
     title = f"Time to an error, as multiples of {time_text(exact_time[0])}"
-    return Table(head, rows, note, ("1fr", *["2.2cm"] * len(WANTED)), title=title)
+    widths = ("1fr", *["2.2cm"] * len(WANTED))
+    return Table(head, rows, note, widths, title=title, scene=scene, picture="work_precision")

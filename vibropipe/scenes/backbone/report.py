@@ -6,18 +6,10 @@ import xarray as xr
 
 from vibropipe.figures.claims import rising_text
 from vibropipe.report.findings import largest, symbol_text, value_text
-from vibropipe.report.parts import Answer, Answers, Datasets
+from vibropipe.report.parts import Answer, of_each
 from vibropipe.scenes.backbone.curves import first_strikes, longest_period
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.vocabulary import held_name
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers on each backbone."""
-    return {
-        name: law_answers(data) if "velocity_over_l" in data else amplitude_answers(data)
-        for name, data in datasets.items()
-    }
 
 
 def law_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -73,6 +65,9 @@ def frequency_answers(dataset: xr.Dataset) -> list[Answer]:
     ]
 
 
+answers = of_each(
+    lambda data: (law_answers if "velocity_over_l" in data else amplitude_answers)(data)
+)
 REPORT = ReportPart(
     "Free motion", "How does the mass move without force and losses?", answers, rank=2
 )

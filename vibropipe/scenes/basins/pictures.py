@@ -35,7 +35,7 @@ from vibropipe.scenes.basins.attractors import (
 )
 from vibropipe.scenes.basins.basin_map import draw_attractor_map, draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
-from vibropipe.scenes.basins.shares_text import (
+from vibropipe.scenes.basins.report import (
     describe_share_maps,
     describe_shares,
     mapped_values,

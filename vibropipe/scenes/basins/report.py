@@ -1,32 +1,251 @@
-"""Part of the report on coexisting motions."""
+"""Part of the report on coexisting motions; title, captions, answers and table of basins over a parameter."""
 
 from __future__ import annotations
 
+from collections.abc import Callable
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
+from vibropipe.figures.motion_words import amount_text, aperiodic_text
+from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.exciter import side_of_first
-from vibropipe.report.parts import Answers, Datasets, Table
-from vibropipe.scenes.basins.attractors import swept_name
-from vibropipe.scenes.basins.shares_text import family_table, share_answers
-from vibropipe.scenes.basins.text import basin_answers, safety_table
+from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
+from vibropipe.scenes.basins.attractors import (
+    Change,
+    attractor_words,
+    changes_of,
+    letters_of,
+    named,
+    ordered,
+    presence,
+    swept_name,
+)
+from vibropipe.scenes.basins.text import (
+    NOT_FOUND,
+    basin_answers,
+    missing_text,
+    percent,
+    safety_table,
+    start_text,
+)
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.wording import count
+
+MAX_MAPS = 6
+RARE = 0.02  # share of the starts below which a motion is easily missed
+# The value at which a range ends, or the two between which it does; None at an end of the values.
+Border = tuple[float, ...] | None
 
 
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers of each scene."""
-    return {
-        scene: (basin_answers if swept_name(data) is None else share_answers)(data)
-        for scene, data in datasets.items()
-    }
+def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
+    """Return the title of the shares: whether motions coexist."""
+    if not dataset.sizes["attractor_id"]:
+        return NOT_FOUND
+    symbol, ranges = symbol_text(dataset[swept_name(dataset)]), len(together_ranges(dataset))
+    if not ranges:
+        return (
+            f"At each value of {symbol}, all starts settle on one motion"
+            if not missing_text(dataset)
+            else ""
+        )
+    where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
+    return f"At least two motions coexist in {where}"
 
 
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the table of the motions of each scene."""
-    found = [
-        (safety_table if swept_name(data) is None else family_table)(scene, data)
-        for scene, data in datasets.items()
+def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
+    """Return the caption of the shares over a parameter."""
+    n_starts = count(dataset.sizes["x0"] * dataset.sizes["v0"], "start")
+    lines = " (grey: stable orbits wide, unstable ones dashed)" if branches is not None else ""
+    return sentences(
+        f"(a) First harmonic of the motions{lines}. (b) Share of {n_starts} that settle on each{start_text(dataset)}; "
+        "upright bars: 95 % intervals for as many random starts",
+        "Grey lines: a motion appears or vanishes" if changes_of(dataset) else "",
+        missing_text(dataset),
+        aperiodic_text(dataset),
+    )
+
+
+def title_share_maps(dataset: xr.Dataset) -> str:
+    """Return the title of the maps: at which values."""
+    axis = dataset[swept_name(dataset)]
+    return f"Basins at {amount_text(len(mapped_values(dataset)), 'value')} of {symbol_text(axis)}"
+
+
+def mapped_values(dataset: xr.Dataset) -> list[int]:
+    """Return the indices of the values that are mapped: spread over those where attractors coexist, or over all."""
+    several = np.flatnonzero(dataset["basin_share"].count("attractor_id").values > 1)
+    candidates = several if several.size else np.arange(dataset.sizes[swept_name(dataset)])
+    spread = np.linspace(0, candidates.size - 1, min(MAX_MAPS, candidates.size))
+    chosen: list[int] = candidates[np.unique(spread.round().astype(int))].tolist()
+    return chosen
+
+
+def describe_share_maps(dataset: xr.Dataset) -> str:
+    """Return the caption of the maps at some values of the parameter."""
+    symbol = symbol_text(dataset[swept_name(dataset)])
+    marks = (
+        "; symbols: their states once every forcing period"
+        if not float(dataset["start_phase"])
+        else ""
+    )
+    return sentences(
+        f"Starts at some values of {symbol}{start_text(dataset)}; colours: the motion on which they settle{marks}",
+        missing_text(dataset),
+    )
+
+
+def share_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return where motions coexist, the main change, and the smallest basin."""
+    if dataset.sizes["attractor_id"] == 0:
+        return [Answer(f"{NOT_FOUND}.")]
+    found = [together_answer(dataset), change_answer(dataset), rare_answer(dataset)]
+    return [answer for answer in found if answer]
+
+
+def together_answer(dataset: xr.Dataset) -> Answer:
+    """Write where several attractors coexist: the widest range."""
+    axis = dataset[str(swept_name(dataset))]
+    symbol, ranges = symbol_text(axis), together_ranges(dataset)
+    if not ranges:
+        return Answer(f"At no value of {symbol} do the starts settle on two motions.")
+    # rounded inwards, so that what is told holds within
+    places = [
+        _place(axis, border, rounded)
+        for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
     ]
-    return [table for table in found if table is not None]
+    ways = "from", "to" if places[0] else "up to"
+    texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
+    where = " ".join(texts) or f"at all values of {symbol}"
+    more = ", and elsewhere" if len(ranges) > 1 else ""
+    return Answer(
+        f"{'In places' if texts else 'Everywhere'}, the start decides which motion settles.",
+        f"Among those followed here, at least two coexist {where}{more}.",
+    )
 
 
+def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
+    """Return the ranges of the parameter in which several attractors coexist, the widest first."""
+    values = dataset[str(swept_name(dataset))].values
+    order = np.argsort(values)
+    values, several = (
+        values[order],
+        (dataset["basin_share"].count("attractor_id").values > 1)[order],
+    )
+    starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
+    ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
+    places = np.array([change.value for change in changes_of(dataset)])
+    found = [
+        (
+            _border(places, values, first, first - 1) if first > 0 else None,
+            _border(places, values, last, last + 1) if last < values.size - 1 else None,
+        )
+        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
+    ]
+    widths = values[ends] - values[starts]
+    return [found[n] for n in np.argsort(-widths, kind="stable")]
+
+
+def _border(places: np.ndarray, values: np.ndarray, inner: int, outer: int) -> tuple[float, ...]:
+    """Return the one change between two values, which is the border there; else both, the inner one first."""
+    low, high = sorted((values[inner], values[outer]))
+    inside = places[(places >= low) & (places <= high)]
+    if inside.size == 1:
+        return (float(inside[0]),)
+    return float(values[inner]), float(values[outer])
+
+
+def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], str]) -> str:
+    """Write a border that is located, or the value inside it; empty at an end of the range."""
+    if border is None:
+        return ""
+    least = "" if len(border) == 1 else "at least "
+    return f"{least}{symbol_text(axis)} = {with_units(axis, rounded(border[0], DIGITS))}"
+
+
+def change_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write how many changes there are, and where the motion ends that lasts longest."""
+    changes, axis = changes_of(dataset), dataset[swept_name(dataset)]
+    if not changes:
+        return Answer(f"No motion appears or vanishes as {symbol_text(axis)} changes.")
+    places = len({change.value for change in changes})
+    lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)}."
+    ends = [change for change in changes if not change.appears and change.other >= 0]
+    if not ends:
+        return Answer(lead)
+    last = max(ends, key=lambda change: presence(dataset, change.attractor).sum())
+    place = f"{symbol_text(axis)} = {value_text(axis, last.value)}"
+    follows = letters_of(dataset)[last.other]
+    vanishing = named(dataset, last.attractor)
+    rest = f"With increasing {symbol_text(axis)}, {vanishing} vanishes at {place} and {follows} follows."
+    return Answer(lead, rest)
+
+
+def rare_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write which attractor the fewest starts settle on, and where, if they are few."""
+    share = dataset["basin_share"]
+    least = share.min()
+    if not float(least) < RARE:
+        return None
+    name = str(swept_name(dataset))
+    row, index = np.argwhere(share.transpose(name, "attractor_id").values == float(least))[0]
+    axis = dataset[name]
+    place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
+    return Answer(
+        "A small basin is easily missed.",
+        f"At {place}, {percent(float(least))} of the starts settle on {letters_of(dataset)[int(index)]}.",
+    )
+
+
+def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the attractors of a scene over a parameter."""
+    if not dataset.sizes["attractor_id"]:
+        return None
+    axis, letters = dataset[swept_name(dataset)], letters_of(dataset)
+    changes = {(change.attractor, change.appears): change for change in changes_of(dataset)}
+    rows = []
+    for index in ordered(dataset):
+        share = dataset["basin_share"].sel(attractor_id=index).values[presence(dataset, index)]
+        if not share.size:
+            continue
+        ends = [changes.get((index, appears)) for appears in (True, False)]
+        rows.append(
+            [
+                letters[index],
+                attractor_words(dataset, index),
+                *(DASH if end is None else format_number(end.value) for end in ends),
+                _neighbours(letters, *ends),
+                _span(100 * float(share.min()), 100 * float(share.max())),
+            ]
+        )
+    symbol = symbol_text(axis)
+    head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
+    note = (
+        f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
+        "Beyond: the motions that settle below and above instead. Share of the starts."
+    )
+    return Table(
+        head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene
+    )
+
+
+def _span(low: float, high: float) -> str:
+    """Write the range of a share in per cent."""
+    return format_number(low, 3) if low == high else " … ".join(outwards(low, high, 3))
+
+
+def _neighbours(letters: dict[int, str], below: Change | None, above: Change | None) -> str:
+    """Write the motions on which one settles below and above its values."""
+    names = [letters.get(end.other, "?") if end is not None else DASH for end in (below, above)]
+    return DASH if names == [DASH, DASH] else ", ".join(names)
+
+
+answers = of_each(lambda data: (share_answers if swept_name(data) else basin_answers)(data))
+tables = tables_of_each(
+    lambda scene, data: (family_table if swept_name(data) else safety_table)(scene, data)
+)
 REPORT = ReportPart(
     "Coexisting motions",
     "Which start settles on which motion, and how easily is it lost?",

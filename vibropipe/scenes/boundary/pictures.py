@@ -2,19 +2,229 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Iterator, Mapping
+from itertools import pairwise
 from typing import Any
 
+import matplotlib.patheffects as effects
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.colors import BoundaryNorm, ListedColormap
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from numpy.typing import NDArray
 
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
+from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.motion_words import amount_text, number_word, times_word
-from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences
+from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
+from vibropipe.figures.style import write_centred
+from vibropipe.figures.text import (
+    axis_label,
+    flag_texts,
+    parameter_line,
+    plain_symbol_of,
+    sentences,
+)
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.boundary.curves import draw_boundaries, kinds_present, marks, of_kinds, plane
 from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.sweep.laws import regions_of
+from vibropipe.solve.shown_units import shown_factor
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.wording import series
+
+LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
+CROSSED, BETWEEN = (
+    -1,
+    20,
+)  # code of cells with a curve; points of a curve between two that are stored
+LABELLED = 0.005  # of the map: a smaller region has no words
+# Styles of the kinds of boundaries: dashes tell them apart in grey.
+CURVES: Mapping[str, Any] = {
+    "grazing": "-",
+    "fold": (0, (4, 1.5)),
+    "flip": (0, (4, 1.2, 1, 1.2)),
+    "pitchfork": (0, (1, 1)),
+}
+STABLE_WIDTH, UNSTABLE_WIDTH, HALO_WIDTH = 1.3, 0.5, 1.1
+# Colours of regimes under curves are mixed with this share of white.
+FADED = 0.45
+# Meetings that are no meeting of bifurcations.
+UNMARKED = ("box", "lost", "points")
+
+
+def plane(dataset: xr.Dataset) -> tuple[str, str]:
+    """Return both parameters of boundaries, abscissa first."""
+    x, y = str(dataset.attrs["boundary"]).split()
+    return x, y
+
+
+def kinds_present(dataset: xr.Dataset) -> dict[str, int]:
+    """Return the integer of each kind of boundary that occurs, in the order of the legend."""
+    codes = FLAGS["boundary_kind"]
+    return {name: codes[name] for name in CURVES if (dataset["boundary_kind"] == codes[name]).any()}
+
+
+def curves_of(dataset: xr.Dataset, code: int) -> Iterator[np.ndarray]:
+    """Yield the indices of the points of each curve of a kind."""
+    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
+    for number in np.unique(ids[kinds == code]):
+        yield np.flatnonzero(ids == number)
+
+
+def of_kinds(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
+    """Return the curves of the kinds to show (default: all), with what they meet."""
+    if not show:
+        return dataset
+    codes = [FLAGS["boundary_kind"][name] for name in show]
+    is_kept = np.isin(dataset["boundary_kind"].values, codes)
+    met = is_kept[dataset["meeting_point"].values]
+    return dataset.isel(point=is_kept, meeting=met)
+
+
+def draw_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> Figure:
+    """Draw boundaries.
+
+    regimes : sweep over the same two parameters, drawn under the curves
+    show : kinds of bifurcations whose curves are drawn (default: all)
+    """
+    whole, dataset = dataset, of_kinds(dataset, show)
+    x, y = plane(dataset)
+    note = parameter_line(whole)
+    height = LOW + HIGH + TOP + note_height(note)
+    figure = new_canvas(height)
+    top_note(figure, note, LEFT)
+    ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
+    of_axes = regimes if regimes is not None else whole
+    for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
+        if ends := ends_of_axis(of_axes[name]):
+            set_limits(*ends)
+    if regimes is not None:
+        draw_regimes(ax, dataset, regimes, x, y)
+    # Folds may lie a hair beside grazings: what is broken is drawn over what is solid.
+    for name, code in kinds_present(dataset).items():
+        for points in curves_of(dataset, code):
+            draw_curve(ax, dataset, points, name)
+    marked = marks(dataset)
+    ax.plot(
+        dataset[f"meeting_{x}"].values[marked], dataset[f"meeting_{y}"].values[marked],
+        **MARK_STYLE, clip_on=False,
+    )  # fmt: skip
+    ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
+    frame(ax)
+    if not dataset.sizes["point"] and regimes is None:
+        write_centred(ax, "No curve is found")
+    figure.legend(
+        handles=curve_handles(dataset), loc="upper left", ncols=10, borderaxespad=0.1, fontsize=SMALL,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / height), handletextpad=0.5, columnspacing=1.2,
+    )  # fmt: skip
+    return figure
+
+
+def ends_of_axis(array: xr.DataArray) -> tuple[float, float] | None:
+    """Return the ends of an axis: of the box in which curves were sought, else of the values, if there are any."""
+    if "box" in array.attrs:
+        low, high = box_of(array)
+        return low, high
+    return (float(array.min()), float(array.max())) if array.size else None
+
+
+def box_of(array: xr.DataArray) -> tuple[float, float]:
+    """Return the ends of a parameter in which curves were sought, in the units shown."""
+    factor = shown_factor(str(array.attrs.get("units", "1")))
+    low, high = (factor * float(end) for end in array.attrs["box"])
+    return low, high
+
+
+MARK_STYLE: Mapping[str, Any] = {
+    "linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white",
+    "markeredgecolor": INK, "markeredgewidth": 0.7, "zorder": 6,
+}  # fmt: skip
+
+
+def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> None:
+    """Draw one curve, thin where the orbit is unstable."""
+    x, y = plane(dataset)
+    stable = dataset["stable"].values[points]
+    cuts = [0, *(np.flatnonzero(np.diff(stable)) + 1), points.size]
+    for start, stop in pairwise(cuts):
+        part = points[start : min(stop + 1, points.size)]
+        width = STABLE_WIDTH if stable[start] else UNSTABLE_WIDTH
+        (line,) = ax.plot(
+            dataset[x].values[part], dataset[y].values[part], color=INK, linestyle=CURVES[name],
+            linewidth=width, zorder=3 + (name != "grazing"),
+        )  # fmt: skip
+        halo = effects.Stroke(linewidth=width + HALO_WIDTH, foreground="white")
+        line.set_path_effects([halo, effects.Normal()])
+
+
+def faded(name: str) -> str:
+    """Return the colour of a regime mixed with white."""
+    return lighter(REGIME_STYLES[name].colour, FADED)
+
+
+def draw_regimes(ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, x: str, y: str) -> None:
+    """Draw the cells of a sweep in faded colours of how the mass moves, with its words beside the curves."""
+    codes, regions = regions_of(regimes)
+    for dim in codes.dims:
+        if dim not in (x, y):
+            codes = codes.isel({dim: 0})
+    ordered = codes.sortby([x, y])
+    values = ordered.transpose(y, x).values
+    colours = ListedColormap(
+        [faded(region.name) for region in sorted(regions, key=lambda r: r.code)]
+    )
+    found = np.unique([region.code for region in regions])
+    edges = cell_edges(ordered[x].values), cell_edges(ordered[y].values)
+    numbers = np.searchsorted(found, values)
+    norm = BoundaryNorm(np.arange(found.size + 1) - 0.5, max(found.size, 1))
+    ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
+    present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
+    columns, rows = cells_of(dataset, edges)
+    values = values.copy()
+    values[rows, columns] = CROSSED
+    label_regions(ax, values, edges, present)
+
+
+def cells_of(
+    dataset: xr.Dataset, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
+) -> list[NDArray[np.intp]]:
+    """Return the cells of a map, as columns and rows, through which curves go."""
+    ids = dataset["curve_id"].values
+    steps = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)
+    found = []
+    for name, borders in zip(plane(dataset), edges, strict=True):
+        values = dataset[name].values
+        along = values[:-1, None] + steps * np.diff(values)[:, None]
+        points = along[np.diff(ids) == 0].ravel()
+        found.append(np.clip(np.searchsorted(borders, points) - 1, 0, borders.size - 2))
+    return found
+
+
+def marks(dataset: xr.Dataset) -> np.ndarray:
+    """Return the mask of the meetings that are marked."""
+    unmarked = [FLAGS["meeting_kind"][name] for name in UNMARKED]
+    return ~np.isin(dataset["meeting_kind"].values, unmarked)
+
+
+def curve_handles(dataset: xr.Dataset) -> list[Line2D]:
+    """Return legend entries of the kinds of curves, of thin lines and of the marks."""
+    handles = [
+        Line2D([], [], color=INK, linestyle=CURVES[name], linewidth=STABLE_WIDTH, label=name)
+        for name in kinds_present(dataset)
+    ]
+    if (dataset["stable"] == 0).any():
+        handles.append(
+            Line2D([], [], color=INK, linewidth=UNSTABLE_WIDTH, label="of an unstable orbit")
+        )
+    if marks(dataset).any():
+        handles.append(Line2D([], [], **MARK_STYLE, label="curves meet"))
+    return handles
+
 
 PLURALS = {"grazing": "grazings", "fold": "folds", "flip": "flips", "pitchfork": "pitchforks"}
 

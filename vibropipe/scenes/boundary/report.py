@@ -8,9 +8,8 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text, motion_words, rests_of
 from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import Answers, Datasets, Table
-from vibropipe.scenes.boundary.curves import plane
-from vibropipe.scenes.boundary.pictures import boundary_answers, meeting_name
+from vibropipe.report.parts import Table, of_each, tables_of_each
+from vibropipe.scenes.boundary.pictures import boundary_answers, meeting_name, plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
@@ -18,18 +17,10 @@ MAX_ROWS = 10
 KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
 
 
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers of each scene."""
-    return {scene: boundary_answers(data) for scene, data in datasets.items()}
-
-
-def tables(datasets: Datasets) -> list[Table]:
-    """Return a table of the curves of each scene."""
-    return [curve_table(scene, data) for scene, data in datasets.items() if data.sizes["point"]]
-
-
-def curve_table(scene: str, dataset: xr.Dataset) -> Table:
-    """Return a table of the curves of a scene, the longest MAX_ROWS."""
+def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return a table of the curves of a scene, the longest MAX_ROWS; None without a curve."""
+    if not dataset.sizes["point"]:
+        return None
     x, y = plane(dataset)
     ids, ends = dataset["curve_id"].values, ends_of(dataset)
     curves, lengths = np.unique(ids, return_counts=True)
@@ -95,6 +86,7 @@ def ends_of(dataset: xr.Dataset) -> dict[int, list[str]]:
     return ends
 
 
+answers, tables = of_each(boundary_answers), tables_of_each(curve_table)
 REPORT = ReportPart(
     "Bifurcations", "Where in two parameters does the motion change?", answers, tables
 )

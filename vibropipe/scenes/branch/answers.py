@@ -13,16 +13,17 @@ from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.branch.coexistence import (
+from vibropipe.scenes.branch.lines import (
     PLURALS,
     SAME,
     Stretch,
     cascade_of,
     common_intervals,
+    followed,
     places_of,
     stretches_of,
+    swept,
 )
-from vibropipe.scenes.branch.lines import followed, swept
 from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.

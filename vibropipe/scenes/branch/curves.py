@@ -24,13 +24,14 @@ from vibropipe.figures.canvas import (
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, parameter_line, value_text
-from vibropipe.scenes.branch.coexistence import common_intervals, stretches_of
 from vibropipe.scenes.branch.lines import (
     Piece,
+    common_intervals,
     followed,
     kinds_present,
     panels_of,
     pieces_of,
+    stretches_of,
     swept,
 )
 from vibropipe.words.regimes import Regime

@@ -10,10 +10,16 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import sentences
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.coexistence import PLURALS, cascade_of, places_of
 from vibropipe.scenes.branch.curves import coexistence, draw_branches
 from vibropipe.scenes.branch.keys import BranchFigure
-from vibropipe.scenes.branch.lines import followed, kinds_present, swept
+from vibropipe.scenes.branch.lines import (
+    PLURALS,
+    cascade_of,
+    followed,
+    kinds_present,
+    places_of,
+    swept,
+)
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 

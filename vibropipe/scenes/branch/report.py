@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from itertools import pairwise
 
 import numpy as np
@@ -14,30 +14,13 @@ from vibropipe.figures.motion_words import amount_text, number_word
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import DASH, Answers, Datasets, Table
+from vibropipe.report.parts import DASH, Table, of_each, tables_of_each
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
-from vibropipe.scenes.branch.coexistence import Stretch, cascade_of, stretches_of
 from vibropipe.scenes.branch.curves import coexistence
-from vibropipe.scenes.branch.lines import followed, swept
+from vibropipe.scenes.branch.lines import Stretch, cascade_of, followed, stretches_of, swept
 from vibropipe.scenes.kind import ReportPart
 
 MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers of each scene."""
-    return {scene: branch_answers(data) for scene, data in datasets.items()}
-
-
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the tables of each scene."""
-    made: tuple[Callable[[str, xr.Dataset], Table | None], ...] = (
-        cascade_table,
-        stable_table,
-        together_table,
-    )
-    found = [make(scene, data) for scene, data in datasets.items() for make in made]
-    return [table for table in found if table is not None]
 
 
 def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -146,6 +129,10 @@ def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note, title=title, scene=scene)
 
 
+answers, tables = (
+    of_each(branch_answers),
+    tables_of_each(cascade_table, stable_table, together_table),
+)
 REPORT = ReportPart(
     "Branches of orbits",
     "Which orbits are there, stable or not, and where do they change?",

@@ -1,63 +1,222 @@
-"""The Pareto front of two quantities over the motions of a sweep of all ranges."""
+"""Pictures of a front of two quantities, and of the spread of a design: bars and shares of each parameter."""
 
 from __future__ import annotations
 
+import textwrap
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
+from matplotlib.ticker import MaxNLocator
 
-from vibropipe.figures.canvas import SMALL, axes, new_canvas
-from vibropipe.figures.palette import EXACT, INK, shades
+from vibropipe.figures.canvas import SMALL, WIDE, axes, colour_bar, new_canvas, zero_line
+from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED, shades
 from vibropipe.figures.style import LINE_MARKERS
-from vibropipe.figures.text import sentences
+from vibropipe.figures.text import (
+    format_number,
+    plain_symbol_of,
+    sentences,
+    symbol_of,
+    with_units,
+)
 from vibropipe.scenes.design.data import (
     Part,
-    is_met,
-    objectives,
-    part_of,
+    beating,
+    ends_of,
+    has_spread,
+    is_front,
+    spread_parts,
     struck_texts,
+    swept,
     wanted_text,
 )
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
+from vibropipe.scenes.design.workshop import percent
+from vibropipe.solve.design.tolerance import WORST
+from vibropipe.words.wording import series
 
-# Costs within this share of their spread are the same.
-EQUAL = 1e-6
-HEIGHT = 8.8
-CLOUD = "#9C9C9C"
+NO_SPREAD = "No deviations of parameters are given: add tolerance"
+# Quantities of the map beside the wanted ones.
+MAPPED = (
+    Part("displacement_mean"),
+    Part("displacement_amplitude", "harmonic", 1),
+    Part("displacement_amplitude", "harmonic", 2),
+    Part("impact_velocity_max", "support", 1),
+    Part("impact_velocity_max", "support", 2),
+    Part("support_force_max", "support", 1),
+    Part("support_force_max", "support", 2),
+    Part("energy_input"),
+)
+BELOW, ABOVE = METHODS["crude"].colour, EXACT
+# Centimetres: two panels in a line, a bar, and what stands beside and below them.
+PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.3
+ROW, WORDS, SCALE = 0.75, 6.3, 2.1  # of the map: a line, its words, its scale
 
 
-def is_front(dataset: xr.Dataset) -> bool:
-    """Return whether designs are a Pareto front that can be drawn."""
-    return (
-        len(ends_of(dataset)) == 2 and dataset.sizes["design"] > 1 and bool(is_met(dataset).all())
+def draw_tornado(dataset: xr.Dataset) -> Figure:
+    """Draw, for the first design, the deviation of each wanted quantity if one parameter alone is off."""
+    if not has_spread(dataset):
+        return empty(NO_SPREAD)
+    best = dataset.isel(design=0)
+    parts = spread_parts(dataset)
+    high = BAR * best.sizes["parameter"]
+    lines = -(-len(parts) // 2)
+    step = HEAD + high + FOOT
+    figure = new_canvas(lines * step + 0.4)
+    for n, part in enumerate(parts):
+        left = LEFT + (n % 2) * (PANEL + LEFT + 0.1)
+        ax = axes(figure, left, 0.4 + (lines - 1 - n // 2) * step + FOOT, PANEL, high)
+        draw_bars(ax, best, part)
+    return figure
+
+
+def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
+    """Draw the bars of one quantity, the most important parameter on top."""
+    moved = part.of(best, "_deviation").transpose("parameter", "side").values
+    share = part.of(best, "_contribution").values
+    std = float(part.of(best, "_std").sel(estimate="first_order"))
+    first = WORST * np.sqrt(np.nan_to_num(share)) * std
+    order = np.argsort(np.nan_to_num(np.abs(moved)).max(axis=1), kind="stable")
+    place = np.arange(order.size)
+    style: dict[str, Any] = {"edgecolor": INK, "linewidth": 0.4, "height": 0.36}
+    ax.barh(place + 0.19, moved[order, 0], color=BELOW, hatch="////", **style)
+    ax.barh(place - 0.19, moved[order, 1], color=ABOVE, **style)
+    for sign in (-1, 1):
+        ax.plot(sign * first[order], place, "|", color=INK, markersize=11, markeredgewidth=1.0)
+    zero_line(ax, axis="x")
+    names = [str(best["parameter"].values[n]) for n in order]
+    ax.set_yticks(place, [deviation_text(best, name) for name in names], fontsize=8)
+    ax.tick_params(axis="y", length=0)
+    ax.spines["left"].set_visible(False)
+    ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
+    ax.xaxis.set_major_formatter(lambda value, _: format_number(value, 4))
+    ax.margins(x=0.05)
+    ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))
+
+
+def deviation_text(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter with its standard deviation."""
+    return f"{symbol_of(dataset[name])} ± {std_text(dataset, name)}"
+
+
+def std_text(dataset: xr.Dataset, name: str) -> str:
+    """Write the standard deviation of a parameter with its unit."""
+    return with_units(dataset[name], format_number(float(dataset[f"{name}_std"]), 2))
+
+
+def draw_sensitivities(dataset: xr.Dataset) -> Figure:
+    """Draw, for the first design, the signed share that each parameter has in the spread of each quantity."""
+    if not has_spread(dataset):
+        return empty(NO_SPREAD)
+    best = dataset.isel(design=0)
+    held = [part for part in MAPPED if f"{part.variable}_contribution" in dataset]
+    parts = list(dict.fromkeys([*spread_parts(dataset), *held]))
+    signed = np.array([shares_of(best, part) for part in parts])
+    names = [str(name) for name in best["parameter"].values]
+    height = ROW * len(parts)
+    figure = new_canvas(height + 1.2)
+    ax = axes(figure, WORDS, 1.0, WIDE - WORDS - SCALE, height)
+    image = ax.imshow(signed, cmap=SIGNED, vmin=-1, vmax=1, aspect="auto")
+    for row, column in np.ndindex(signed.shape):
+        value = signed[row, column]
+        text = "–" if np.isnan(value) else f"{100 * value:+.0f} %".replace("-", "−")
+        text = "0 %" if abs(value) < 0.005 else text
+        colour = "white" if abs(value) > 0.6 else INK
+        ax.text(column, row, text, ha="center", va="center", color=colour)
+    few = len(names) <= 4
+    ticks = [deviation_text(best, n) if few else symbol_of(best[n]) for n in names]
+    ax.set_xticks(range(len(names)), ticks, fontsize=8)
+    ax.set_yticks(range(len(parts)), [row_text(best, part) for part in parts], fontsize=8)
+    ax.tick_params(which="both", length=0)
+    for side in ax.spines.values():
+        side.set_visible(False)
+    title = "share of the variance, with\nthe sign of the derivative"
+    colour_bar(figure, image, WIDE - SCALE + 0.35, 1.0, 0.3, height, title)
+    return figure
+
+
+def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
+    """Return the share of the variance that each parameter has, with the sign of its effect."""
+    moved = part.of(best, "_deviation").sel(side="above").values
+    signed: np.ndarray = np.sign(moved) * part.of(best, "_contribution").values
+    return signed
+
+
+def row_text(best: xr.Dataset, part: Part) -> str:
+    """Write a quantity with its standard deviation."""
+    std = float(part.of(best, "_std").sel(estimate="first_order"))
+    return f"{part.words(best)}\n± {with_units(best[part.variable], format_number(std, 2))}"
+
+
+def empty(text: str) -> Figure:
+    """Return a figure that says why there is nothing to show."""
+    figure = new_canvas(1.2)
+    ax = axes(figure, 0, 0, WIDE, 1.2)
+    ax.set_axis_off()
+    ax.text(0.5, 0.5, text, ha="center", va="center")
+    return figure
+
+
+def leading(dataset: xr.Dataset) -> list[str]:
+    """Write, for each wanted quantity, which parameter matters most for its spread."""
+    best = dataset.isel(design=0)
+    texts = []
+    for part in spread_parts(dataset):
+        share = part.of(best, "_contribution")
+        most = int(share.fillna(-1).argmax("parameter"))
+        if float(share[most]) > 0.5:
+            name = plain_symbol_of(best[str(best["parameter"].values[most])])
+            words = f"the {part.words(dataset)}"
+            texts.append(f"{words} comes from {name} ({percent(float(share[most]))})")
+    return texts
+
+
+def title_tornado(dataset: xr.Dataset) -> str:
+    """Return the title of the bars: which parameter moves the first quantity most."""
+    if not has_spread(dataset) or not (parts := spread_parts(dataset)):
+        return "What each parameter alone does is not known"
+    best = dataset.isel(design=0)
+    moved = abs(parts[0].of(best, "_deviation")).fillna(0.0).max("side")
+    name = plain_symbol_of(best[str(best["parameter"].values[int(moved.argmax("parameter"))])])
+    title = f"{name} moves the {parts[0].words(dataset)} most"
+    return title if float(moved.max()) > 0 else "No parameter alone moves the wanted quantities"
+
+
+def describe_tornado(dataset: xr.Dataset) -> str:
+    """Return the caption of the bars of each parameter."""
+    if not has_spread(dataset):
+        return sentences(NO_SPREAD)
+    return sentences(
+        "Design 1, marched anew with one parameter alone off by three of its standard deviations (at the axis): light, "
+        "hatched below its value, dark above; ticks: first order"
     )
 
 
-def ends_of(dataset: xr.Dataset) -> list[tuple[Part, float]]:
-    """Return the two quantities of a front with their signs, -1 of one that is to be largest."""
-    found = [(part_of(dataset, text.removeprefix("-")), text) for text in objectives(dataset)]
-    return [(part, -1.0 if text.startswith("-") else 1.0) for part, text in found if part]
+def title_sensitivities(dataset: xr.Dataset) -> str:
+    """Return the title of the map of shares."""
+    if not has_spread(dataset):
+        return "The shares of the parameters in the spread are not known"
+    return "Share of each parameter in the spread of design 1"
 
 
-def swept(dataset: xr.Dataset) -> np.ndarray:
-    """Return both quantities (n, 2) of the motions of the sweep; none where it is not stored."""
-    parts = [part for part, _ in ends_of(dataset)]
-    if any(f"{part.variable}_swept" not in dataset for part in parts):
-        return np.empty((0, 2))
-    return np.column_stack([part.of(dataset, "_swept").values for part in parts])
+def describe_sensitivities(dataset: xr.Dataset) -> str:
+    """Return the caption of the map of shares."""
+    if not has_spread(dataset):
+        return sentences(NO_SPREAD)
+    std = series(
+        f"{plain_symbol_of(dataset[name])} ± {std_text(dataset, name)}"
+        for name in map(str, dataset["parameter"].values)
+    )
+    return sentences(
+        f"Share in the variance of each quantity to first order, for deviations {std}; under a quantity: its standard "
+        "deviation; minus: the quantity falls where the parameter rises"
+    )
 
 
-def beating(dataset: xr.Dataset) -> int:
-    """Return how many motions of the sweep are better in both quantities than a design of the front."""
-    signs = np.array([sign for _, sign in ends_of(dataset)])
-    front = signs * np.column_stack([part.of(dataset).values for part, _ in ends_of(dataset)])
-    cloud = signs * swept(dataset)
-    room = EQUAL * np.ptp(front, axis=0)
-    better = (cloud[:, None] < front[None] - room).all(axis=2)
-    return int(better.any(axis=1).sum())
+HEIGHT = 8.8
+CLOUD = "#9C9C9C"
 
 
 def draw_front(dataset: xr.Dataset) -> Figure:

@@ -21,17 +21,19 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.parts import DASH
-from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
-from vibropipe.scenes.design.front import describe_front, draw_front, is_front, title_front
-from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
-from vibropipe.scenes.design.spread_pictures import (
+from vibropipe.scenes.design.data import has_tolerances, is_front, is_met, wanted_text
+from vibropipe.scenes.design.front import (
+    describe_front,
     describe_sensitivities,
     describe_tornado,
+    draw_front,
     draw_sensitivities,
     draw_tornado,
+    title_front,
     title_sensitivities,
     title_tornado,
 )
+from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
 from vibropipe.scenes.design.workshop import (
     held_too_wide,
     no_tolerance,

@@ -14,19 +14,30 @@ from vibropipe.figures.text import (
     plain_symbol_of,
     with_units,
 )
-from vibropipe.report.parts import DASH, MAX_ROWS, Answer, Answers, Datasets, Row, Side, Table
+from vibropipe.report.parts import (
+    DASH,
+    MAX_ROWS,
+    Answer,
+    Datasets,
+    Row,
+    Side,
+    Table,
+    of_each,
+    tables_of_each,
+)
 from vibropipe.scenes.design.data import (
+    ends_of,
     goals,
     has_spread,
     has_yield,
+    is_front,
     is_met,
     numbers,
     struck_texts,
     varied,
 )
-from vibropipe.scenes.design.front import ends_of, is_front
+from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.ranking import shown_parts
-from vibropipe.scenes.design.spread_pictures import leading
 from vibropipe.scenes.design.workshop import (
     NOMINAL_DIGITS,
     lost_answer,
@@ -42,13 +53,6 @@ from vibropipe.words.wording import count
 
 MOST_QUANTITIES = 3  # of a table
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
-
-
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the tables of designs: their numbers and, if they were asked for, their tolerances."""
-    made = (designs_table, tolerances_table, units_table)
-    found = [table(name, dataset) for name, dataset in datasets.items() for table in made]
-    return [table for table in found if table is not None]
 
 
 def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -111,11 +115,6 @@ def margin_text(dataset: xr.Dataset, row: int) -> str:
     """Write the margin of a design in per cent."""
     margin = float(dataset["law_margin"].values[row])
     return at_least(100 * margin, 2) if np.isfinite(margin) else DASH
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return what page 1 says: how many designs can be made, what the best one has, and what is lost or matters."""
-    return {name: answers_of_scene(dataset) for name, dataset in datasets.items()}
 
 
 def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
@@ -191,6 +190,10 @@ def ranges(dataset: xr.Dataset, free: list[str]) -> list[Row]:
     return [Row(", ".join(symbols), text) for text, symbols in texts.items()]
 
 
+answers, tables = (
+    of_each(answers_of_scene),
+    tables_of_each(designs_table, tolerances_table, units_table),
+)
 REPORT = ReportPart(
     "Designs",
     "Which parameters give the wanted motion, and how far may they be off?",

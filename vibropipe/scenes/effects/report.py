@@ -9,7 +9,7 @@ import xarray as xr
 
 from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answer, Answers, Datasets, Line, Side
+from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.wording import series
 
@@ -160,11 +160,6 @@ def largest_limit(found: list[Price]) -> float:
     return float(np.max([price.limit for price in found], initial=LEAST))
 
 
-def answers_of_scenes(datasets: Datasets) -> Answers:
-    """Return the answers of each scene."""
-    return {label: answers(data) for label, data in datasets.items()}
-
-
 def side(datasets: Datasets) -> Side:
     """Return the numbers of the motion that the others of the first scene are compared with."""
     return side_of({label: data.isel(motion=[0]) for label, data in list(datasets.items())[:1]})
@@ -182,7 +177,7 @@ def methods(_datasets: Datasets) -> list[Line]:
 REPORT = ReportPart(
     "Effects",
     "What do I pay for an effect or an output that my scene calls for, and what if it does not?",
-    answers_of_scenes,
+    of_each(answers),
     methods=methods,
     side=side,
 )

@@ -7,7 +7,17 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.parts import DASH, Answer, Answers, Datasets, Line, Row, Side, Table
+from vibropipe.report.parts import (
+    DASH,
+    Answer,
+    Datasets,
+    Line,
+    Row,
+    Side,
+    Table,
+    of_each,
+    tables_of_each,
+)
 from vibropipe.scenes.hard_cases.failures import errors_of, has_failures, questions_in
 from vibropipe.scenes.hard_cases.pictures import shares
 from vibropipe.scenes.kind import ReportPart
@@ -21,11 +31,6 @@ PARAMETERS = {
     "chatter": ("h = f = 0", "δ = −1.5: pressed on support 1"),
     "step": ("f = −1", "figure 6 of the paper"),
 }
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers of each scene: where common methods were asked, else whether all cases keep their bounds."""
-    return {label: answers_of(data) for label, data in datasets.items()}
 
 
 def answers_of(dataset: xr.Dataset) -> list[Answer]:
@@ -96,11 +101,6 @@ def size_text(value: float) -> str:
     return at_most(float(value), 2).removeprefix("1 × ")
 
 
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the table of groups of each scene."""
-    return [groups_table(label, data) for label, data in datasets.items()]
-
-
 def groups_table(label: str, dataset: xr.Dataset) -> Table:
     """Return a row for each group: what is hard and known, the worst deviation of the exact method, and its bound."""
     exact = dataset.sel(solver="exact")
@@ -165,6 +165,7 @@ def methods(_datasets: Datasets) -> list[Line]:
     ]
 
 
+answers, tables = of_each(answers_of), tables_of_each(groups_table)
 REPORT = ReportPart(
     "Hard cases",
     "Where do common methods fail on motions with impacts, and does the exact one hold there?",

@@ -7,7 +7,16 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number, parameter_names, plain_symbol_of, with_units
-from vibropipe.report.parts import DASH, Answer, Answers, Datasets, Row, Side, Table
+from vibropipe.report.parts import (
+    DASH,
+    Answer,
+    Datasets,
+    Row,
+    Side,
+    Table,
+    of_each,
+    tables_of_each,
+)
 from vibropipe.scenes.identify.pictures import Column, columns, digits_for, noise_text, results
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult
@@ -24,16 +33,6 @@ STATES = {
     FoundResult.AT_RANGE: "ended at its range",
     FoundResult.UNDETERMINED: "not determined",
 }
-
-
-def tables(datasets: Datasets) -> list[Table]:
-    """Return a table of the parameters of each scene."""
-    return [found_table(name, dataset) for name, dataset in datasets.items()]
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return what page 1 says: whether the measurements are explained, and which parameters they do not determine."""
-    return {name: answers_of_scene(dataset) for name, dataset in datasets.items()}
 
 
 def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
@@ -252,6 +251,7 @@ def side(datasets: Datasets) -> Side:
     return Side([*rows, *([Row("Given"), *given] if given else [])])
 
 
+answers, tables = of_each(answers_of_scene), tables_of_each(found_table)
 REPORT = ReportPart(
     "Identification",
     "Which parameters explain what was measured, and how well are they known?",

@@ -12,7 +12,7 @@ from matplotlib.figure import Figure
 
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel, zero_line
 from vibropipe.figures.palette import METHODS
-from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
+from vibropipe.figures.phase_plane import draw_spectrum, spectrum_handles
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     ORDINALS,

@@ -15,7 +15,7 @@ import xarray as xr
 from vibropipe.figures.claims import between_text, only_between_text, rising_text
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
-from vibropipe.report.parts import MAX_ANSWERS, Answer, Answers, Datasets
+from vibropipe.report.parts import MAX_ANSWERS, Answer
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import (
     NO_ORBIT,
@@ -41,11 +41,6 @@ OF_LINES = (
     "impacts_per_period",
 )
 IMPACTS = (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.WITH_REST)
-
-
-def answers(datasets: Datasets) -> Answers:
-    """Return the answers of each sweep."""
-    return {name: sweep_answers(data) for name, data in datasets.items()}
 
 
 def sweep_answers(dataset: xr.Dataset) -> list[Answer]:

@@ -15,12 +15,13 @@ from vibropipe.figures.canvas import WIDE, axes, legend_below, new_canvas, plain
 from vibropipe.figures.phase_plane import (
     draw_points,
     draw_portrait,
+    draw_spectrum,
     draw_walls,
     path,
     portrait_handles,
+    spectrum_handles,
     walls_of,
 )
-from vibropipe.figures.spectrum import draw_spectrum, spectrum_handles
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.kind import Picture, showing

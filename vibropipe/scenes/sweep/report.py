@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections import Counter
-from collections.abc import Iterator
 from itertools import groupby
 
 import numpy as np
@@ -12,9 +11,16 @@ import xarray as xr
 from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.sweep.answers import IMPACTS, answers, axis_of, lines_of, n_lines, of_orbits
+from vibropipe.scenes.sweep.answers import (
+    IMPACTS,
+    axis_of,
+    lines_of,
+    n_lines,
+    of_orbits,
+    sweep_answers,
+)
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown
@@ -27,22 +33,13 @@ DIGITS = 3
 MAX_QUESTION = 110  # letters, a line of the report
 
 
-def tables(datasets: Datasets) -> list[Table]:
-    """Return the tables of the sweeps of a study."""
-    return [table for label, data in datasets.items() for table in tables_of(label, data)]
-
-
-def tables_of(label: str, dataset: xr.Dataset) -> Iterator[Table]:
-    """Yield the tables of a sweep: of a map its orbits, else the ranges along its line or lines; then energies."""
+def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of how the mass moves: of a map its orbits, else the ranges along its line or lines."""
     if dataset["regime"].size == 1:
-        table = None
-    elif is_map(dataset):
-        table = orbits_table(label, dataset)
-    else:
-        table = (
-            ranges_table(label, dataset) if n_lines(dataset) == 1 else lines_table(label, dataset)
-        )
-    yield from filter(None, (table, together_table(label, dataset), energy_table(label, dataset)))
+        return None
+    if is_map(dataset):
+        return orbits_table(label, dataset)
+    return (ranges_table if n_lines(dataset) == 1 else lines_table)(label, dataset)
 
 
 def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
@@ -226,4 +223,6 @@ def question(datasets: Datasets) -> str:
     return text if len(text) <= MAX_QUESTION else "How does the motion change with its parameters?"
 
 
+answers = of_each(sweep_answers)
+tables = tables_of_each(motions_table, together_table, energy_table)
 REPORT = ReportPart("Steady states", question, answers, tables, rank=0)

@@ -52,7 +52,7 @@ def summarise(run: Run) -> Summary:
         unresolved = []
         for scene in run.studies[name].scenes:
             path = f"{run.results}/{name}/{scene}.nc"
-            if {scene} & {*made, *kept} and (rows := _unresolved(path)):
+            if {scene} & {*made, *kept} and (rows := int(read_sidecar(path).get("unresolved", 0))):
                 part = share(rows, run.plans[name][scene].rows, "row")
                 unresolved.append(f"  {scene}: {part} unresolved; `status` gives the reason")
         texts = [f"made {_listed(made)}"] if made else []
@@ -74,10 +74,6 @@ def summarise(run: Run) -> Summary:
         )
         lines += [*(f"  {path}" for path in missing[:MAX_LISTED]), HOW_TO_RESUME]
     return Summary(lines, missing)
-
-
-def _unresolved(path: str) -> int:
-    return int(read_sidecar(path).get("unresolved", 0))
 
 
 def scenes_left_over(run: Run, name: str) -> list[str]:

@@ -66,7 +66,7 @@ def provenance(
 def expected_changes(attrs: Mapping[str, Any]) -> list[str]:
     """Return, as texts, the differences of provenance between `attrs` and here that can change numbers.
 
-    Returns one text for each difference of kernel hash, machine or package version.
+    They are those of kernel hash, machine and package versions.
     """
     current_values = {"kernel_hash": kernel_hash(), "machine": _machine()}
     changes = [

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import xarray as xr
 
@@ -17,17 +17,13 @@ if TYPE_CHECKING:
 
 def solve(scene: AccuracyScene, progress: Progress | None = None) -> xr.Dataset:
     """Run all methods of a scene on its motions; times differ from run to run."""
-    dataset = solve_accuracy(**work_precision_arguments(scene), progress=progress)
+    dataset = solve_accuracy(
+        motions={name: BenchmarkMotion(*start) for name, start in scene.starts().items()},
+        methods=scene.methods,
+        steps=scene.steps_per_period,
+        tolerances=scene.tolerances,
+        accuracies=scene.accuracies,
+        repeats=scene.repeats,
+        progress=progress,
+    )
     return stored(dataset, scene.mass_and_stiffness)
-
-
-def work_precision_arguments(scene: AccuracyScene) -> dict[str, Any]:
-    """Return the arguments of `lab.work_precision.solve_accuracy` for a scene."""
-    return {
-        "motions": {name: BenchmarkMotion(*start) for name, start in scene.starts().items()},
-        "methods": scene.methods,
-        "steps": scene.steps_per_period,
-        "tolerances": scene.tolerances,
-        "accuracies": scene.accuracies,
-        "repeats": scene.repeats,
-    }

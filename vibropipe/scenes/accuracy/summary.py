@@ -132,12 +132,7 @@ def curve(dataset: xr.Dataset, method: str) -> tuple[Floats, Floats]:
     """Return errors and times (ns) of the successful runs of a method on one motion, in the order of its settings."""
     one = dataset.sel({"method": method})
     good = succeeded(one).values & np.isfinite(one["time_per_period"].values)
-    return worst_error_of(one)[good], one["time_per_period"].values[good]
-
-
-def worst_error_of(one: xr.Dataset) -> Floats:
-    """Return the errors of a single motion and method."""
-    return np.asarray(worst_error(one).values, float)
+    return np.asarray(worst_error(one).values, float)[good], one["time_per_period"].values[good]
 
 
 def time_to_error(error: Floats, time: Floats, wanted: float) -> float:

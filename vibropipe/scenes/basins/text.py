@@ -217,7 +217,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         f"period. Knock: change of velocity within which all starts of the map beside the states of the motion lead "
         f"back, rounded down, 0 for less than a step of the map, {step}."
     )
-    unknown = " A dash: none, or not known by the map." if _has_dash(rows) else ""
+    unknown = " A dash: none, or not known by the map." if any(DASH in row for row in rows) else ""
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
 
 
@@ -233,10 +233,6 @@ def knock_text(knock: float, step: float) -> str:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
     return digits(unit * math.floor(knock / unit * (1 + 1e-12)))
-
-
-def _has_dash(rows: list[list[str]]) -> bool:
-    return any(DASH in row for row in rows)
 
 
 def largest_text(row: xr.Dataset, name: str) -> str:

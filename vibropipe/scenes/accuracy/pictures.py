@@ -23,12 +23,7 @@ from vibropipe.figures.canvas import (
     power_ticks,
 )
 from vibropipe.figures.palette import EXACT, GREY, INK
-from vibropipe.scenes.accuracy.report import (
-    describe_asked,
-    draw_asked,
-    has_asked,
-    title_of_asked,
-)
+from vibropipe.scenes.accuracy.report import ASKED
 from vibropipe.scenes.accuracy.summary import (
     LEAST_ERROR,
     NS,
@@ -268,8 +263,5 @@ PICTURES = (
         "work_precision", draw_work_precision, describe_work_precision, keywords=showing,
         titled=title_of,
     ),
-    Picture(
-        "asked", draw_asked, describe_asked, fits=has_asked, keywords=showing, titled=title_of_asked,
-        heading="What do I get if I ask for an accuracy?",
-    ),
+    ASKED,
 )  # fmt: skip

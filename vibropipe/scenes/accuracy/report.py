@@ -34,7 +34,7 @@ from vibropipe.report.parts import (
 )
 from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
-from vibropipe.scenes.kind import ReportPart
+from vibropipe.scenes.kind import Picture, ReportPart, showing
 from vibropipe.words.status import Status
 from vibropipe.words.wording import count
 
@@ -194,6 +194,15 @@ def methods(datasets: Datasets) -> list[Line]:
     return [Line("Measured", timed), Line("Others", packages_of(datasets.values()))]
 
 
+ASKED = Picture(
+    "asked",
+    draw_asked,
+    describe_asked,
+    has_asked,
+    showing,
+    title_of_asked,
+    "What do I get if I ask for an accuracy?",
+)
 REPORT = ReportPart(
     "Accuracy",
     "How long does a forcing period take, for the error that I accept?",

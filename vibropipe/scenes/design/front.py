@@ -34,6 +34,7 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
 from vibropipe.scenes.design.workshop import percent
+from vibropipe.scenes.kind import Picture
 from vibropipe.solve.design.tolerance import WORST
 from vibropipe.words.wording import series
 
@@ -293,3 +294,15 @@ def describe_front(dataset: xr.Dataset) -> str:
         dots if len(swept(dataset)) else "",
         "Markers: designs, in the order of the first quantity; between them the front is not followed",
     )
+
+
+MATTERS = "Which parameter matters most?"
+FRONT = Picture("front", draw_front, describe_front, is_front, titled=title_front)
+TORNADO = Picture("tornado", draw_tornado, describe_tornado, titled=title_tornado, heading=MATTERS)
+SENSITIVITIES = Picture(
+    "sensitivities",
+    draw_sensitivities,
+    describe_sensitivities,
+    titled=title_sensitivities,
+    heading=MATTERS,
+)

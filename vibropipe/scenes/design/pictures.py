@@ -21,18 +21,8 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.parts import DASH
-from vibropipe.scenes.design.data import has_tolerances, is_front, is_met, wanted_text
-from vibropipe.scenes.design.front import (
-    describe_front,
-    describe_sensitivities,
-    describe_tornado,
-    draw_front,
-    draw_sensitivities,
-    draw_tornado,
-    title_front,
-    title_sensitivities,
-    title_tornado,
-)
+from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
+from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
 from vibropipe.scenes.design.workshop import (
     held_too_wide,
@@ -257,10 +247,8 @@ def has_designs(dataset: xr.Dataset) -> bool:
     return "vary" in dataset.attrs
 
 
-COMPARE = "How do the designs compare?"
-MATTERS = "Which parameter matters most?"
 PICTURES = (
-    Picture("front", draw_front, describe_front, is_front, titled=title_front),
+    FRONT,
     Picture("sketch", draw_sketch, describe_sketch, has_designs, titled=title_sketch),
     Picture(
         "designs",
@@ -268,14 +256,8 @@ PICTURES = (
         describe_designs,
         has_designs,
         titled=title_designs,
-        heading=COMPARE,
+        heading="How do the designs compare?",
     ),
-    Picture("tornado", draw_tornado, describe_tornado, titled=title_tornado, heading=MATTERS),
-    Picture(
-        "sensitivities",
-        draw_sensitivities,
-        describe_sensitivities,
-        titled=title_sensitivities,
-        heading=MATTERS,
-    ),
+    TORNADO,
+    SENSITIVITIES,
 )

@@ -24,6 +24,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.palette import EXACT, GREY, METHODS
 from vibropipe.figures.text import format_number, sentences
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.wording import series
 
@@ -264,3 +265,8 @@ def title_of_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         if name != "step" and (errors_of(dataset, name, "exact")[1] != Outcome.OK).any():
             return f"Common methods and the exact one: {series(questions_in(dataset))}"
     return "Where common methods lose impacts, time or energy, the exact one loses none"
+
+
+FAILURES = Picture(
+    "failures", draw_failures, describe_failures, has_failures, showing, title_of_failures
+)

@@ -13,12 +13,7 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import BODY, axes, label, new_canvas, power, ticks
 from vibropipe.figures.palette import BAND, EXACT, FAILED, INK, METHODS
 from vibropipe.figures.text import sentences
-from vibropipe.scenes.hard_cases.failures import (
-    describe_failures,
-    draw_failures,
-    has_failures,
-    title_of_failures,
-)
+from vibropipe.scenes.hard_cases.failures import FAILURES
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
 from vibropipe.words.wording import count, series
@@ -140,10 +135,7 @@ def title_of_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 
 
 PICTURES = (
-    Picture(
-        "failures", draw_failures, describe_failures, fits=has_failures, keywords=showing,
-        titled=title_of_failures,
-    ),
+    FAILURES,
     Picture(
         "margins", draw_margins, describe_margins, keywords=showing, titled=title_of_margins,
         heading="Do all cases keep their bounds?",

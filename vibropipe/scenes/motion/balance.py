@@ -23,9 +23,10 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.vocabulary import ENERGIES, STEADY, label
 
-LEFT, BELOW, BETWEEN, SPECTRUM = 1.75, 1.0, 0.5, 6.6  # cm
+LEFT, BELOW, BETWEEN, SPECTRUM_CM = 1.75, 1.0, 0.5, 6.6  # cm
 FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
 LETTERS = 9  # of a line below a bar
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
@@ -132,10 +133,10 @@ def describe_energy(dataset: xr.Dataset) -> str:
 def draw_spectra(dataset: xr.Dataset) -> Figure:
     """Draw the harmonic amplitudes of the steady state of a motion over multiples of the forcing frequency."""
     names = [name for name in ("displacement", "velocity") if f"{name}_amplitude" in dataset]
-    figure = new_canvas(SPECTRUM)
+    figure = new_canvas(SPECTRUM_CM)
     width = (WIDE - LEFT * len(names) - 0.3) / len(names)
     for number, name in enumerate(names):
-        ax = axes(figure, LEFT + number * (width + LEFT), 1.1, width, SPECTRUM - 1.7)
+        ax = axes(figure, LEFT + number * (width + LEFT), 1.1, width, SPECTRUM_CM - 1.7)
         draw_spectrum(ax, dataset, name)
         ax.set(xlabel=label("harmonic"), ylabel=axis_label(dataset[f"{name}_amplitude"], width=24))
         panel(ax, "ab"[number] if len(names) > 1 else "", name)
@@ -176,3 +177,7 @@ def describe_spectra(dataset: xr.Dataset) -> str:
         f"The constant part of the displacement is {mean}; its largest harmonic is number {number}, {largest}",
         parameters_text(dataset),
     )
+
+
+SPECTRUM = Picture("spectrum", draw_spectra, describe_spectra, fits_spectrum, titled=spectrum_title)
+ENERGY = Picture("energy", draw_energy, describe_energy, fits_energy, titled=energy_title)

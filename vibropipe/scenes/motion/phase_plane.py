@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
+from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.curves import forcing_period
 from vibropipe.scenes.motion.panels import draw_plane, impacts_of, limits_of, window
 from vibropipe.words.vocabulary import label
@@ -138,3 +139,6 @@ def describe_section(dataset: xr.Dataset) -> str:
         struck = "impacts"
     impacts = f"{struck} by phase of the force and velocity before it, orange on support 1, blue on support 2"
     return sentences(states, f"b: {impacts}" if states else impacts)
+
+
+SECTION = Picture("section", draw_section, describe_section, fits_section, titled=section_title)

@@ -26,16 +26,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.kind import Picture
-from vibropipe.scenes.motion.balance import (
-    describe_energy,
-    describe_spectra,
-    draw_energy,
-    draw_spectra,
-    energy_title,
-    fits_energy,
-    fits_spectrum,
-    spectrum_title,
-)
+from vibropipe.scenes.motion.balance import ENERGY, SPECTRUM
 from vibropipe.scenes.motion.captions import (
     describe_impacts,
     describe_motion,
@@ -53,13 +44,10 @@ from vibropipe.scenes.motion.panels import (
     window,
 )
 from vibropipe.scenes.motion.phase_plane import (
+    SECTION,
     describe_portrait,
-    describe_section,
     draw_phase_portrait,
-    draw_section,
-    fits_section,
     portrait_title,
-    section_title,
 )
 from vibropipe.words.wording import series
 
@@ -261,14 +249,7 @@ def describe_panels(
 
 
 PICTURES = (
-    Picture(
-        "panels",
-        draw_panels,
-        describe_panels,
-        is_sampled,
-        keywords,
-        title_panels,
-    ),
+    Picture("panels", draw_panels, describe_panels, is_sampled, keywords, title_panels),
     Picture("impacts", draw_impacts_only, describe_impacts, titled=seen_text),
     Picture(
         "portrait",
@@ -278,7 +259,7 @@ PICTURES = (
         keywords,
         lambda dataset, **others: portrait_title(dataset),
     ),
-    Picture("section", draw_section, describe_section, fits_section, titled=section_title),
-    Picture("spectrum", draw_spectra, describe_spectra, fits_spectrum, titled=spectrum_title),
-    Picture("energy", draw_energy, describe_energy, fits_energy, titled=energy_title),
+    SECTION,
+    SPECTRUM,
+    ENERGY,
 )

@@ -19,6 +19,7 @@ from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import parameters_text, plain_symbol_of, sentences
+from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
     follow_text,
@@ -216,3 +217,13 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
         unresolved_text(dataset),
         parameters_text(dataset),
     )
+
+
+BIFURCATION = Picture(
+    "bifurcation",
+    draw_bifurcation,
+    describe_bifurcation,
+    fits_bifurcation,
+    showing,
+    bifurcation_title,
+)

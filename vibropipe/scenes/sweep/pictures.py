@@ -25,12 +25,7 @@ from vibropipe.figures.phase_plane import (
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.kind import Picture, showing
-from vibropipe.scenes.sweep.bifurcation import (
-    bifurcation_title,
-    describe_bifurcation,
-    draw_bifurcation,
-    fits_bifurcation,
-)
+from vibropipe.scenes.sweep.bifurcation import BIFURCATION
 from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
@@ -240,14 +235,7 @@ PICTURES = (
         showing_rows,
         quantities_title,
     ),
-    Picture(
-        "bifurcation",
-        draw_bifurcation,
-        describe_bifurcation,
-        fits_bifurcation,
-        showing,
-        bifurcation_title,
-    ),
+    BIFURCATION,
     Picture(
         "section",
         draw_sections,

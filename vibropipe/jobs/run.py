@@ -24,13 +24,7 @@ from vibropipe.jobs.up_to_date import shard_file, stale_files, write_mark
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.values import NAME
-from vibropipe.study import (
-    Config,
-    Study,
-    config_of_files,
-    load_config,
-    load_study,
-)
+from vibropipe.study import Config, Study, config_of_files, load_config, load_study
 
 CONFIG = "config/config.yaml"
 # Seconds of work, on one core, for each thread of a scene; and where its kernels have to be compiled first, which takes

@@ -18,13 +18,7 @@ import numpy as np
 
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import (
-    StoreError,
-    attributes_of,
-    expected_changes,
-    read_sidecar,
-    scene_files,
-)
+from vibropipe.store import StoreError, attributes_of, expected_changes, read_sidecar, scene_files
 from vibropipe.study import Study, StudyError, fingerprint, study_of_text
 from vibropipe.words.wording import count
 

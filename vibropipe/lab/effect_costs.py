@@ -33,11 +33,7 @@ from vibropipe.physics.effects import Effects, all_effects, effect_names, effect
 from vibropipe.solve.motion.run import closed_form_solver, run_motion
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.rows.many import solve_piece
-from vibropipe.solve.rows.row_results import (
-    ORBIT_LOG_CAPACITY,
-    new_impact_buffer,
-    new_rows,
-)
+from vibropipe.solve.rows.row_results import ORBIT_LOG_CAPACITY, new_impact_buffer, new_rows
 from vibropipe.solve.sweep.sweep import MAX_PERIODS, sweep
 from vibropipe.solve.sweep.sweep_grid import ROWS_PER_CALL
 from vibropipe.store.encoding import encode

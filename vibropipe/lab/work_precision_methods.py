@@ -12,15 +12,7 @@ import numpy as np
 from vibropipe.lab.crude import crude_repeatedly
 from vibropipe.lab.timing import Repeat, repeated
 from vibropipe.march.grid import StepGrid, exact_grid, grid_time, newmark_grid
-from vibropipe.march.log import (
-    EVALUATIONS,
-    IMPACTS,
-    POLYNOMIALS,
-    STEPS,
-    Log,
-    Samples,
-    new_log,
-)
+from vibropipe.march.log import EVALUATIONS, IMPACTS, POLYNOMIALS, STEPS, Log, Samples, new_log
 from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state

@@ -16,14 +16,7 @@ from pydantic.fields import FieldInfo
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.grids import A_GRID, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.motions import MotionKeys
-from vibropipe.scenes.keys.problems import (
-    KeyPath,
-    Problem,
-    describe,
-    one_of,
-    required,
-    unknown,
-)
+from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, one_of, required, unknown
 from vibropipe.scenes.keys.values import REFUSED, Rule
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.models import study_model

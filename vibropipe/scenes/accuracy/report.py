@@ -24,14 +24,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.palette import BAND, EXACT, GREY, INK, METHODS
 from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import (
-    Answer,
-    Datasets,
-    Line,
-    Side,
-    of_each,
-    tables_of_each,
-)
+from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each, tables_of_each
 from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
 from vibropipe.scenes.kind import Picture, ReportPart, showing

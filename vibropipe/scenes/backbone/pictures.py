@@ -10,13 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import (
-    format_number,
-    frequency,
-    plain_symbol,
-    plain_value,
-    sentences,
-)
+from vibropipe.figures.text import format_number, frequency, plain_symbol, plain_value, sentences
 from vibropipe.scenes.backbone.curves import (
     draw_amplitude_frequency,
     draw_backbone,

@@ -14,13 +14,7 @@ from matplotlib.ticker import MaxNLocator
 from vibropipe.figures.canvas import SMALL, WIDE, axes, colour_bar, new_canvas, zero_line
 from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED, shades
 from vibropipe.figures.style import LINE_MARKERS
-from vibropipe.figures.text import (
-    format_number,
-    plain_symbol_of,
-    sentences,
-    symbol_of,
-    with_units,
-)
+from vibropipe.figures.text import format_number, plain_symbol_of, sentences, symbol_of, with_units
 from vibropipe.scenes.design.data import (
     Part,
     beating,

@@ -11,12 +11,7 @@ import xarray as xr
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Answer, Table
-from vibropipe.scenes.design.data import (
-    has_tolerances,
-    has_yield,
-    numbers,
-    wanted_parts,
-)
+from vibropipe.scenes.design.data import has_tolerances, has_yield, numbers, wanted_parts
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.wording import series
 

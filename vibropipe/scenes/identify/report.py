@@ -7,16 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number, parameter_names, plain_symbol_of, with_units
-from vibropipe.report.parts import (
-    DASH,
-    Answer,
-    Datasets,
-    Row,
-    Side,
-    Table,
-    of_each,
-    tables_of_each,
-)
+from vibropipe.report.parts import DASH, Answer, Datasets, Row, Side, Table, of_each, tables_of_each
 from vibropipe.scenes.identify.pictures import Column, columns, digits_for, noise_text, results
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult

@@ -19,13 +19,7 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
-from vibropipe.scenes.keys.problems import (
-    KeyPath,
-    Problem,
-    argument_path,
-    refused,
-    required,
-)
+from vibropipe.scenes.keys.problems import KeyPath, Problem, argument_path, refused, required
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import check_soft
 from vibropipe.words.exciter import EFFECTS as RECORDS

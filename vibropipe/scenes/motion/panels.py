@@ -35,12 +35,7 @@ from vibropipe.figures.phase_plane import (
 )
 from vibropipe.figures.style import EXACT_COLOUR, rasterise_many
 from vibropipe.figures.text import axis_label, clock, force_amplitude, times_of
-from vibropipe.scenes.motion.curves import (
-    curve,
-    forcing_period,
-    jumps,
-    velocities_at_impacts,
-)
+from vibropipe.scenes.motion.curves import curve, forcing_period, jumps, velocities_at_impacts
 
 HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8}  # cm
 LEFT, BOTTOM, TOP, GAP = 1.6, 1.1, 0.55, 0.45  # cm

@@ -26,12 +26,7 @@ from vibropipe.scenes.sweep.captions import (
     left_out_text,
     unresolved_text,
 )
-from vibropipe.scenes.sweep.curves import (
-    LEGEND_COLUMNS,
-    draw_bars,
-    finish,
-    legend_patches,
-)
+from vibropipe.scenes.sweep.curves import LEGEND_COLUMNS, draw_bars, finish, legend_patches
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.layout import (
     LEFT,

@@ -16,24 +16,11 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibropipe.figures.canvas import (
-    LEGEND_LINE,
-    axes,
-    legend_below,
-    note,
-    plain_ticks,
-    zero_line,
-)
+from vibropipe.figures.canvas import LEGEND_LINE, axes, legend_below, note, plain_ticks, zero_line
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
 from vibropipe.figures.style import keep_zero_scale, write_centred
-from vibropipe.figures.text import (
-    REGIME_TEXT,
-    format_number,
-    regime_name,
-    symbol_of,
-    value_text,
-)
+from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, symbol_of, value_text
 from vibropipe.scenes.sweep.layout import (
     BAR_CM,
     LEFT,

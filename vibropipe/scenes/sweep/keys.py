@@ -27,14 +27,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import (
-    MAX_LINES,
-    Follow,
-    Solver,
-    Start,
-    SweptName,
-    figure_key,
-)
+from vibropipe.scenes.keys.parts import MAX_LINES, Follow, Solver, Start, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure

@@ -44,9 +44,7 @@ NAMES_SCHEMA = {
 class TargetRule(NumberOrUnit):
     """A number, or a curve: a list of pairs of phase, in forcing periods, and displacement."""
 
-    @property
-    def allowed(self) -> str:  # noqa: D102 - as Rule
-        return "a finite number or, of displacement, a list of pairs [phase, displacement]"
+    allowed = "a finite number or, of displacement, a list of pairs [phase, displacement]"
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102
@@ -67,9 +65,7 @@ class TargetRule(NumberOrUnit):
 class BoundRule(TextRule):
     """Bounds of a quantity, as text."""
 
-    @property
-    def allowed(self) -> str:  # noqa: D102 - as Rule
-        return 'bounds in quotes, such as "< 0.8" or "> 0.1, < 0.8"; with units "< 0.8 m/s"'
+    allowed = 'bounds in quotes, such as "< 0.8" or "> 0.1, < 0.8"; with units "< 0.8 m/s"'
 
     def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not any(sign in value for sign in "<>"):

@@ -45,9 +45,7 @@ Text = Annotated[str, TextRule(200)]
 class ColumnRule(NumberOrUnit):
     """A column of a table: a list of numbers."""
 
-    @property
-    def allowed(self) -> str:  # noqa: D102 - as Rule
-        return "a list of finite numbers"
+    allowed = "a list of finite numbers"
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102

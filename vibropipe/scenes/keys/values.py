@@ -249,9 +249,7 @@ class TextRule(Rule):
 class NameRule(Rule):
     """A name that becomes a part of file names."""
 
-    @property
-    def allowed(self) -> str:  # noqa: D102
-        return "a name of a-z, 0-9 and _ that begins with a letter, at most 64 long"
+    allowed = "a name of a-z, 0-9 and _ that begins with a letter, at most 64 long"
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102

@@ -1,4 +1,4 @@
-"""Orbits with soft supports and friction in 40 digits: Newton's method on the motions of `lab.reference_pieces`."""
+"""Orbits with soft supports and friction in 40 digits: Newton's method on the motions of `lab.reference_solver`."""
 
 from __future__ import annotations
 
@@ -10,8 +10,8 @@ import mpmath as mp
 import numpy as np
 
 import vibropipe as vp
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
-from vibropipe.lab.reference_solver import DIGITS, Series, period_of, value_at
+from vibropipe.lab.power_series import DIGITS, Series, period_of, value_at
+from vibropipe.lab.reference_solver import ReferenceSolver
 
 # Step of the differences that give the derivative of the return map, to half the digits.
 STEP = Decimal(10) ** -18
@@ -30,14 +30,14 @@ def gauss_nodes() -> list[tuple[Decimal, Decimal]]:
         ]  # fmt: skip
 
 
-class Integrating(PieceReferenceSolver):
+class Integrating(ReferenceSolver):
     """The solver, which also integrates x exp(-i k nu tau)."""
 
     def __init__(self, exciter: vp.Exciter, harmonics: int) -> None:
         super().__init__(exciter)
         self.nodes, self.sums = gauss_nodes(), np.zeros(harmonics + 1, complex)
 
-    def pass_pieces(self, span: Decimal, x: Series) -> None:
+    def pass_time(self, span: Decimal, x: Series) -> None:
         stop = min(self.times_left[0] - self.tau, span) if self.times_left else Decimal(0)
         if stop > 0:
             for node, weight in self.nodes:
@@ -45,7 +45,7 @@ class Integrating(PieceReferenceSolver):
                 turn = float((self.nu * (self.tau + t)) % (2 * Decimal(mp.nstr(mp.pi, DIGITS))))
                 value = float(weight * stop * value_at(x, t))
                 self.sums += value * np.exp(-1j * turn * np.arange(len(self.sums)))
-        super().pass_pieces(span, x)
+        super().pass_time(span, x)
 
 
 @dataclass
@@ -64,7 +64,7 @@ def solve_orbit(exciter: vp.Exciter, x: float, v: float, m: int, harmonics: int)
         end = period_of(exciter.nu) * m
 
         def after(at: tuple[Decimal, Decimal]) -> np.ndarray:
-            state: Any = PieceReferenceSolver(exciter).run_pieces(*at, [end]).states[0]
+            state: Any = ReferenceSolver(exciter).run(*at, [end]).states[0]
             return np.array(state)
 
         section = Decimal(x), Decimal(v)
@@ -78,7 +78,7 @@ def solve_orbit(exciter: vp.Exciter, x: float, v: float, m: int, harmonics: int)
             det = a * d - b * c
             section = section[0] + (d * dx - b * dv) / det, section[1] + (a * dv - c * dx) / det
         solver = Integrating(exciter, harmonics)
-        motion = solver.run_pieces(*section, [end])
+        motion = solver.run(*section, [end])
     found = [(e[0], e[3]) for e in motion.events if e[1] in ("in", "impact")]
     return TrueOrbit(section, found, solver.sums / float(end), eigenvalues(matrix))
 

@@ -11,7 +11,7 @@ import xarray as xr
 from long_pieces import solve_orbit
 
 import vibropipe as vp
-from vibropipe.lab.reference_solver import period_of
+from vibropipe.lab.power_series import period_of
 from vibropipe.words.status import Status
 
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "lyapunov", "subharmonics", "sensitivity")

@@ -10,7 +10,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
+from vibropipe.lab.reference_solver import ReferenceSolver
 
 # Speed below which impacts belong to a chatter, of which the exact method completes the last ones in one piece.
 SLOWEST = 1e-4
@@ -42,7 +42,7 @@ def largest_ratio(seed: int) -> float:
     """Return the largest ratio of a true error to its estimate; inf if events differ."""
     exciter, tau_end, x0, v0 = random_motion(seed)
     ds = vp.simulate(exciter, tau_end, x0, v0, accuracy=1e-8, samples_per_period=0, energy=True)
-    exact = PieceReferenceSolver(exciter).run_pieces(x0, v0, [Decimal(tau_end)])
+    exact = ReferenceSolver(exciter).run(x0, v0, [Decimal(tau_end)])
     ratios = [abs(float(ds.energy_residual)) / float(ds.energy_residual_error)]
 
     def compare(name: str, wanted: list[Any], at: np.ndarray) -> None:

@@ -16,7 +16,7 @@ from hypothesis import strategies as st
 import vibropipe as vp
 from vibropipe.lab.hard_cases.case import Solver
 from vibropipe.lab.hard_cases.pieces import agrees_with_reference
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
+from vibropipe.lab.reference_solver import ReferenceSolver
 from vibropipe.words.status import Status
 
 TAU_END = 12.0
@@ -256,9 +256,7 @@ def test_a_soft_support_tends_to_a_rigid_one(z: float) -> None:
 
 def test_the_twin_records_states_and_rests() -> None:
     exciter = vp.Exciter(l=1.0, delta=-1.5, f=-1.0, nu=0.8, friction=0.1)
-    found = PieceReferenceSolver(exciter).run_pieces(
-        -0.5, 0.0, [Decimal(n) / 10 for n in range(1, 11)]
-    )
+    found = ReferenceSolver(exciter).run(-0.5, 0.0, [Decimal(n) / 10 for n in range(1, 11)])
     assert [event[1] for event in found.events] == ["rest", "release"]
     assert float(found.events[1][0]) == pytest.approx(math.asin(0.6) / 0.8, rel=1e-15)
     assert [float(x) for x, _v in found.states[:8]] == [-0.5] * 8

@@ -77,6 +77,7 @@ def compare(
         return None
     truth = ReferenceSolver(exciter).run(x0, v0, [Decimal(tau_end)])
     x, v = truth.states[-1]
+    R1, R2 = Decimal(exciter.R1), Decimal(exciter.R2)
     true = {
         "displacement_end": off([run.end[0]], [x]),
         "velocity_end": off([run.end[1]], [v]),
@@ -85,7 +86,8 @@ def compare(
             run.contacts["impact_velocity"], [impact[2] for impact in truth.impacts]
         ),
         "impact_velocity_after": off(
-            run.contacts["impact_velocity_after"], [impact[3] for impact in truth.impacts]
+            run.contacts["impact_velocity_after"],
+            [-(R1 if support == 1 else R2) * before for _tau, support, before in truth.impacts],
         ),
     }
     over = max(float((true[name] / errors[name]).max(initial=0.0)) for name in true)

@@ -13,13 +13,12 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
-from vibropipe.lab.reference_solver import ReferenceSolver, period_of
+from vibropipe.lab.power_series import period_of
+from vibropipe.lab.reference_solver import ReferenceSolver
 from vibropipe.lab.work_precision_methods import (
     SAMPLES,
     BenchmarkMotion,
     MethodResult,
-    effects_of_motion,
 )
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import drawn_by
@@ -121,10 +120,9 @@ class MotionReference:
         return is_same, lag, float(velocity_error)
 
     def errors(self, result: MethodResult) -> tuple[Outcome, list[float]]:
-        """Return the outcome and the errors of a result.
+        """Return the outcome of a result, MISSED_IMPACT if its impacts are not those of the reference, and its errors.
 
-        Returns the outcome of the method, MISSED_IMPACT if its sequence of impacts is not that of the reference;
-        and the ERRORS of displacement and velocity, relative to their largest magnitudes in the last period and at
+        They are the ERRORS of displacement and velocity, relative to their largest magnitudes in the last period and at
         impacts; of impact times, relative to the forcing period; of harmonics. nan where not comparable.
         """
         if result.outcome == Outcome.DID_NOT_END:
@@ -148,15 +146,5 @@ def reference_motion(
     motion: BenchmarkMotion, times: Sequence[Decimal]
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return (x, x') at the times, and (tau, support, velocity) of impacts and beginnings of soft contacts."""
-    if effects_of_motion(motion).has_pieces:
-        pieces = PieceReferenceSolver(motion.exciter).run_pieces(motion.x0, motion.v0, times)
-        states = pieces.states
-        impacts = [
-            (tau, support, velocity)
-            for tau, kind, support, velocity in pieces.events
-            if kind in ("in", "impact")
-        ]
-    else:
-        exact_motion = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
-        states, impacts = exact_motion.states, [impact[:3] for impact in exact_motion.impacts]
-    return np.array(states, dtype=float), np.array(impacts, dtype=float).reshape(-1, 3)
+    exact = ReferenceSolver(motion.exciter).run(motion.x0, motion.v0, times)
+    return np.array(exact.states, dtype=float), np.array(exact.impacts, dtype=float).reshape(-1, 3)

@@ -12,7 +12,7 @@ import numpy as np
 
 from vibropipe.lab.hard_cases.analytic import first_peak
 from vibropipe.lab.hard_cases.case import Solver, count_wrong, end_state, expect, largest_error
-from vibropipe.lab.reference_pieces import PieceReferenceSolver
+from vibropipe.lab.reference_solver import ReferenceSolver
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.restitution import SUPPORTS
 
@@ -51,7 +51,7 @@ def agrees_with_reference(solver: Solver, tasks: Sequence[Task]) -> Iterator[flo
     """
     for exciter, tau_end, x0, v0 in tasks:
         motion = solver.motion(exciter, tau_end, x0, v0)
-        exact = PieceReferenceSolver(exciter).run_pieces(x0, v0, [Decimal(tau_end)])
+        exact = ReferenceSolver(exciter).run(x0, v0, [Decimal(tau_end)])
         yield from np.abs(np.subtract(end_state(motion), np.array(exact.states[0], float)))
         events = events_of(motion)
         for name in ("impact", "out", "stick", "slip"):

@@ -110,14 +110,9 @@ def shades(amount: int, ends: tuple[str, str] = BLUES) -> list[str]:
     return [_mixed(light, dark, part) for part in parts]
 
 
-def lighter(colour: str, part: float = 0.45) -> str:
-    """Return a colour mixed with white, for the second of two that share a regime."""
-    return _mixed(to_rgb(colour), (1.0, 1.0, 1.0), part)
-
-
-def darker(colour: str, part: float = 0.4) -> str:
-    """Return a colour mixed with black."""
-    return _mixed(to_rgb(colour), (0.0, 0.0, 0.0), part)
+def shaded(colour: str, shade: float) -> str:
+    """Mix a colour with white (shade > 0) or black (shade < 0)."""
+    return _mixed(to_rgb(colour), (1.0, 1.0, 1.0) if shade > 0 else (0.0, 0.0, 0.0), abs(shade))
 
 
 Rgb = tuple[float, float, float]

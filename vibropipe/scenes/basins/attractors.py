@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import words_of
-from vibropipe.figures.palette import INK, MIN_STEP, REGIME_STYLES, darker, lighter, lightness
+from vibropipe.figures.palette import INK, MIN_STEP, REGIME_STYLES, lightness, shaded
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.words.regimes import Regime
 
@@ -197,7 +197,7 @@ def distinct_colours(names: Sequence[str]) -> list[str]:
         if n in found:
             continue
         base, others = REGIME_STYLES[name].colour, [lightness(each) for each in found.values()]
-        shades = [lighter(base, s) if s > 0 else darker(base, -s) for s in SHADES]
+        shades = [shaded(base, s) for s in SHADES]
         gaps = [min(abs(lightness(shade) - other) for other in others) for shade in shades]
         free = [k for k, gap in enumerate(gaps) if gap >= MIN_STEP]
         found[n] = shades[free[0] if free else int(np.argmax(gaps))]

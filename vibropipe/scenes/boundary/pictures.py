@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.motion_words import amount_text, number_word, times_word
-from vibropipe.figures.palette import INK, REGIME_STYLES, lighter
+from vibropipe.figures.palette import INK, REGIME_STYLES, shaded
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
     axis_label,
@@ -164,7 +164,7 @@ def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> 
 
 def faded(name: str) -> str:
     """Return the colour of a regime mixed with white."""
-    return lighter(REGIME_STYLES[name].colour, FADED)
+    return shaded(REGIME_STYLES[name].colour, FADED)
 
 
 def draw_regimes(ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, x: str, y: str) -> None:

@@ -10,11 +10,10 @@ from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
-from matplotlib.colors import to_hex, to_rgb
 from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import orbit_text
-from vibropipe.figures.palette import REGIME_STYLES, RegimeStyle
+from vibropipe.figures.palette import REGIME_STYLES, RegimeStyle, shaded
 from vibropipe.figures.text import REGIME_TEXT, regime_name, times
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
@@ -165,13 +164,6 @@ def with_looks(laws: list[Law]) -> list[Law]:
             shade, hatch = SHADES[(rank - 1) % len(SHADES)]
         looks.append(Law(law.regime, law.m, law.p1, law.p2, shaded(base, shade), hatch))
     return looks
-
-
-def shaded(colour: str, shade: float) -> str:
-    """Mix a colour with white (shade > 0) or black (shade < 0)."""
-    target, share = (1.0 if shade > 0 else 0.0), abs(shade)
-    red, green, blue = ((1 - share) * part + share * target for part in to_rgb(colour))
-    return str(to_hex((red, green, blue)))
 
 
 def chosen_rows(dataset: xr.Dataset, most: int) -> list[tuple[int, Law]]:

@@ -13,14 +13,9 @@ Progress = Callable[[int, int], None]
 class WorkCount:
     """Counts the steps of some work for its progress.
 
-    Attributes
-    ----------
-    total : int
-        All steps, or 0 if that is unknown.
-    progress : Progress, optional
-        Called whenever steps are added.
-    done : int
-        Steps done.
+    total : all steps, or 0 if that is unknown
+    progress : called whenever steps are added
+    done : steps done
     """
 
     total: int
@@ -37,19 +32,10 @@ class WorkCount:
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
     """Return the callback of a part of some work, which reports the progress of all of it.
 
-    Parameters
-    ----------
-    progress : Progress or None
-        The callback of all the work.
-    before : int
-        What is done before the part begins.
-    total : int
-        All the work, or 0 if that is unknown.
-
-    Returns
-    -------
-    Progress or None
-        None if `progress` is None.
+    progress : the callback of all the work
+    before : what is done before the part begins
+    total : all the work, or 0 if that is unknown
+    Returns None if `progress` is None.
     """
     if progress is None:
         return None

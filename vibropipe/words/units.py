@@ -90,12 +90,8 @@ _CYCLES = ("hertz", "turn", "revolution", "radian", "cycle", "degree", "rpm")
 class UnitError(ValueError):
     """A value that is no quantity of its dimension.
 
-    Parameters
-    ----------
-    allowed : str
-        What is allowed, a noun phrase.
-    hint : str
-        What is wrong with the unit, or what was probably meant; may be empty.
+    allowed : what is allowed, a noun phrase
+    hint : what is wrong with the unit, or what was probably meant; may be empty
     """
 
     def __init__(self, allowed: str, hint: str = "") -> None:
@@ -113,20 +109,11 @@ def allowed_text(dimension: str, numbers: bool = False) -> str:
 def to_si(value: Any, dimension: str, numbers: bool = False) -> float:
     """Return a quantity as a finite number in SI.
 
-    Parameters
-    ----------
-    value : str, number or pint.Quantity
-        Number and unit as text ("8 mm"); a quantity of any registry of pint; a number, which must be 0 unless
-        `numbers`. A frequency in Hz counts cycles: 9 Hz is 2 pi 9 rad/s.
-    dimension : str
-        One of `DIMENSIONS`.
-    numbers : bool
-        Whether bare numbers are in SI, instead of an error.
-
-    Raises
-    ------
-    UnitError
-        If the value has no unit, an unknown one or one of another dimension, or is not finite.
+    value : number and unit as text ("8 mm"); a quantity of any registry of pint; a number, which must be 0 unless
+        `numbers`. A frequency in Hz counts cycles: 9 Hz is 2 pi 9 rad/s
+    dimension : one of `DIMENSIONS`
+    numbers : whether bare numbers are in SI, instead of an error
+    Raises UnitError if the value has no unit, an unknown one or one of another dimension, or is not finite.
     """
     allowed = allowed_text(dimension, numbers)
     if isinstance(value, str):
@@ -169,10 +156,7 @@ def allowed_unit(dimension: str) -> str:
 def check_unit(unit: Any, dimension: str) -> str:
     """Return a unit of a dimension without blanks around it, or raise UnitError.
 
-    Raises
-    ------
-    UnitError
-        If it is no unit, or one of another dimension; the hint suggests the nearest usual one.
+    Raises UnitError if it is no unit, or one of another dimension; the hint suggests the nearest usual one.
     """
     usual = _USUAL[dimension]
     noun = DIMENSIONS[dimension].noun.split()[1]

@@ -106,16 +106,9 @@ def drawn_by(kind: str) -> tuple[str, ...]:
 def quantity(name: str) -> Quantity:
     """Return the table's entry of a quantity.
 
-    Parameters
-    ----------
-    name : str
-        Name of a variable. `<name>_error` is the error estimate of `<name>`, in its units; so are others of `SUFFIXES`.
-        `<name>_sensitivity` is its derivative by each parameter, in its units over those of the parameter.
-
-    Raises
-    ------
-    KeyError
-        If the table has no such quantity.
+    name : name of a variable. `<name>_error` is the error estimate of `<name>`, in its units; so are others of
+        `SUFFIXES`. `<name>_sensitivity` is its derivative by each parameter, in its units over those of the parameter
+    Raises KeyError if the table has no such quantity.
     """
     entry = VOCABULARY.get(name)
     if entry is not None:
@@ -229,10 +222,7 @@ def describe(dataset: Described) -> Described:
     Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require. Energies of one
     motion are from its start to its end, all others per forcing period.
 
-    Raises
-    ------
-    KeyError
-        If the table has no quantity of the name of a variable.
+    Raises KeyError if the table has no quantity of the name of a variable.
     """
     for name, variable in dataset.variables.items():
         attrs = attributes(str(name))

@@ -22,6 +22,7 @@ from vibropipe.lab.peers.packages import heyoka_peer, is_for_nivp, nivp_peer
 from vibropipe.lab.peers.solve_ivp import scipy_peer
 from vibropipe.lab.timing import Timer, compile_side_by_side, repeated, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, Candidate
+from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.load_steps import MAX_TABLE
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome, is_installed
@@ -36,13 +37,11 @@ if TYPE_CHECKING:
 TIME_SIDES = ("", "_low", "_high")
 
 
-def solve_quietly(motion: BenchmarkMotion, **settings: Any) -> Any:
+def solve_quietly(exciter: Exciter, tau_end: float, x0: float, v0: float, **settings: Any) -> Any:
     """Return the dataset of `simulate` without samples; what it cannot reach stands in its status, not in warnings."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return simulate(
-            motion.exciter, motion.tau_end, motion.x0, motion.v0, samples_per_period=0, **settings
-        )
+        return simulate(exciter, tau_end, x0, v0, samples_per_period=0, **settings)
 
 
 def true_error(dataset: Any, load: float, reference: MotionReference) -> float:
@@ -77,9 +76,10 @@ def ask(
     rows: dict[str, list[float]] = {
         name: [] for name in ("asked_estimate", "asked_error", "asked_steps", "asked_status")
     }
-    timers = [Timer(repeated(partial(solve_quietly, motion)), motion.periods)]
+    given = motion.exciter, motion.tau_end, motion.x0, motion.v0
+    timers = [Timer(repeated(partial(solve_quietly, *given)), motion.periods)]
     for accuracy in accuracies:
-        dataset = solve_quietly(motion, accuracy=accuracy)
+        dataset = solve_quietly(*given, accuracy=accuracy)
         method = str(dataset.attrs["method"])
         row = (
             float(dataset.attrs["accuracy_reached"]),
@@ -89,7 +89,7 @@ def ask(
         )
         for name, value in zip(rows, row, strict=True):
             rows[name].append(value)
-        call = repeated(partial(solve_quietly, motion, accuracy=accuracy))
+        call = repeated(partial(solve_quietly, *given, accuracy=accuracy))
         timers.append(Timer(call, motion.periods, is_warm=True))
     time_in_rounds(timers, repeats)
     plain, *asked = (timer.quartiles() for timer in timers)

@@ -9,7 +9,6 @@ event for each support, and the exact method.
 from __future__ import annotations
 
 import math
-import warnings
 from collections.abc import Callable, Mapping, Sequence
 from contextlib import suppress
 from decimal import Decimal, localcontext
@@ -21,10 +20,9 @@ from numpy.typing import NDArray
 from vibropipe.lab.hard_cases.contacts import FALL, FIRST_TAU, PRESSED, chatter_series
 from vibropipe.lab.motion_reference import MotionReference
 from vibropipe.lab.peers.solve_ivp import Recorder, WorkError, solve_by_scipy
-from vibropipe.lab.work_precision import Entry, build
+from vibropipe.lab.work_precision import Entry, build, solve_quietly
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, newmark_crude
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.motion.simulate import simulate
 from vibropipe.words.measurements import Outcome
 
 METHODS = ("crude", "newmark", "DOP853", "DOP853_loose", "DOP853_short", "exact", "closed")
@@ -45,13 +43,6 @@ FIGURE_6 = Exciter(nu=1.0, f=-1.0, h=0.2, l=0.5, R1=0.7, R2=0.7)
 NO_FORCE = 1e-300
 
 Values = dict[str, NDArray[np.float64]]
-
-
-def solve_quietly(exciter: Exciter, tau_end: float, x0: float, v0: float, **settings: Any) -> Any:
-    """Return the motion without samples; that flights are shorter than a step needs no warning here."""
-    with warnings.catch_warnings():
-        warnings.simplefilter("ignore")
-        return simulate(exciter, tau_end, x0, v0, samples_per_period=0, **settings)
 
 
 class Found(NamedTuple):

@@ -11,6 +11,7 @@ from vibropipe.march.log import new_log
 from vibropipe.march.loop import march
 from vibropipe.march.piece_log import CAUSE, PIECES, piece_log_of
 from vibropipe.march.piece_state import start_state
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.pieces import (
     add_harmonics_of_pieces,
     integrate_piece,
@@ -68,8 +69,9 @@ def test_harmonics_in_closed_form_are_those_by_quadrature(case: str) -> None:
     e, p, log, _end = two_periods(case, 0.05, -0.3)
     closed, work, quadrature = (np.zeros(5, complex) for _ in range(3))
     add_harmonics_of_pieces(e, p, log.pieces, np.int64(2), closed, work)
+    none = Integrals(np.zeros(5), np.zeros(0))
     for i in range(int(log.pieces.counts[PIECES])):
-        integrate_piece(e, p, log.pieces, i, np.int64(2), quadrature, np.zeros(5))
+        integrate_piece(e, p, log.pieces, i, np.int64(2), quadrature, none)
     assert abs(closed - quadrature).max() < 1e-14
 
 

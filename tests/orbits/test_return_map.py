@@ -13,6 +13,7 @@ from vibropipe.march.grid import Instant, exact_grid, grid_time
 from vibropipe.march.log import RESTS, new_log
 from vibropipe.march.loop import march
 from vibropipe.march.state import REST, initial_state
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.harmonics import add_support_forces, divide_by_stiffness
 from vibropipe.orbits.quadrature import integrate_along
 from vibropipe.orbits.return_map import floquet_multipliers, return_map_jacobian, state_xv
@@ -108,8 +109,9 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     complete = divide_by_stiffness(p, m, float(m), closed)
     x, v = state_xv(p, orbit.state)
     energy = np.zeros(2)
+    sums = Integrals(energy, np.zeros(0))
     integrate_along(
-        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, energy, np.empty(DEGREE + 1)
+        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, sums, np.empty(DEGREE + 1)
     )
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
     np.testing.assert_allclose(closed[kept], direct[kept] / m, atol=1e-9)

@@ -92,7 +92,7 @@ def test_every_variable_states_its_unit_in_si() -> None:
 
 
 # Powers of the unit of length, by the dimension; times do not depend on it.
-POWERS = {"length": 1, "velocity": 1, "force": 1, "energy": 2}
+POWERS = {"length": 1, "velocity": 1, "force": 1, "energy": 2, "power": 2, "impulse": 1}
 
 
 def datasets(unit: float) -> dict[str, xr.Dataset]:

@@ -132,11 +132,11 @@ SWEPT = "scenes.sweep.over.omega"
          f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
         ("over: {omega", "over: {nu",
          "scenes.sweep.over.nu: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
-         "friction, F2, phi2, R1, R2 (with its unit, nu is "
+         "friction, F2, phi2, R1, R2, wear_exponent (with its unit, nu is "
          "omega)"),
         ("delta: [0, 1 mm]", "m: [1 kg]",
          "scenes.sweep.over.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
-         "friction, F2, phi2, R1, R2"),
+         "friction, F2, phi2, R1, R2, wear_exponent"),
         ("[0, 1 mm]", "[1 mm, 0]",
          "scenes.sweep.over.delta: must be increasing numbers, each once, got 0 after 1 mm"),
         ("start: 20 rad/s, stop: 200 rad/s", "start: 30 Hz, stop: 3 Hz",

@@ -51,7 +51,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         (
             "{kind: sweep, over: {x: [1]}}",
             "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, load, friction, "
-            "f2, phi2, x0, v0 (did you "
+            "f2, phi2, wear_exponent, x0, v0 (did you "
             "mean 'x0'?)",
         ),
         (
@@ -210,7 +210,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, outputs: []}",
-            "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, subharmonics, "
+            "s.outputs: must be a list of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, "
             "poincare, lyapunov, sensitivity, got an "
             "empty list",
         ),
@@ -220,7 +220,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: motion, outputs: [harmonic]}",
-            "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, subharmonics, "
+            "s.outputs[0]: must be one of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, "
             "poincare, lyapunov, sensitivity, got "
             "'harmonic' (did you mean 'harmonics'?)",
         ),

@@ -69,8 +69,8 @@ def test_a_study_takes_the_methods_of_a_motion():
 
 def test_outputs_of_each_face_are_among_all():
     assert (
-        *("harmonics", "impacts", "motion", "stability", "energy"),
-        *("subharmonics", "poincare", "lyapunov", "sensitivity"),
+        *("harmonics", "impacts", "motion", "stability", "energy", "power"),
+        *("frame", "subharmonics", "poincare", "lyapunov", "sensitivity"),
     ) == OUTPUTS
     for some in (SWEEP_DEFAULT, MOTION_DEFAULT, OF_MOTION, OF_STEADY_STATE, OF_ORBIT):
         assert set(some) <= set(OUTPUTS)

@@ -29,6 +29,8 @@ PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m s-1": (("m s-1", 1.0), ("mm/s", 1e3)),
     "N": (("kN", 1e-3), ("N", 1.0), ("mN", 1e3)),
     "J": (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6)),
+    "W": (("kW", 1e-3), ("W", 1.0), ("mW", 1e3)),
+    "N s": (("N s", 1.0), ("mN s", 1e3)),
     "s": (("s", 1.0), ("ms", 1e3)),
 }
 # The largest magnitude of a unit, and that of each parameter, is at least this in the prefix that is chosen.

@@ -5,6 +5,15 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.orbits.forces import (
+    ACCELERATION,
+    FORCE_MAX,
+    IMPULSE,
+    NODES,
+    SQUARE,
+    WEIGHTS,
+    add_forces_of_flight,
+)
 from vibropipe.orbits.outputs import (
     NO_IMPACT,
     regime_of,
@@ -72,6 +81,13 @@ def _add_second(p, x, amplitudes, energy, motion, row) -> None:
             rotated = 2.0 * x * phase_factor(-2.0 * i / motion.shape[2])
             motion[row, 0, i] += rotated.real
             motion[row, 1, i] -= 2.0 * p.nu * rotated.imag
+
+
+@jit
+def write_forces_of_flight(e, p, x, v, out, row, c) -> None:
+    """Write the forces of a solved row without contacts from its section (x, v), if requested; c : work array."""
+    if out.forces.shape[1] > 0:
+        add_forces_of_flight(e, p, x, v, float(out.period_multiple[row]), out.forces[row], c)
 
 
 @jit_inline
@@ -149,6 +165,21 @@ def _conservative_impacts(orbit, speeds, count, position, velocity, support, row
 
 
 @jit
+def _conservative_forces(p, orbit, speeds, forces) -> None:
+    """Write the forces of a conservative orbit over its own period: x'' = -x, and twice the speed of each impact."""
+    if forces.size > 0:
+        for swing in range(2):
+            from_top = orbit.half * swing - orbit.time_from_top
+            for g in range(NODES.size):
+                x, _v = arc_state(orbit, from_top + orbit.half * NODES[g])
+                forces[ACCELERATION] -= WEIGHTS[g] * orbit.half * x
+                forces[SQUARE] += WEIGHTS[g] * orbit.half * x * x
+            end, _v = arc_state(orbit, from_top)
+            forces[FORCE_MAX] = max(forces[FORCE_MAX], abs(p.load + end))
+            forces[IMPULSE + swing] = 2.0 * speeds[swing]
+
+
+@jit
 def solve_conservative(p, x, v, out, row, first, c):
     """Solve a conservative row (h = f = 0, R1 = R2 = 1) in closed form.
 
@@ -198,5 +229,6 @@ def solve_conservative(p, x, v, out, row, first, c):
     )
     write_largest(speeds, out.impacts[row], out.impact_velocity_max, row)
     _conservative_motion(orbit, out.motion, row)
+    _conservative_forces(p, orbit, speeds, out.forces[row])
     out.frequency[row] = math.pi / orbit.half
     return x, v

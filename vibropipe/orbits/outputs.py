@@ -7,6 +7,7 @@ import math
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS
 from vibropipe.march.state import REST
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
 from vibropipe.orbits.pieces import add_energy_of_pieces, add_harmonics_of_pieces
 from vibropipe.orbits.quadrature import add_energy, add_losses, replace_resonant_harmonics
@@ -183,8 +184,10 @@ def orbit_exponent(p, steady, impacts):
 
 
 @jit
-def write_energy(e, p, steady, log, c, work, energy, row) -> None:
+def write_energy(e, p, steady, log, c, work, out, row) -> None:
     """Write the energies of a closed orbit: work of the force, losses by damping, at both supports, by friction.
+
+    And its forces, if they are requested.
 
     Parameters
     ----------
@@ -196,30 +199,31 @@ def write_energy(e, p, steady, log, c, work, energy, row) -> None:
         Its contacts.
     work : tuple of ndarray
         As for `write_amplitudes`.
-    energy : (rows, 5) float, (rows, 6) with soft supports or friction
-        The change of the stored energy, last, stays zero. Zero on entry, or without entries.
+    out : RowResults
+        `energy` and `forces`: zero on entry, or without entries. The change of the stored energy, last, stays zero.
     row : int
-        Index into `energy`.
+        Index into `out`.
     """
-    if energy.size > 0:
-        energy_of(log.pieces, e, p, steady, log, c, work, energy[row])
+    if out.energy.size > 0:
+        sums = Integrals(out.energy[row], out.forces[row])
+        energy_of(log.pieces, e, p, steady, log, c, work, sums)
 
 
 @jit
-def add_energies(e, p, log, energy) -> None:
-    """Add the energies of logged pieces and impacts to `energy`, (5,) or longer: those of `write_energy`."""
-    add_energy_of_pieces(e, p, log.pieces, energy)
-    add_losses(p, log, energy[2:])
+def add_energies(e, p, log, sums) -> None:
+    """Add the energies of logged pieces and impacts to `Integrals`: those of `write_energy`."""
+    add_energy_of_pieces(e, p, log.pieces, sums)
+    add_losses(p, log, sums)
 
 
 @jit
-def energy_of(pieces, e, p, steady, log, c, work, energy) -> None:
+def energy_of(pieces, e, p, steady, log, c, work, sums) -> None:
     """Add what `write_energy` writes; pieces : `log.pieces`."""
     if pieces is not None:
-        add_energies(e, p, log, energy)
+        add_energies(e, p, log, sums)
     else:
         x, v = state_xv(p, steady.state)
-        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, work[0][:0], energy, c)
+        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, work[0][:0], sums, c)
 
 
 @jit

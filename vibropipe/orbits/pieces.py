@@ -32,8 +32,8 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.march.piece_state import coefficients, net_force
 from vibropipe.march.state import restitution_of
+from vibropipe.orbits.forces import IMPULSE, NODES, WEIGHTS, Integrals, Step, add_forces, note_still
 from vibropipe.orbits.harmonics import RESONANT
-from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
 from vibropipe.physics.decay import ALIVE, FOLLOWING, decay_of, decay_of_kind, decayed_taylor
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
@@ -42,7 +42,14 @@ from vibropipe.physics.load import fastest_forcing, force_at, force_times, forci
 from vibropipe.physics.load_harmonics import reaction_integral
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.saltation import product, saltation_matrix
-from vibropipe.physics.stiffness import damping_of, piece_flow, piece_rate, piece_taylor
+from vibropipe.physics.stiffness import (
+    damping_of,
+    is_soft,
+    piece_flow,
+    piece_rate,
+    piece_taylor,
+    stiffness_of,
+)
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
 
 # Steps of a piece above which it is looked at whether its exponentials have decayed.
@@ -163,7 +170,8 @@ def add_harmonics_of_pieces(e, p, pieces, m, out, direct) -> None:
         for k in range(out.size):
             direct[k] = 0.0
         for i in range(pieces.counts[PIECES]):
-            integrate_piece(e, p, pieces, i, m, direct, pieces.energy)
+            sums = Integrals(pieces.energy, pieces.energy[:0])
+            integrate_piece(e, p, pieces, i, m, direct, sums)
     for k in range(out.size):
         total, is_accurate = complex(0.0, 0.0), True
         for i in range(pieces.counts[PIECES]):
@@ -198,7 +206,7 @@ def decay_after(e, p, pieces, i, span, y, w):
 
 
 @jit
-def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
+def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     """Add the integrals over piece i by Gauss quadrature.
 
     Parameters
@@ -209,8 +217,9 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
         Denominator of the frequencies k nu/m.
     out : (n,) complex
         out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
-    energy : (5,) float
-        Increased by the work of the force and the losses by damping, at support 1 and 2, and by friction.
+    sums : Integrals
+        energy : (5,) float
+            Increased by the work of the force and the losses by damping, at support 1 and 2, and by friction.
     """
     home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
     start, span = pieces.values[i, AT], pieces.values[i, SPAN]
@@ -221,14 +230,17 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
         x = to_displacement(p, home, y)
         for k in range(out.size):
             out[k] += x * phase_integral(k / m, start, end_of_piece(p, pieces, i))
+        note_still(p, sums.forces)
+        if sums.forces.size > 0 and is_soft(e, p, home) and y < 0.0:
+            sums.forces[IMPULSE + home - 1] -= stiffness_of(p, home) * y * span
         return
     friction = friction_of(e, p)
     if e.friction is not None:
-        energy[4] += friction * abs(pieces.values[i, Y_END] - y)
+        sums.energy[4] += friction * abs(pieces.values[i, Y_END] - y)
     stiffness, damping = coefficients(e, p, home, form == CONTACT)
     steps = steps_of_span(p, stiffness, damping, span, e.second_harmonic)
     if steps <= MANY_STEPS:
-        integrate_stretch(e, p, pieces, i, m, out, energy, 0.0, span, y, w, ALIVE, steps)
+        integrate_stretch(e, p, pieces, i, m, out, sums, 0.0, span, y, w, ALIVE, steps)
         return
     # In stretches, with steps as long as what is left of the motion allows.
     done = 0.0
@@ -239,13 +251,13 @@ def integrate_piece(e, p, pieces, i, m, out, energy) -> None:
             stretch = span - done
         steps = steps_at(decay.rate, stretch)
         y, w = integrate_stretch(
-            e, p, pieces, i, m, out, energy, done, stretch, y, w, decay.kind, steps
+            e, p, pieces, i, m, out, sums, done, stretch, y, w, decay.kind, steps
         )
         done += stretch
 
 
 @jit
-def integrate_stretch(e, p, pieces, i, m, out, energy, done, span, y, w, kind, steps):
+def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, steps):
     """Add what `integrate_piece` does over a stretch of a piece; return (y, w) at its end.
 
     Parameters
@@ -260,12 +272,14 @@ def integrate_stretch(e, p, pieces, i, m, out, energy, done, span, y, w, kind, s
         Steps that the stretch is divided into.
     """
     home, form, second = pieces.codes[i, HOME], pieces.codes[i, FORM], e.second_harmonic
-    period = forcing_period(p)
+    period, energy = forcing_period(p), sums.energy
     start = pieces.values[i, AT] + done / period
     stiffness, damping = coefficients(e, p, home, form == CONTACT)
     sigma, load = load_of_piece(e, p, pieces, i)
     parts = int(steps)
     dt, c = span / parts, pieces.polynomial
+    touched = home if form == CONTACT else 0
+    step = Step(stiffness, damping, load, sigma, touched, dt)
     for part in range(parts):
         begin = start + part * dt / period
         force = no_force()
@@ -276,6 +290,7 @@ def integrate_stretch(e, p, pieces, i, m, out, energy, done, span, y, w, kind, s
         else:
             left = decay_of_kind(kind, force, load, stiffness, damping, p, second)
             decayed_taylor(c, y, left, p.nu, dt, second)
+        add_forces(e, p, step, begin, c, sums.forces)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
             node_y = displacement(c, DEGREE, NODES[g])
@@ -295,7 +310,7 @@ def integrate_stretch(e, p, pieces, i, m, out, energy, done, span, y, w, kind, s
 
 
 @jit
-def add_energy_of_pieces(e, p, pieces, energy) -> None:
-    """Add the energies of the logged pieces, without the losses of impacts on rigid supports, to `energy`, (5,)."""
+def add_energy_of_pieces(e, p, pieces, sums) -> None:
+    """Add the energies and forces of the logged pieces, without impacts on rigid supports, to `Integrals`."""
     for i in range(pieces.counts[PIECES]):
-        integrate_piece(e, p, pieces, i, 1, pieces.no_harmonics, energy)
+        integrate_piece(e, p, pieces, i, 1, pieces.no_harmonics, sums)

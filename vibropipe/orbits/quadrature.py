@@ -1,42 +1,54 @@
-"""Integrals along an orbit by Gauss quadrature of the exact motion: energies, and harmonics near resonance."""
+"""Integrals along an orbit by Gauss quadrature of the exact motion: energies, forces, harmonics near resonance."""
 
 from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.state import REST
+from vibropipe.orbits.forces import (
+    ACCELERATION,
+    IMPULSE,
+    NODES,
+    SQUARE,
+    WEIGHTS,
+    Integrals,
+    add_forces,
+    note_still,
+    step_of_flight,
+)
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.flow import DEGREE, REACH, displacement, fastest_rate, taylor, velocity
-from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
+from vibropipe.physics.flow import DEGREE, displacement, taylor, velocity
+from vibropipe.physics.load import (
+    first_harmonic,
+    force_at,
+    force_times,
+    forcing_period,
+    no_force,
+    second_harmonic,
+)
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import phase_factor
 
-# Gauss-Legendre rule on [0, 1] for each step of the polynomial motion; exact up to degree 19.
-_NODES, _WEIGHTS = np.polynomial.legendre.leggauss(10)
-NODES, WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
-
 
 @jit
-def _add_flight(e, p, x, v, start, end, m, out, energy, c):
+def _add_flight(e, p, x, v, start, end, m, out, sums, c):
     """Add the integrals over a flight from (x, v) at `start` to `end` (forcing periods); return (x, v) at its end."""
     if end <= start:
         return x, v
-    period = forcing_period(p)
+    period, energy = forcing_period(p), sums.energy
     second = e.second_harmonic
-    rate = fastest_rate(fastest_forcing(p, second), p.h)
-    pieces = max(1, math.ceil((end - start) * period * rate / REACH))
-    dt = (end - start) * period / pieces
+    pieces, step = step_of_flight(e, p, end - start)
+    dt = step.dt
     for piece in range(pieces):
         begin = start + (end - start) * piece / pieces
         force = no_force()
         if e.forcing is not None:
             force = force_at(p, 1.0, begin, second)
         taylor(c, x, v, force, 0.0, p.h, p.nu, dt, second)
+        add_forces(e, p, step, begin, c, sums.forces)
         for g in range(NODES.size):
             phase = begin + NODES[g] * dt / period
             node_v = velocity(c, DEGREE, NODES[g], dt)
@@ -63,7 +75,7 @@ def _add_rest(x, start, end, m, out) -> None:
 
 
 @jit
-def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> None:
+def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
     """Integrate over a logged motion.
 
     Parameters
@@ -82,8 +94,9 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> Non
         Denominator of the frequencies k nu/m.
     out : (harmonics + 1,) complex
         out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
-    energy : (2,) float or longer
-        energy[0] is increased by the work of the force, energy[1] by the loss by damping.
+    sums : Integrals
+        energy[0] is increased by the work of the force, energy[1] by the loss by damping; forces by those of flights
+        and rests.
     c : (DEGREE + 1,) float
         Work array.
     """
@@ -105,7 +118,7 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> Non
             # The remaining flights of a chatter are no higher than rounding; a single flight over all its time is not.
             _add_rest(x, position, flight_end, m, out)
         else:
-            x, v = _add_flight(e, p, x, v, position, flight_end, m, out, energy, c)
+            x, v = _add_flight(e, p, x, v, position, flight_end, m, out, sums, c)
         position, is_after_tail = flight_end, is_tail
         if next_impact <= next_rest and next_impact < stop:
             x = support_position(p, abs(log.support[i]))
@@ -114,12 +127,13 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, energy, c) -> Non
         elif next_rest < stop:
             x, v = support_position(p, side), 0.0
             _add_rest(x, position, rest_end, m, out)
+            note_still(p, sums.forces)
             position, r = rest_end, r + 1
 
 
 @jit
-def tail_loss(p, impulse, side):
-    """Return the energy lost in the tail of a chatter: the kinetic energy with which the tail began.
+def tail_speed(p, impulse, side):
+    """Return the speed with which the tail of a chatter began; it loses the kinetic energy of that.
 
     Parameters
     ----------
@@ -133,24 +147,43 @@ def tail_loss(p, impulse, side):
     speed = abs(impulse)
     if restitution < 1.0:
         speed = speed * (1.0 - restitution) / (1.0 + restitution)
-    return 0.5 * speed * speed
+    return speed
 
 
 @jit
-def add_losses(p, log, losses) -> None:
-    """Add the energies lost in the logged impacts on support 1 and 2 to losses[0] and losses[1]."""
+def add_forces_of_tail(p, turn, speed, impulse, side, forces) -> None:
+    """Add the forces between the impacts of the tail of a chatter: its acceleration hardly changes.
+
+    turn : middle of the tail, in forcing periods; speed : with which it began; impulse, side : as for `tail_speed`
+    """
+    # What the flights do to the momentum, the impulses take from it, and the speed at the start.
+    turned = (speed + abs(impulse)) * (1.0 if side == 0 else -1.0)
+    pull = first_harmonic(p, turn) + second_harmonic(p, turn) - support_position(p, side + 1)
+    forces[ACCELERATION] += turned
+    forces[SQUARE] += pull * turned
+
+
+@jit
+def add_losses(p, log, sums) -> None:
+    """Add the energies lost in the logged impacts on rigid supports, and what impulses these take, to `Integrals`."""
+    losses = sums.energy[2:]
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         before, impulse = log.velocity[i], log.impulse[i]
         side = abs(log.support[i]) - 1
         if log.support[i] > 0:
             losses[side] -= impulse * (before + 0.5 * impulse)
         else:
-            losses[side] += tail_loss(p, impulse, side)
+            speed = tail_speed(p, impulse, side)
+            losses[side] += 0.5 * speed * speed
+            if sums.forces.size > 0:
+                add_forces_of_tail(p, log.position[i], speed, impulse, side, sums.forces)
+        if sums.forces.size > 0:
+            sums.forces[IMPULSE + side] += abs(impulse)
 
 
 @jit
-def add_energy(e, p, x, v, start, stop, end, log, none, energy, c) -> None:
-    """Add the energies of a logged motion.
+def add_energy(e, p, x, v, start, stop, end, log, none, sums, c) -> None:
+    """Add the energies of a logged motion, and its forces if requested.
 
     Parameters
     ----------
@@ -158,11 +191,12 @@ def add_energy(e, p, x, v, start, stop, end, log, none, energy, c) -> None:
         As for `integrate_along`.
     none : (0,) complex
         No harmonics.
-    energy : (4,) float or longer
-        Increased by the work of the force and the losses by damping, at support 1 and at support 2.
+    sums : Integrals
+        energy : (4,) float or longer
+            Increased by the work of the force and the losses by damping, at support 1 and at support 2.
     """
-    integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, energy, c)
-    add_losses(p, log, energy[2:])
+    integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, sums, c)
+    add_losses(p, log, sums)
 
 
 @jit
@@ -183,7 +217,8 @@ def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, work, c) ->
     direct, energy = work
     for k in range(out.size):
         direct[k] = 0.0
-    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct[: out.size], energy, c)
+    sums = Integrals(energy, energy[:0])
+    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct[: out.size], sums, c)
     for k in range(out.size):
         if abs(dynamic_stiffness(p, k, m)) < RESONANT:
             out[k] = divide(direct[k], complex(length, 0.0))

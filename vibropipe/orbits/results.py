@@ -17,7 +17,7 @@ class RowResults(NamedTuple):
     phases at which rests on supports 1 and 2 end, NaN without one. `contacts` has the columns of `march_contact`
     for each impact, and none where all supports are rigid. `energy` has sums over the orbit, or over the window of a
     motion without one: work of the force, losses by damping, at support 1 and 2, with soft supports or friction by
-    friction, and the change of the stored energy.
+    friction, and the change of the stored energy. `forces` has the sums of `orbits.quadrature`.
     """
 
     regime: np.ndarray
@@ -40,6 +40,7 @@ class RowResults(NamedTuple):
     impact_support: np.ndarray
     impact_velocity_max: np.ndarray
     energy: np.ndarray
+    forces: np.ndarray
     motion: np.ndarray
     subharmonics: np.ndarray
     poincare: np.ndarray

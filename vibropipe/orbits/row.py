@@ -12,7 +12,7 @@ from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_tim
 from vibropipe.march.log import SAMPLES, Samples, allow_work, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import start_state
-from vibropipe.orbits.closed_form import solve_conservative, solve_linear
+from vibropipe.orbits.closed_form import solve_conservative, solve_linear, write_forces_of_flight
 from vibropipe.orbits.outputs import (
     count_contacts,
     count_grazings,
@@ -112,7 +112,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         return x, v
     if steady.kind == UNDAMPED:
         x, v = state_xv(p, steady.state)
-        solve_without_contact(p, x, v, out, row, first, c)
+        solve_without_contact(e, p, x, v, out, row, first, c)
     elif steady.kind == PERIODIC:
         count_contacts(log, steady.end, impacts, rests, largest)
         count_grazings(log, out.grazings[row])
@@ -122,7 +122,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         write_harmonics(e, p, steady, log, c, room.work, out.amplitudes, out.subharmonics, row)
         if out.exponent.size > 0:
             write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
-        write_energy(e, p, steady, log, c, room.work, out.energy, row)
+        write_energy(e, p, steady, log, c, room.work, out, row)
         write_smoothness(log, out.grazes, out.releases, row)
         write_impacts(
             log,
@@ -220,10 +220,11 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         is_rigid = not (is_soft(e, p, 1) or is_soft(e, p, 2))
         if settles_without_impact(p, x, v):
             x, v = solve_linear(p, out, row)
+            write_forces_of_flight(e, p, x, v, out, row, c)
         elif e.watched is None and is_rigid and is_conservative(p, x, v):
             x, v = solve_conservative(p, x, v, out, row, first, c)
         elif repeats_without_impact(p, x, v):
-            solve_without_contact(p, x, v, out, row, first, c)
+            solve_without_contact(e, p, x, v, out, row, first, c)
         else:
             break
         out.section[row, 0], out.section[row, 1] = x, v

@@ -8,7 +8,12 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.orbits.closed_form import linear_amplitudes, solve_conservative, write_label
+from vibropipe.orbits.closed_form import (
+    linear_amplitudes,
+    solve_conservative,
+    write_forces_of_flight,
+    write_label,
+)
 from vibropipe.orbits.outputs import NO_IMPACT, write_multipliers, write_orbit_exponent
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import (
@@ -165,12 +170,13 @@ def goes_on_untouched(p, x, v, repeats_in, untouched) -> bool:
 
 
 @jit
-def solve_without_contact(p, x, v, out, row, first, c) -> None:
+def solve_without_contact(e, p, x, v, out, row, first, c) -> None:
     """Solve a row whose undamped motion reaches no support, and repeats or is a free vibration.
 
-    Arguments are those of `solve_conservative`.
+    Arguments are those of `solve_conservative`; e : Effects.
     """
     if largest_force(p) == 0.0:
         solve_conservative(p, x, v, out, row, first, c)
     else:
         solve_undamped(p, x, v, out, row)
+        write_forces_of_flight(e, p, x, v, out, row, c)

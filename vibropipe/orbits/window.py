@@ -9,6 +9,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.harmonics import (
     ONE_PERIOD,
     RESONANT,
@@ -59,6 +60,8 @@ class Window(NamedTuple):
         Lyapunov exponent per unit of tau and its standard error, or without entries.
     energies : (rows, 5) or (rows, 6) float
         Sums of the energies (`RowResults`), or without entries.
+    forces : (rows, FORCES) or (rows, 0) float
+        Sums of the forces (`RowResults`).
     """
 
     amplitudes: np.ndarray
@@ -79,6 +82,7 @@ class Window(NamedTuple):
     poincare: np.ndarray
     exponent: np.ndarray
     energies: np.ndarray
+    forces: np.ndarray
 
 
 @jit
@@ -129,6 +133,7 @@ def window_of(p, out, row, first, sums, work):
         out.poincare,
         out.exponent,
         out.energy,
+        out.forces,
     )
 
 
@@ -143,6 +148,7 @@ def clear_window(window) -> None:
         window.energy[side] = 0.0
     if window.energies.size > 0:
         window.energies[window.row] = 0.0
+        window.forces[window.row] = 0.0
     for k in range(window.direct.size):
         window.direct[k] = 0.0
         if window.amplitudes.size > 0:
@@ -192,20 +198,19 @@ def add_to_window(pieces, e, p, window, start, end, log, c) -> None:
         )
         if window.resonant:
             x, v = state_xv(p, start)
-            integrate_along(
-                e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, window.energy, c
-            )
+            sums = Integrals(window.energy, window.energy[:0])
+            integrate_along(e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, sums, c)
 
 
 @jit
 def add_energies_to_window(pieces, e, p, window, start, end, log, c) -> None:
-    """Add a period to the energies of a window; pieces : `log.pieces`."""
+    """Add a period to the energies and forces of a window; pieces : `log.pieces`."""
+    sums = Integrals(window.energies[window.row], window.forces[window.row])
     if pieces is not None:
-        add_energies(e, p, log, window.energies[window.row])
+        add_energies(e, p, log, sums)
     else:
         x, v = state_xv(p, start)
-        none = window.direct[:0]
-        add_energy(e, p, x, v, 0.0, 1.0, end, log, none, window.energies[window.row], c)
+        add_energy(e, p, x, v, 0.0, 1.0, end, log, window.direct[:0], sums, c)
 
 
 @jit

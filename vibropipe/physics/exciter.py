@@ -125,6 +125,8 @@ class Exciter(_OfRecords, _Written):
         Dry friction (Coulomb), >= 0.
     f2, phi2 : float
         Amplitude and phase of the second harmonic of the force, f sin(nu tau) + f2 sin(2 nu tau + phi2).
+    wear_exponent : float
+        Exponent, from 0 to 10, of speeds in `wear_rate` (output frame); it acts on no motion.
 
     Raises
     ------
@@ -152,15 +154,12 @@ class Exciter(_OfRecords, _Written):
             own = stated_value(getattr(self, name))
             object.__setattr__(self, name, number_within(name, own, entry.range))
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
-            allowed = (
-                "at least 1e-15 |delta| so that the supports are distinct floating-point numbers"
-            )
+            distinct = "so that the supports are distinct floating-point numbers"
+            allowed = f"at least 1e-15 |delta| {distinct}"
             got = f"l = {self.l!r}, delta = {self.delta!r}"
             if self.load:
-                allowed, got = (
-                    allowed.replace("|delta|", "|delta - load|"),
-                    f"{got}, load = {self.load!r}",
-                )
+                allowed = allowed.replace("|delta|", "|delta - load|")
+                got = f"{got}, load = {self.load!r}"
             raise ParameterError("l", self.l, allowed, got=got)
         if "nu" in left_out:
             object.__setattr__(self, "nu", _Unstated(self.nu))
@@ -284,7 +283,8 @@ class Exciter(_OfRecords, _Written):
         """Return the parameters as kernels read them; ParameterError for a force without a frequency."""
         self.check_frequency()
         numbers = {name: float(value) for name, value in vars(self).items()}
-        return Parameters(**{**numbers, **dict.fromkeys(THROUGH_OTHERS, 0.0)})
+        absent = [name for name, acts in THROUGH_OTHERS.items() if acts(numbers)]
+        return Parameters(**{**numbers, **dict.fromkeys(absent, 0.0)})
 
     def numbers(self) -> Parameters:
         """Return the parameters as they are stated."""

@@ -20,7 +20,9 @@ SIZES = {"support": 2, "multiplier": 2, "tau": 256, "visit": 64}
 USUAL_IMPACTS, SUBHARMONICS = 4, 4
 # Bytes of an impact.
 IMPACT_BYTES = sum(
-    each.bytes for each in STEADY.values() if each.dims == ("impact",) and not each.effect
+    each.bytes
+    for each in STEADY.values()
+    if each.dims == ("impact",) and each.output == "impacts" and not each.effect
 )
 # Bytes of the headers of some thirty variables, most of a small file.
 HEAD_BYTES = 9e4

@@ -60,9 +60,9 @@ def to_physical(
     m, C : number, str or pint.Quantity
         Mass and stiffness, as in `Exciter.from_physical`; or, in place of both, the exciter that it returned.
     units : mapping of str to str, optional
-        Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, mass,
-        stiffness, damping, angle (default: those that the exciter, or m and C, were given in; of all else SI with a
-        prefix). The dataset itself is in SI.
+        Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, power,
+        impulse, mass, stiffness, damping, angle (default: those that the exciter, or m and C, were given in; of all
+        else SI with a prefix). The dataset itself is in SI.
 
     Returns
     -------
@@ -98,6 +98,8 @@ def to_physical(
         physical_name(str(name)): _in_si(str(name), variable, numbers)
         for name, variable in data.variables.items()
     }
+    if "wear_rate" in variables:
+        variables["wear_rate"] = _wear_in_si(variables, numbers)
     if PARAMETER in variables:
         variables |= _sensitivities_in_si(variables, numbers)
     coords = {physical_name(str(name)): None for name in data.coords}
@@ -177,6 +179,8 @@ def unit_factors(m: float, C: float) -> dict[str, float]:
         "stiffness": C,
         "damping": math.sqrt(m) * math.sqrt(C),
         "energy": C,
+        "power": C * p,
+        "impulse": C / p,
     }
 
 
@@ -214,6 +218,16 @@ def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
     return _NUMBER.sub(
         lambda match: f"{float(convert(goal.variable, float(match[0]), numbers)):g}{unit}", bound
     )
+
+
+def _wear_in_si(variables: Mapping[str, xr.Variable], numbers: Mapping[str, float]) -> xr.Variable:
+    """Return the rates of wear, per second already, of velocities in m/s to the power of the exponent."""
+    import xarray as xr
+
+    rate, exponent = variables["wear_rate"], variables.get("wear_exponent", xr.Variable((), 0.0))
+    wear = (rate * unit_factors(**numbers)["velocity"] ** exponent).transpose(*rate.dims)
+    wear.attrs = rate.attrs
+    return wear
 
 
 def _sensitivities_in_si(

@@ -18,6 +18,7 @@ from vibropipe.words.records import (
     Effect,
     Parameter,
     Physical,
+    Range,
     effect_record,
     parameter_record,
 )
@@ -135,6 +136,10 @@ class OfExciter:
         "its phase", "Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians", "angle",
         Physical("phi2", key="Phase of the second harmonic, F2 sin(2 omega t + phi2)"),
         effect="second_harmonic", units="rad",
+    )
+    wear_exponent: float = parameter_record(
+        Range(0, 10), 0.0, "$n$", "n", "exponent of wear", "exponent of wear",
+        "Exponent of the speed in wear_rate of the output frame; it acts on no motion", acts=lambda _all: {},
     )
     # fmt: on
 

@@ -121,8 +121,10 @@ def acting(values: Mapping[str, Any]) -> dict[str, Any]:
         return seen
     for name, acts in THROUGH_OTHERS.items():
         if name in seen:
-            seen |= acts(seen)
-            seen[name] = 0.0 * seen[name]
+            changed = acts(seen)
+            seen |= changed
+            if changed:
+                seen[name] = 0.0 * seen[name]
     return seen
 
 

@@ -184,7 +184,8 @@ def _table() -> dict[str, Quantity]:
     of_orbit = {
         f"orbit_{name}": entry.of_the_orbit()
         for name, entry in table.items()
-        if entry.output == "energy" or (entry.output == "impacts" and entry.dims == ("impact",))
+        if entry.output == "energy"
+        or (entry.output in ("impacts", "frame") and entry.dims == ("impact",))
     }
     return {**table, **{name: entry for name, entry in of_orbit.items() if name not in table}}
 

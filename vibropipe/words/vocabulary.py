@@ -81,6 +81,10 @@ OF_CONTACT: Mapping[str, str] = {
 """Those of each contact with a soft support, over `impact`, and the largest of a steady state, over `support`."""
 OF_SOFT = tuple(OF_CONTACT.values())
 ENERGIES = tuple(name for name, entry in STEADY.items() if entry.output == "energy")
+POWERS: Mapping[str, str] = {
+    name: energy for energy in ENERGIES if (name := energy.replace("energy", "power")) in STEADY
+}
+"""Powers, and the energies per forcing period of which they are the rates."""
 EVENTS: Mapping[str, tuple[str, ...]] = {
     dim: tuple(name for name, each in QUANTITIES.items() if each.dims == (dim,) and each.dimension)
     for dim, entry in QUANTITIES.items()

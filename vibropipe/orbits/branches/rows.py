@@ -16,7 +16,7 @@ from vibropipe.orbits.branches.sequence import (
     restitution_at,
     return_derivative,
 )
-from vibropipe.orbits.closed_form import solve_linear
+from vibropipe.orbits.closed_form import solve_linear, write_forces_of_flight
 from vibropipe.orbits.outputs import (
     count_contacts,
     regime_of,
@@ -111,7 +111,9 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
     for row in range(parameters.shape[0]):
         p, u = row_parameters(parameters, row), unknowns[row]
         if n == 0:
-            out.section[row, 0], out.section[row, 1] = solve_linear(p, out, row)
+            x, v = solve_linear(p, out, row)
+            write_forces_of_flight(e, p, x, v, out, row, c)
+            out.section[row, 0], out.section[row, 1] = x, v
             continue
         log_impacts(p, m, supports, u, log)
         last = n - 1
@@ -134,7 +136,7 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         out.frequency[row] = p.nu / m
         write_multipliers(first_multiplier, second, out.multipliers, row)
         write_harmonics(e, p, steady, log, c, work, out.amplitudes, out.subharmonics, row)
-        write_energy(e, p, steady, log, c, work, out.energy, row)
+        write_energy(e, p, steady, log, c, work, out, row)
         write_impacts(
             log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support,
             row, row * n,

@@ -60,7 +60,7 @@ def write_piece_point(e, p, x, v, m, march_room, work, largest, out, row, first)
     write_multipliers(one, two, out.multipliers, row)
     write_largest(largest, impacts, out.impact_velocity_max, row)
     write_harmonics(e, p, steady, log, c, work, out.amplitudes, out.subharmonics, row)
-    write_energy(e, p, steady, log, c, work, out.energy, row)
+    write_energy(e, p, steady, log, c, work, out, row)
     write_smoothness(log, out.grazes, out.releases, row)
     write_impacts(
         log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support,

@@ -23,7 +23,7 @@ else:
     Shown = Literal[drawn_by("sweep")]
 # Outputs that pictures need; one of them suffices.
 PICTURE_NEEDS: Mapping[str, tuple[str, ...]] = {
-    "quantities": ("harmonics", "impacts", "stability", "lyapunov", "energy"),
+    "quantities": (*("harmonics", "impacts", "stability", "lyapunov", "energy", "power", "frame"),),
     "section": ("poincare",),
     "portrait": ("motion",),
     "spectrum": ("harmonics",),

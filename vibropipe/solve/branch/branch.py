@@ -84,7 +84,7 @@ def branch(
         Largest distance of neighbouring points, up to 0.1, where 1 is the range of the parameter, a forcing period, or
         the largest impact velocity of the start.
     outputs : sequence of str
-        Any of harmonics, impacts, stability, energy, subharmonics, sensitivity, as for `steady_state`.
+        Any of harmonics, impacts, stability, energy, power, frame, subharmonics, sensitivity, as for `steady_state`.
 
     Returns
     -------

@@ -31,7 +31,7 @@ from vibropipe.solve.rows.row_results import (
     without_impacts,
 )
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
-from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.outputs import OF_STEADY_STATE, computed
 from vibropipe.words.parameters import without_absent
 from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, describe
 
@@ -187,7 +187,7 @@ def _label(
     """Return the steady states of the points of a branch as variables over `row`."""
     parameters = np.tile(problem.values, (_size(branch), 1))
     parameters[:, problem.along] = _values(branch)
-    return label_rows(solve(branch, parameters, harmonics, outputs), parameters)
+    return label_rows(solve(branch, parameters, harmonics, outputs), parameters, outputs)
 
 
 def _solve(
@@ -223,7 +223,7 @@ def solve_points(
     outputs : tuple of str
         Any of `OF_BRANCH`.
     """
-    n, rows = len(sequence.supports), len(parameters)
+    n, rows, outputs = len(sequence.supports), len(parameters), computed(outputs)
     listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
     # Derivatives follow from the impacts, requested or not.
     has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)

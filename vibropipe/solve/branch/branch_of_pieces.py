@@ -27,9 +27,11 @@ from vibropipe.solve.rows.row_results import (
     add_load,
     columns_of,
     compact_impacts,
+    contact_columns,
     new_rows,
     without_impacts,
 )
+from vibropipe.words.outputs import computed
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -111,12 +113,13 @@ def solve_branch_of_pieces(
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
     out = new_rows(n, harmonics, outputs, listed, effects)
     write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
+    is_soft = has_soft_support(columns_of(parameters))
     rows = with_errors_of_pieces(
         compact_impacts(out), parameters, effects, march_room[0].pieces,
-        contacts="impacts" in outputs and has_soft_support(columns_of(parameters)),
+        contact_columns(outputs) if is_soft else 0,
     )  # fmt: skip
     add_load(rows, parameters[:, LOAD])
-    return rows if "impacts" in outputs else without_impacts(rows)
+    return rows if "impacts" in computed(outputs) else without_impacts(rows)
 
 
 def solver_of_pieces(effects: Effects) -> Any:

@@ -25,10 +25,11 @@ from vibropipe.solve.design.scatter import (
 from vibropipe.solve.design.search import Candidate, Samples
 from vibropipe.solve.design.tolerance import box
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.rows.named import harmonics_of
+from vibropipe.solve.rows.named import SENSITIVITY, harmonics_of
 from vibropipe.solve.rows.points import clipped, points_dataset, solve_points
 from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.words.designs import ToleranceResult
+from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.progress import WorkCount
 from vibropipe.words.vocabulary import describe, quantity
 
@@ -132,7 +133,9 @@ def design_dataset(
     harmonics = harmonics_of(problem.names, HARMONICS)
     parameters = problem.parameters(np.array([candidate.share for candidate in designs]))
     start = problem.x0, problem.v0
-    points = solve_points(parameters, start, spread.OUTPUTS, harmonics)
+    held = {*spread.OUTPUTS, *problem.outputs} - {SENSITIVITY}
+    outputs = tuple(name for name in OUTPUTS if name in held)
+    points = solve_points(parameters, start, outputs, harmonics)
     start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
     attrs = {
         **origin_attrs(all_effect_names(columns_of(parameters), pieces=True), start_words),

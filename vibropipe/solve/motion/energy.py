@@ -12,6 +12,7 @@ import numpy as np
 
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.state import initial_state
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
@@ -49,9 +50,10 @@ def work_of_flights(
     log = log_of(exciter, contacts, turns[1])
     state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
     terms, none = np.zeros(4), np.zeros(0, complex)
+    sums = Integrals(terms, np.zeros(0))
     # The log contains a rest that lasts beyond the end, so the end state counts as flight.
     end = state._replace(mode=0)
-    add_energy(e, p, *start, turns[0], turns[1], end, log, none, terms, np.empty(DEGREE + 1))
+    add_energy(e, p, *start, turns[0], turns[1], end, log, none, sums, np.empty(DEGREE + 1))
     return terms
 
 

@@ -14,6 +14,7 @@ from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.march.state import REST, STUCK
+from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
@@ -271,7 +272,7 @@ def _march(
         events_left = request.max_impacts - events
         state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, events_left, 1)
         if terms is not None:
-            add_energies(e, p, log, terms)
+            add_energies(e, p, log, Integrals(terms, np.zeros(0)))
         parts.append(drain_log(log))
         events += sum(len(parts[-1][name]) for name in EVENTS)
         if request.marched is not None:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import functools
+from collections.abc import Collection
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,10 +11,12 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
+from vibropipe.solve.rows.power import label_frame, label_power, largest_drive_force
 from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC, columns_of
 from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
-from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims
+from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims, split_suffix
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -21,7 +24,9 @@ if TYPE_CHECKING:
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
-def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
+def label_rows(
+    rows: RowResults, parameters: np.ndarray, outputs: Collection[str] = OUTPUTS
+) -> Variables:
     """Label compacted results.
 
     Parameters
@@ -30,6 +35,8 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         Compacted results (`solve.row_results`).
     parameters : (rows, parameters) array
         Parameters of the rows.
+    outputs : collection of str
+        Outputs whose quantities are returned, of those that the rows have.
 
     Returns
     -------
@@ -77,9 +84,11 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         values["poincare_velocity"] = rows.poincare[:, 1]
     if rows.exponent.size > 0:
         values["lyapunov_exponent"] = rows.exponent[:, 0]
-    outputs = {STEADY[name].output for name in values}
+    if rows.forces.size > 0:
+        values |= _forces(values, rows, nu, parameters, outputs)
+    held = {STEADY[name].output for name in values}
     for name, entry in STEADY.items():
-        if entry.function is not None and entry.output in outputs:
+        if entry.function is not None and entry.output in held:
             values[name] = entry.function(values, columns_of(parameters))
     variables: Variables = {name: (row_dims(name), array) for name, array in values.items()}
     if rows.exponent.size > 0:
@@ -88,7 +97,31 @@ def label_rows(rows: RowResults, parameters: np.ndarray) -> Variables:
         variables |= label_errors(rows, nu, parameters)
     if rows.d_section.size > 0:
         variables |= label_derivatives(rows, parameters)
-    return variables
+    wanted = {"", *outputs}
+    return {
+        name: variable
+        for name, variable in variables.items()
+        if STEADY[split_suffix(name)[0]].output in wanted
+    }
+
+
+def _forces(
+    values: dict[str, np.ndarray],
+    rows: RowResults,
+    nu: np.ndarray,
+    parameters: np.ndarray,
+    outputs: Collection[str],
+) -> dict[str, np.ndarray]:
+    """Return the quantities of the outputs `power` and `frame`."""
+    found: dict[str, np.ndarray] = {}
+    if "power" in outputs:
+        found |= label_power(values, rows, nu)
+        found["drive_force_max"] = largest_drive_force(columns_of(parameters))
+    if "frame" in outputs:
+        found |= label_frame(values, rows, nu, parameters)
+        if "impacts" not in outputs:
+            del found["impact_impulse"]
+    return found
 
 
 def _harmonics(amplitudes: np.ndarray, nu: np.ndarray) -> dict[str, np.ndarray]:
@@ -130,7 +163,8 @@ def _contacts(rows: RowResults) -> dict[str, np.ndarray]:
     largest = np.full((rows.impact_count.size, 2, len(OF_CONTACT)), -np.inf)
     owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
     with np.errstate(invalid="ignore"):
-        np.maximum.at(largest, (owner, rows.impact_support - 1), rows.contacts[:, 1:])
+        columns = rows.contacts[:, 1 : 1 + len(OF_CONTACT)]
+        np.maximum.at(largest, (owner, rows.impact_support - 1), columns)
     largest[np.isneginf(largest)] = np.nan
     for column, (name, name_of_largest) in enumerate(OF_CONTACT.items()):
         values[name] = rows.contacts[:, 1 + column]

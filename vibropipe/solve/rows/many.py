@@ -45,6 +45,7 @@ from vibropipe.solve.rows.row_results import (
     add_load,
     compact_impacts,
     concatenate_solutions,
+    contact_columns,
     from_equilibrium,
     new_impact_buffer,
     new_rows,
@@ -52,6 +53,7 @@ from vibropipe.solve.rows.row_results import (
 )
 from vibropipe.solve.rows.unsolved import mask_unsolved
 from vibropipe.solve.threads import Calls, Threads
+from vibropipe.words.outputs import computed
 from vibropipe.words.progress import Progress
 
 # Seconds between two progress reports.
@@ -126,7 +128,7 @@ class _Solver:
     outputs: tuple[str, ...]
     effects: Effects
     buffer_rows: int
-    contacts: bool
+    contacts: int
     row_work: int
     of_thread: threading.local = field(default_factory=threading.local)
 
@@ -157,7 +159,7 @@ class _Solver:
                 rows = with_impact_derivatives(rows)
                 differentiate_rows(values, rows, ORBIT_LOG_CAPACITY, second)
         add_load(rows, load)
-        return rows if "impacts" in self.outputs else without_impacts(rows)
+        return rows if "impacts" in computed(self.outputs) else without_impacts(rows)
 
     def piece(self, ends: Sequence[int]) -> list[list[RowResults]]:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
@@ -229,7 +231,7 @@ def solve_rows(
     n_rows = pieces[-1][-1]
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
-    contacts = soft and effects.soft is not None and "impacts" in outputs
+    contacts = contact_columns(outputs) if soft and effects.soft is not None else 0
     room = buffer_rows, contacts, row_work
     solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room)
     n_threads = numba.get_num_threads()

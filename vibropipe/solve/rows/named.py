@@ -13,7 +13,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.quantities import Quantity
-from vibropipe.words.vocabulary import OF_SOFT, SENSITIVITY_SUFFIX, STEADY, quantity
+from vibropipe.words.vocabulary import OF_SOFT, POWERS, SENSITIVITY_SUFFIX, STEADY, quantity
 
 if TYPE_CHECKING:
     from vibropipe.solve.rows.label import Variables
@@ -26,7 +26,7 @@ STD, SENSITIVITY = "std", "sensitivity"
 # The largest index of each dimension.
 SIZES = {"support": 2, "multiplier": 2, "harmonic": limits.HARMONICS[1], "subharmonic": 1000}
 # Powers of a length that a quantity of a physical dimension has without units, eqs. (2)-(4).
-LENGTHS = {"length": 1, "velocity": 1, "force": 1, "energy": 2}
+LENGTHS = {"length": 1, "velocity": 1, "force": 1, "energy": 2, "power": 2, "impulse": 1}
 
 
 class Named(NamedTuple):
@@ -92,7 +92,8 @@ class Named(NamedTuple):
         if self.variable not in variables and self.variable in OF_SOFT:
             return np.full(len(parameters), np.nan)  # all supports are rigid
         if self.variable not in variables and self.entry.is_loss:
-            return np.where(np.isfinite(variables["energy_input"][1]), 0.0, np.nan)
+            given = "power_input" if self.variable in POWERS else "energy_input"
+            return np.where(np.isfinite(variables[given][1]), 0.0, np.nan)
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real

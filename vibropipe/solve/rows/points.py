@@ -111,7 +111,7 @@ def solve_points(
     with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n))) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
-            parts.append(label_rows(solved, parameters[begin:stop]))
+            parts.append(label_rows(solved, parameters[begin:stop], outputs))
             begin = stop
     return Points(parameters, concatenate(parts))
 

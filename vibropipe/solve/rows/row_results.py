@@ -7,13 +7,15 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.orbits.contacts import CONTACT_COLUMNS
+from vibropipe.orbits.forces import FORCES
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.errors import COLUMNS
 from vibropipe.orbits.sensitivity.rows import new_derivatives
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
-from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.outputs import OUTPUTS, computed
 from vibropipe.words.parameters import THROUGH_OTHERS, acting
 
 # Samples of an orbit of the output `motion`.
@@ -57,7 +59,7 @@ def new_rows(
     harmonics : int
         Number of harmonics.
     outputs : tuple of str
-        Requested outputs; the arrays of the others have no entries.
+        Requested outputs; the arrays of others have no entries, unless requested ones follow from them.
     buffer : ImpactBuffer, optional
         Buffer for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
         listed if the output is requested.
@@ -66,7 +68,9 @@ def new_rows(
         more parameters.
     """
     pieces, second = effects.has_pieces, effects.second_harmonic
+    outputs = computed(outputs)
     requested = {name: name in outputs for name in OUTPUTS}
+    has_forces = requested["power"] or requested["frame"]
 
     def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
         return np.zeros((n if when is None or requested[when] else 0, *shape), dtype)
@@ -93,6 +97,7 @@ def new_rows(
         impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
         energy=zeros(6 if pieces else 5, when="energy"),
+        forces=np.zeros((n, FORCES if has_forces else 0)),
         motion=zeros(2, PHASES, when="motion"),
         subharmonics=np.full_like(
             zeros(SUBHARMONICS_PER_HARMONIC * harmonics + 1, dtype=complex, when="subharmonics"),
@@ -107,6 +112,11 @@ def new_rows(
             n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces, second
         ),
     )
+
+
+def contact_columns(outputs: Sequence[str]) -> int:
+    """Return the columns of contacts with soft supports for some outputs: with `frame`, the impulse beside others."""
+    return CONTACT_COLUMNS + ("frame" in outputs) if "impacts" in outputs else 0
 
 
 def columns_of(parameters: np.ndarray) -> dict[str, np.ndarray]:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from itertools import product
+from typing import Any
 
 import numpy as np
 
@@ -11,6 +12,7 @@ from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
+from vibropipe.solve.rows.power import TWO_PI, per_time
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, row_dims
 
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
@@ -52,6 +54,8 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
     }
     if rows.d_amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
+        if rows.forces.size > 0:
+            values |= _frame_forces(rows.amplitudes, values, nu)
     if rows.d_multipliers.size > 0:
         values["floquet_multiplier"] = rows.d_multipliers
     if rows.impact_count.size > 0:
@@ -66,6 +70,8 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         values["energy_impact"] = energy[:, 2:4]
         if energy.shape[1] > 4:
             values["energy_friction"] = energy[:, 4]
+        if rows.forces.size > 0:
+            values |= _powers(rows, values, nu)
     if rows.d_subharmonics.size > 0:
         amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
         values["subharmonic_displacement_amplitude"] = amplitude
@@ -126,6 +132,31 @@ def _harmonics(
         "velocity_amplitude": rate,
         "velocity_phase": phase,
     }
+
+
+def _frame_forces(
+    amplitudes: np.ndarray, of: dict[str, np.ndarray], nu: np.ndarray
+) -> dict[str, np.ndarray]:
+    """Return the derivatives of the harmonics of the force on the frame from those of the displacement."""
+    w = np.arange(1, amplitudes.shape[1]) * nu[:, None]
+    amplitude = w[:, :, None] ** 2 * of["displacement_amplitude"]
+    amplitude[:, :, NU] += 2.0 * w**2 / nu[:, None] * (2.0 * np.abs(amplitudes[:, 1:]))
+    return {"frame_force_amplitude": amplitude, "frame_force_phase": of["displacement_phase"]}
+
+
+def _powers(rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the derivatives of powers from those of the energies per forcing period."""
+    periods = np.maximum(rows.period_multiple, 1)[:, None]
+    columns: dict[str, Any] = {"input": 0, "damping": 1, "impact": slice(2, 4), "friction": 4}
+    powers = {}
+    for name, column in columns.items():
+        if (slopes := of.get(f"energy_{name}")) is not None:
+            power = per_time(slopes, nu)
+            power[..., NU] += rows.energy[:, column].reshape(power[..., NU].shape) / (
+                TWO_PI * periods.reshape(-1, *(1,) * (power.ndim - 2))
+            )
+            powers[f"power_{name}"] = power
+    return powers
 
 
 def _polar(values: np.ndarray, derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

@@ -49,8 +49,8 @@ def steady_state(
     patience : int
         Forcing periods, from 128 to 1,000, after which a chaotic motion is given up, as for `sweep`.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
-        not computed.
+        Any of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, poincare, lyapunov,
+        sensitivity; others are not computed.
 
     Returns
     -------
@@ -104,9 +104,10 @@ def steady_state(
             and impacts: rounding and residual, carried through the inverse that closes the orbit. NaN without an orbit.
         <name>_sensitivity (..., parameter)
             With the output sensitivity: the derivative, by each parameter, of the state at the start of the orbit and
-            of the quantities of harmonics, impacts, stability, energy, subharmonics and lyapunov that are requested
-            beside it, exact by the implicit function theorem. NaN where there is none: without an orbit, or with one
-            that is not isolated, at a grazing, a fold or a pitchfork. With a second harmonic also by f2 and phi2;
+            of the quantities of harmonics, impacts, stability, energy, mean power, subharmonics, lyapunov and harmonics
+            of the force on the frame that are requested beside it, exact by the implicit function theorem. NaN where
+            there is none: without an orbit, or with one that is not isolated, at a grazing, a fold or a pitchfork. With
+            a second harmonic also by f2 and phi2;
             with soft supports or friction by k1, k2, h1, h2 and friction: NaN by the stiffness of a rigid support, and
             by a friction of 0. A damping that a restitution gives follows it and the stiffness.
         residual
@@ -117,6 +118,17 @@ def steady_state(
             Energies per forcing period, of a motion without an orbit the means over its window: work of the force,
             losses (by friction if there is any), change of the stored energy (0 of an orbit), and the residual of the
             balance.
+        power_input, power_damping, power_impact (support), power_friction, power_change, power_residual
+            With the output power: the same per unit of time.
+        power_input_max, drive_force_max, power_struck (support)
+            Largest power and force of the drive, and the kinetic energy before impacts per unit of time.
+        frame_force_mean, frame_force_rms, frame_force_max
+        frame_force_amplitude, frame_force_phase (harmonic)
+            With the output frame: the force on the frame between impacts on rigid supports, load - x'', and the
+            harmonics of the whole force, impacts included.
+        impulse_per_period, wear_rate (support), impact_impulse (impact)
+            With the output frame: impulses that a support takes, per forcing period and, with the output impacts, of
+            each impact; the sum of |v|^wear_exponent over impacts per unit of time.
         chaos
             none, transient or in_window. Transient: a motion that settled after more than 64 forcing periods had
             amplified its rounding to 1e-4 of its size, so that rounding may have decided on which of several attractors

@@ -56,6 +56,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.poincare,
         rows.exponent,
         rows.energy,
+        rows.forces,
     ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0

@@ -79,8 +79,8 @@ def sweep(
         one a step before it ends: each step starts a transient. With "both", to show hysteresis, the sweeps up and down
         lie along a first dimension `direction`. Excludes swept starts.
     outputs : sequence of str
-        Any of harmonics, impacts, motion, stability, energy, subharmonics, poincare, lyapunov, sensitivity; others are
-        neither computed nor stored.
+        Any of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, poincare, lyapunov,
+        sensitivity; others are neither computed nor stored.
     accuracy : float, optional
         Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
         status `inaccurate`.
@@ -223,8 +223,9 @@ def solve_blocks(
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)
             yield _label(
-                grid, row_start + begin, block_parameters, solved, accuracy, harmonics, attrs
-            )
+                grid, row_start + begin, block_parameters, solved, accuracy, harmonics, attrs,
+                requested_outputs,
+            )  # fmt: skip
             begin = stop
 
 
@@ -236,12 +237,13 @@ def _label(
     max_error: float | None,
     harmonics: int,
     attrs: Mapping[str, Any],
+    outputs: tuple[str, ...],
 ) -> xr.Dataset:
     """Return solved chains from row `start` on as a dataset over `row`, in the order of the rows of the grid."""
     import xarray as xr
 
     stop = start + len(parameters[0])
-    variables = label_rows(solved[0], parameters[0])
+    variables = label_rows(solved[0], parameters[0], outputs)
     if max_error is not None:
         variables = with_error(variables, row_errors(parameters[0], variables), max_error)
     variables |= {

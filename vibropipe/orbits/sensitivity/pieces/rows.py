@@ -7,9 +7,8 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_nogil
-from vibropipe.march.grid import Instant, exact_steps, grid_in_room, grid_time, new_grid_room
-from vibropipe.march.log import clear_log, new_log
-from vibropipe.march.loop import OK, march
+from vibropipe.march.grid import new_grid_room
+from vibropipe.march.log import new_log
 from vibropipe.march.piece_log import (
     AT,
     CAUSE,
@@ -17,7 +16,6 @@ from vibropipe.march.piece_log import (
     FORM,
     HOME,
     IMPACT,
-    LEAVES,
     PIECES,
     STICK,
     TURN,
@@ -25,9 +23,8 @@ from vibropipe.march.piece_log import (
     Y_END,
     PieceLog,
 )
-from vibropipe.march.piece_state import coefficients, piece_state
-from vibropipe.march.pieces import next_instant
-from vibropipe.march.state import restitution_of
+from vibropipe.march.piece_state import coefficients
+from vibropipe.orbits.contacts import write_contacts
 from vibropipe.orbits.pieces import end_of_piece
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
@@ -64,74 +61,7 @@ from vibropipe.physics.derivatives import F2, LOAD, N_OF_PIECES, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.load import largest_force
-from vibropipe.physics.stiffness import is_soft, piece_rate
-
-# Columns of a contact, those of `PieceLog.leaves`: velocity after it, duration, largest force, largest depth.
-CONTACT_COLUMNS = 4
-# Forcing periods after which a contact counts as endless.
-MAX_CONTACT_PERIODS = 256
-
-
-@jit
-def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> None:
-    """March a contact with a soft support, which its impact determines, until the mass leaves, and write its columns.
-
-    Parameters
-    ----------
-    e, p, grid : Effects, Parameters, StepGrid
-    position : float
-        Of the impact that begins it, in forcing periods.
-    home : int
-        The support.
-    velocity : float
-        x' on entering.
-    march_room
-        As for `march_orbit`.
-    contact : (4,) float
-        Columns of the contact; not written where it does not end.
-    """
-    log, c, _grid_room = march_room
-    state = piece_state(e, p, grid, grid_time(position, grid.steps), home, 0.0, -abs(velocity))
-    last = state.period + MAX_CONTACT_PERIODS
-    while state.period < last:
-        clear_log(log)
-        period, step, theta = next_instant(grid, state, 1.0)
-        end = Instant(period, step, theta)
-        state, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
-        if status != OK:
-            return
-        if log.pieces.counts[LEAVES] > 0:
-            for k in range(CONTACT_COLUMNS):
-                contact[k] = log.pieces.leaves[0, k]
-            return
-
-
-@jit
-def write_contacts(e, p, march_room, out, row, first) -> None:
-    """Write the contacts of a solved row into `out.contacts`: of an impact on a rigid support, the velocity after it.
-
-    Parameters
-    ----------
-    e, p, march_room
-        As for `march_orbit`.
-    out : RowResults
-        Compacted results, with their impacts; `contacts` NaN on entry.
-    row : int
-        Index of the row.
-    first : int
-        Index of its first impact.
-    """
-    if out.impact_count[row] == 0:
-        return
-    grid = grid_in_room(e, p, exact_steps(e, p), march_room[2])
-    for i in range(first, first + out.impact_count[row]):
-        home, velocity = np.int64(out.impact_support[i]), out.impact_velocity[i]
-        if is_soft(e, p, home):
-            # Only the phase matters: a time of few digits before the point keeps more behind it.
-            position = out.impact_position[i] - math.floor(out.impact_position[i])
-            march_contact(e, p, grid, position, home, velocity, march_room, out.contacts[i])
-        else:
-            out.contacts[i, 0] = -restitution_of(e, p, home) * velocity
+from vibropipe.physics.stiffness import piece_rate
 
 
 @jit
@@ -281,7 +211,7 @@ def with_errors_of_pieces(
     parameters: np.ndarray,
     effects: Effects,
     pieces: PieceLog,
-    contacts: bool = False,
+    contacts: int = 0,
 ) -> RowResults:
     """Return compacted results, whose impacts are listed, with errors and, if requested, derivatives of all orbits.
 
@@ -292,15 +222,15 @@ def with_errors_of_pieces(
     effects : Effects
         With soft supports or friction.
     pieces : PieceLog
-    contacts : bool
-        Whether the contacts with soft supports are wanted.
+    contacts : int
+        Columns of the contacts with soft supports, 0 if they are not wanted.
     """
     n = rows.impact_position.size
     room = rows._replace(
         e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
     )
     if contacts:
-        room = room._replace(contacts=np.full((n, CONTACT_COLUMNS), np.nan))
+        room = room._replace(contacts=np.full((n, contacts), np.nan))
     by = None
     if rows.d_section.size > 0:
         room, by = with_impact_derivatives(room), 1

@@ -23,9 +23,9 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients
+from vibropipe.orbits.forces import NODES, WEIGHTS
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.pieces import end_of_piece, load_of_piece, steps_of_span
-from vibropipe.orbits.quadrature import NODES, WEIGHTS
 from vibropipe.orbits.sensitivity.pieces.columns import COLUMNS, PARAMETER
 from vibropipe.orbits.sensitivity.pieces.events import loss_rates, reference_derivative, sign_of
 from vibropipe.physics.contact import to_velocity

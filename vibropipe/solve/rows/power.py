@@ -1,0 +1,125 @@
+"""The outputs `power` and `frame`: energies, forces and impulses of rows per unit of time, and what impacts wear.
+
+The drive acts between mass and frame, the load on the mass alone. Spring, damper, friction, supports and the reaction
+of the drive then press on the frame with load - x'', whatever they are (docs/theory.md).
+"""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+
+import numpy as np
+
+from vibropipe.orbits.forces import ACCELERATION, FORCE_MAX, IMPULSE, POWER_MAX, SQUARE
+from vibropipe.orbits.results import RowResults
+from vibropipe.solve.rows.row_results import acting_rows, columns_of
+from vibropipe.words.vocabulary import POWERS
+
+Values = dict[str, np.ndarray]
+TWO_PI = 2.0 * np.pi
+# Phases at which the force of two harmonics is looked at before Newton's method, and steps of that.
+PHASES, NEWTON_STEPS = 64, 6
+
+
+def label_power(values: Mapping[str, np.ndarray], rows: RowResults, nu: np.ndarray) -> Values:
+    """Return the powers of rows.
+
+    Parameters
+    ----------
+    values : mapping
+        Labelled quantities of the rows: energies and impacts.
+    rows : RowResults
+        With `forces`.
+    nu : (rows,) array
+        2 pi over the time to which energies and impacts per period belong.
+    """
+    powers = {
+        name: per_time(values[energy], nu) for name, energy in POWERS.items() if energy in values
+    }
+    struck = mean_over_impacts(rows, lambda speed, _row: 0.5 * speed**2)
+    return powers | {
+        "power_struck": per_time(values["impacts_per_period"] * struck, nu),
+        "power_input_max": rows.forces[:, POWER_MAX],
+    }
+
+
+def label_frame(
+    values: Mapping[str, np.ndarray], rows: RowResults, nu: np.ndarray, parameters: np.ndarray
+) -> Values:
+    """Return the forces and impulses that reach the frame, and the wear of the supports.
+
+    Parameters
+    ----------
+    values, rows, nu
+        As for `label_power`; `values` with the harmonics of displacement.
+    parameters : (rows, parameters) array
+    """
+    p = columns_of(parameters)
+    periods = np.maximum(
+        np.where(rows.period_multiple > 0, rows.period_multiple, rows.window_periods), 1
+    )
+    span, load, forces = periods * TWO_PI / nu, p["load"], rows.forces
+    acceleration, square = forces[:, ACCELERATION] / span, forces[:, SQUARE] / span
+    mean_square = load**2 - 2.0 * load * acceleration + square
+    multiples = np.arange(1, rows.amplitudes.shape[1])
+    exponent = p["wear_exponent"]
+    wear = mean_over_impacts(rows, lambda speed, row: speed ** exponent[row])
+    frame = {
+        "frame_force_mean": load - acceleration,
+        "frame_force_rms": np.sqrt(np.maximum(mean_square, 0.0)),
+        "frame_force_max": forces[:, FORCE_MAX],
+        "frame_force_amplitude": (multiples * nu[:, None]) ** 2 * values["displacement_amplitude"],
+        "frame_force_phase": values["displacement_phase"],
+        "impulse_per_period": forces[:, IMPULSE : IMPULSE + 2] / periods[:, None],
+        "wear_rate": per_time(values["impacts_per_period"] * wear, nu),
+    }
+    return frame | {"impact_impulse": _impulses(rows, parameters)}
+
+
+def per_time(values: np.ndarray, nu: np.ndarray) -> np.ndarray:
+    """Return what (rows, ...) is per period as per unit of time; nu : (rows,)."""
+    return values * (nu / TWO_PI).reshape(-1, *(1,) * (values.ndim - 1))
+
+
+def mean_over_impacts(
+    rows: RowResults, of: Callable[[np.ndarray, np.ndarray], np.ndarray]
+) -> np.ndarray:
+    """Return the means (rows, 2) over the listed impacts on each support; 0 without one.
+
+    of : callable
+        Takes the speeds before impact and the indices of their rows, (impacts,), and returns what is averaged.
+    """
+    n = rows.impact_count.size
+    owner = np.repeat(np.arange(n), rows.impact_count)
+    place = 2 * owner + rows.impact_support - 1
+    sums = np.bincount(place, of(np.abs(rows.impact_velocity), owner), 2 * n)
+    counts = np.bincount(place, minlength=2 * n)
+    return (sums / np.maximum(counts, 1)).reshape(n, 2)
+
+
+def _impulses(rows: RowResults, parameters: np.ndarray) -> np.ndarray:
+    """Return the impulse that the support takes of each impact; NaN where a soft contact is not known."""
+    if rows.contacts.shape[1] > 0:
+        return rows.contacts[:, -1]
+    owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
+    p = columns_of(acting_rows(parameters))
+    restitution = np.where(rows.impact_support == 1, p["R1"][owner], p["R2"][owner])
+    return (1.0 + restitution) * np.abs(rows.impact_velocity)
+
+
+def largest_drive_force(p: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the largest size (rows,) of f sin(u) + f2 sin(2 u + phi2), from parameters (rows,) by name."""
+    f, f2, phi2 = (p[name][:, None] for name in ("f", "f2", "phi2"))
+    u = np.broadcast_to(TWO_PI * np.arange(PHASES) / PHASES, (len(f), PHASES))
+
+    def force(u: np.ndarray, order: int) -> np.ndarray:
+        turn = order * np.pi / 2.0
+        return f * np.sin(u + turn) + 2.0**order * f2 * np.sin(2.0 * u + phi2 + turn)
+
+    largest = np.abs(force(u, 0)).max(axis=1)
+    for _ in range(NEWTON_STEPS):
+        slope, curvature = force(u, 1), force(u, 2)
+        with np.errstate(divide="ignore", invalid="ignore"):
+            u = np.where(curvature == 0.0, u, u - np.clip(slope / curvature, -0.1, 0.1))
+    refined = np.abs(force(u, 0)).max(axis=1)
+    return np.where(p["f2"] == 0.0, np.abs(p["f"]), np.fmax(largest, refined))

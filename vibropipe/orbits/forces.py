@@ -91,16 +91,23 @@ def sought_at(e, p, step, begin, c, theta, column):
 
 @jit
 def note_largest(e, p, step, begin, c, column, forces) -> None:
-    """Let `forces[column]` be at least the largest value in a step, found by golden section."""
-    best, least, place = -math.inf, math.inf, 0
+    """Let `forces[column]` be at least the largest value in a step, found by golden section where one may be larger."""
+    best, place, bend, last, first_change, change = -math.inf, 0, 0.0, 0.0, 0.0, 0.0
     for i in range(INTERVALS + 1):
         value = sought_at(e, p, step, begin, c, i / INTERVALS, column)
-        least = min(least, value)
+        if i == 1:
+            first_change = value - last
+        elif i > 1:
+            bend = max(bend, abs(value - last - change))
         if value > best:
             best, place = value, i
-    forces[column] = max(forces[column], best)
-    # Between its neighbours a value of a step this short is no further above it than it is above the least.
-    if best + (best - least) <= forces[column]:
+        last, change = value, value - last
+    known = forces[column]
+    forces[column] = max(known, best)
+    # A parabola rises between its points by an eighth of its second difference at most, and has no vertex next to an
+    # end where it still changes by more than that; the bound is twice that for what is no parabola.
+    leaves = (place == 0 and -first_change > bend) or (place == INTERVALS and change > bend)
+    if leaves or best + 0.25 * bend <= known:
         return
     low, high = max(0, place - 1) / INTERVALS, min(INTERVALS, place + 1) / INTERVALS
     one, two = high - GOLDEN * (high - low), low + GOLDEN * (high - low)

@@ -109,7 +109,16 @@ def _impulses(rows: RowResults, parameters: np.ndarray) -> np.ndarray:
 
 def largest_drive_force(p: Mapping[str, np.ndarray]) -> np.ndarray:
     """Return the largest size (rows,) of f sin(u) + f2 sin(2 u + phi2), from parameters (rows,) by name."""
-    f, f2, phi2 = (p[name][:, None] for name in ("f", "f2", "phi2"))
+    largest: np.ndarray = np.abs(p["f"])
+    has_second = p["f2"] != 0.0
+    if has_second.any():
+        two = (p[name][has_second][:, None] for name in ("f", "f2", "phi2"))
+        largest[has_second] = _largest_of_two(*two)
+    return largest
+
+
+def _largest_of_two(f: np.ndarray, f2: np.ndarray, phi2: np.ndarray) -> np.ndarray:
+    """Return the largest force (rows,) of two harmonics (rows, 1), from phases all round and Newton's method."""
     u = np.broadcast_to(TWO_PI * np.arange(PHASES) / PHASES, (len(f), PHASES))
 
     def force(u: np.ndarray, order: int) -> np.ndarray:
@@ -121,5 +130,4 @@ def largest_drive_force(p: Mapping[str, np.ndarray]) -> np.ndarray:
         slope, curvature = force(u, 1), force(u, 2)
         with np.errstate(divide="ignore", invalid="ignore"):
             u = np.where(curvature == 0.0, u, u - np.clip(slope / curvature, -0.1, 0.1))
-    refined = np.abs(force(u, 0)).max(axis=1)
-    return np.where(p["f2"] == 0.0, np.abs(p["f"]), np.fmax(largest, refined))
+    return np.fmax(largest, np.abs(force(u, 0)).max(axis=1))

@@ -213,7 +213,15 @@ def save_state(state, data) -> None:
 def load_state(data):
     """Return the State that `save_state` wrote."""
     return State(
-        int(data[0]), int(data[1]), data[2], int(data[3]), data[4], data[5], int(data[6]), data[7]
+        int(data[0]),
+        int(data[1]),
+        data[2],
+        int(data[3]),
+        data[4],
+        data[5],
+        int(data[6]),
+        data[7],
+        None,
     )
 
 
@@ -269,7 +277,7 @@ def advance_lane(e, inputs, results, logs, scratch, row, i, now) -> bool:
     if state.period * grid.steps + state.step < now:
         # it has flown in the block since it was saved
         y, w, steps = block[Y + i], block[W + i], grid.steps
-        state = State(now // steps, now % steps, 0.0, state.home, y, w, FLIGHT, 0.0)
+        state = State(now // steps, now % steps, 0.0, state.home, y, w, FLIGHT, 0.0, None)
     after = now + STRIDE
     events_left = inputs.max_events - int(data[EVENTS])
     state, events, status, goes_on = march_until_step(
@@ -302,7 +310,7 @@ def init_block(e, inputs, results, scratch, first) -> int:
         p = row_parameters(inputs.parameters, row)
         grid = row_grid(inputs, p)
         save_state(
-            initial_state(e, p, grid, 0.0, inputs.starts[row, 0], inputs.starts[row, 1]),
+            initial_state(e, p, grid, 0.0, inputs.starts[row, 0], inputs.starts[row, 1], None),
             results.state[row],
         )
         results.state[row, EVENTS] = 0.0

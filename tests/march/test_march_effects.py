@@ -155,7 +155,7 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
     """
     p = vp.Exciter(l=0.5, nu=1.0, f=f, h=0.1, R1=0.5, R2=0.5).parameters()
     grid = exact_grid(e, p)
-    state = initial_state(e, p, grid, 0.0, 0.1, 2.0)
+    state = initial_state(e, p, grid, 0.0, 0.1, 2.0, None)
     call = [e, p, grid, *(state if a is State else a for a in arguments)]
     kernel(*call)
     signature = tuple(map(kernel.typeof_pyval, call))

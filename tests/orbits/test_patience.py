@@ -48,7 +48,7 @@ def row(p: Parameters) -> xr.Dataset:
 def period_by_period(p: Parameters, periods: int) -> Any:
     """Yield (log, start, end) of each forcing period from rest at 0."""
     grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(2000, 100), np.empty(DEGREE + 1)
-    end = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
+    end = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0, None)
     for _ in range(periods):
         clear_log(log)
         start = at_period_zero(end)

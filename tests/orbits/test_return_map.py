@@ -32,7 +32,7 @@ CHATTER = Parameters(0.3, 1.5, 0.2, 0.5, 0.0, 0.7, 0.7)
 
 def marched(p, x, v, periods, capacity=2000):
     grid = exact_grid(ALL_EFFECTS, p)
-    start = initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, x, v, None)
     log = new_log(capacity, 100)
     end, status = march(
         ALL_EFFECTS,
@@ -50,7 +50,7 @@ def marched(p, x, v, periods, capacity=2000):
 
 def steady_state(p):
     grid = exact_grid(ALL_EFFECTS, p)
-    start = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0, None)
     log = new_log(2000, 100)
     max_periods = np.int64(1000)
     c = np.empty(DEGREE + 1)
@@ -134,7 +134,7 @@ def test_every_bound_has_a_status() -> None:
     _start, _end, status, _log = marched(FORCED, 0.0, 0.0, 1000, capacity=50)
     assert status == Status.LOG_FULL
     grid = exact_grid(ALL_EFFECTS, FORCED)
-    start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0)
+    start = initial_state(ALL_EFFECTS, FORCED, grid, 0.0, 0.0, 0.0, None)
     log = new_log(2000, 100)
     _end, status = march(
         ALL_EFFECTS, FORCED, grid, start, Instant(1000, 0, 0.0), log, None, np.empty(DEGREE + 1), 20
@@ -158,7 +158,7 @@ def test_every_bound_has_a_status() -> None:
 def test_the_bound_on_impacts_holds_over_logs_filled_and_emptied() -> None:
     p = FORCED._replace(delta=-1.5, f=0.0, R1=1 - 1e-9, R2=1 - 1e-9)
     grid, log = exact_grid(ALL_EFFECTS, p), new_log(50, 10)
-    start = initial_state(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0)
+    start = initial_state(ALL_EFFECTS, p, grid, 0.0, -1.5, 0.0, None)
     max_events = np.int64(1000)
     _end, status = orbit_periods(
         ALL_EFFECTS, p, grid, start, np.int64(10**6), log, np.empty(DEGREE + 1), max_events

@@ -16,6 +16,7 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import Log, new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.closing import NEWTON_REACH, settles_on
+from vibropipe.orbits.housing_jacobian import no_coupling
 from vibropipe.orbits.return_map import floquet_multipliers, march_periods, state_xv
 from vibropipe.orbits.room import new_sections
 from vibropipe.orbits.settling import find_steady_state
@@ -31,11 +32,12 @@ TURN = 2 * math.pi
 TWO_SIDED = Parameters(1.6, 1.0, 0.1, 0.5, 0.0, 0.7, 0.7)
 # Its orbit (1; 1, 0) is stable up to the flip bifurcation at nu = 2.66.
 ONE_SIDED = Parameters(2.3, 1.0, 0.1, 50.0, -50.0, 0.8, 0.8)
+ALONE = no_coupling()
 
 
 def kernel_arguments(p: Parameters, x: float, v: float) -> tuple[Any, ...]:
     grid = exact_grid(ALL_EFFECTS, p)
-    return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
+    return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v, None)
 
 
 def shot(
@@ -173,7 +175,7 @@ def test_a_bad_start_gives_an_orbit_that_is_not_closed() -> None:
 def test_who_settles_is_judged_by_stability_and_distance() -> None:
     state = kernel_arguments(TWO_SIDED, 0.1, 0.0)[3]
     stable, unstable = (0.5, 0.0, 0.0, 0.1), (1.5, 0.0, 0.0, 0.1)
-    near = Orbit(True, 0, 1, state, state, 0.0, stable, 1, 1e-3, 1e-3, 5e-4, 0.0, 1.0)
+    near = Orbit(True, 0, 1, state, state, 0.0, stable, 1, 1e-3, 1e-3, 5e-4, 0.0, 1.0, ALONE)
     reach = NEWTON_REACH * near.first_change / (1 - 0.5)
     assert settles_on(near)
     assert settles_on(near._replace(distance=0.99 * reach))
@@ -187,7 +189,7 @@ def test_who_settles_is_judged_by_stability_and_distance() -> None:
 def test_a_motion_that_goes_away_from_an_orbit_does_not_settle_on_it() -> None:
     state = kernel_arguments(TWO_SIDED, 0.1, 0.0)[3]
     derivative = (0.5, 0.0, 0.0, 0.1)
-    near = Orbit(True, 0, 1, state, state, 0.0, derivative, 1, 1e-3, 1e-3, 2e-3, 9e-4, 1.0)
+    near = Orbit(True, 0, 1, state, state, 0.0, derivative, 1, 1e-3, 1e-3, 2e-3, 9e-4, 1.0, ALONE)
     assert settles_on(near)  # as predicted: derivatives that are not normal lead away at first
     assert settles_on(near._replace(mismatch=5e-3, image_distance=9e-4))
     assert not settles_on(near._replace(mismatch=5e-3))

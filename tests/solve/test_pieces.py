@@ -22,7 +22,7 @@ def exciter_of(name: str) -> vp.Exciter:
     """Return the exciter of a reference motion."""
     entry = MOTIONS[name]
     names = {"friction": "d", "load": "q"}
-    values = {n: float(entry[names.get(n, n)]) for n in PARAMETERS}
+    values = {n: float(entry[names.get(n, n)]) for n in PARAMETERS if names.get(n, n) in entry}
     # a soft support has the damping of the entry, and no restitution
     soft = {f"R{n}": 1.0 for n in "12" if values[f"k{n}"] > 0.0}
     return vp.Exciter(**values | soft)

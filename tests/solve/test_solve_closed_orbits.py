@@ -39,7 +39,7 @@ COMPARED = (*IMPACTS, "floquet_multiplier", *SECTION)
 def march(e: vp.Exciter, x: float, v: float) -> tuple[Any, ...]:
     p = e.parameters()
     grid = exact_grid(ALL_EFFECTS, p)
-    return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v)
+    return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v, None)
 
 
 def shot(e: vp.Exciter, x: float, v: float, m: int) -> Orbit:

@@ -29,7 +29,7 @@ def patient(p: Parameters, patience: int) -> tuple[int, int]:
     """Return (regime, multiple) after `patience` periods; (aperiodic, 0) if the section does not repeat."""
     grid, log, c = exact_grid(ALL_EFFECTS, p), new_log(8192, 512), np.empty(DEGREE + 1)
     most = np.int64(10_000_000)
-    state = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0)
+    state = initial_state(ALL_EFFECTS, p, grid, 0.0, 0.0, 0.0, None)
     state, _ = march_periods(ALL_EFFECTS, p, grid, state, np.int64(patience), log, c, most)
     sections, contacts = [state_xv(p, state)], []
     for _ in range(MAX_LONG_MULTIPLE):

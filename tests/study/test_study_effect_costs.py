@@ -73,7 +73,7 @@ def test_mistakes_are_reported_with_their_path(study, change, said):
     assert said in str(caught.value), str(caught.value)
 
 
-def test_the_shipped_study_prices_each_of_the_ten_effects_and_each_output():
+def test_the_shipped_study_prices_each_of_the_eleven_effects_and_each_output():
     scene = load_study(SHIPPED).scene("effects")
     present = {name: set(scene.effects_of(name)) for name in scene.motions}
     base = present["figure_6"]
@@ -82,7 +82,7 @@ def test_the_shipped_study_prices_each_of_the_ten_effects_and_each_output():
     assert base - present["one_support"] <= {"support_1"}
     assert present["conservative"] == {"support_1", "support_2"}
     assert not {"support_1", "support_2"} & present["row_no_impact"]
-    for effect in ("load", "soft", "friction", "second_harmonic"):
+    for effect in ("load", "soft", "friction", "second_harmonic", "housing"):
         assert any(effects - base == {effect} for effects in present.values())
     assert set().union(*present.values()) == set(EFFECT_NAMES)
     assert {output for motion in scene.motions.values() for output in motion.outputs} == set(

@@ -71,7 +71,8 @@ class TimingCase(NamedTuple):
     @property
     def all_effects(self) -> Effects:
         """Effects of the all-effects kernel: those of eqs. (5), (6), and all of pieces where the motion has pieces."""
-        return all_effects(self.motion.exciter.parameters()._asdict(), pieces=True)
+        values = self.motion.exciter.parameters()._asdict()
+        return all_effects(values, pieces=True, housing=True)
 
 
 class TimedWork(NamedTuple):

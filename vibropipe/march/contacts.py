@@ -21,6 +21,7 @@ from vibropipe.march.state import (
     restitution_of,
 )
 from vibropipe.physics.contact import frame_at, reset
+from vibropipe.physics.housing import moved, struck
 from vibropipe.physics.load import NEVER, force_at, force_rate
 
 
@@ -51,7 +52,8 @@ def apply_impact(e, p, grid, state, at_near, approach, theta, log):
     w = reset(restitution_of(e, p, side), approach)
     position = turns_at(grid, Instant(state.period, state.step, theta))
     log_impact(log, position, side, sign * approach, -sign * (approach + w))
-    return State(state.period, state.step, theta, side, 0.0, w, LEAVES_BY_VELOCITY, 0.0)
+    housing = struck(p, state.housing, sign * approach, -sign * w)
+    return State(state.period, state.step, theta, side, 0.0, w, LEAVES_BY_VELOCITY, 0.0, housing)
 
 
 @jit_inline
@@ -67,7 +69,9 @@ def apply_contact(e, p, grid, state, kind, at_near, c, theta, log):
     if kind == GRAZING or approach <= 0.0:
         side = support_at(state.home, at_near)
         log_grazing(log, turns_at(grid, Instant(state.period, state.step, at)), side)
-        return State(state.period, state.step, at, side, 0.0, 0.0, LEAVES_BY_VELOCITY, 0.0)
+        return State(
+            state.period, state.step, at, side, 0.0, 0.0, LEAVES_BY_VELOCITY, 0.0, state.housing
+        )
     if state.mode != FLIGHT:
         log.counts[SHORT_FLIGHTS] += 1
     return apply_impact(e, p, grid, state, at_near, approach, at, log)
@@ -92,25 +96,24 @@ def resolve_departure(e, p, grid, state, end, log):
     The chatter is summed as a geometric series. Its impacts are marched singly if the accumulation point lies beyond
     the end.
     """
-    mode, wait = departure_mode(e, p, grid, state.home, state.w, phase_at(grid, state))
+    turn, housing = phase_at(grid, state), state.housing
+    mode, wait = departure_mode(e, p, grid, state.home, state.w, turn, housing)
+    period, step, theta, home, w = state.period, state.step, state.theta, state.home, state.w
     if mode != REST:
-        return State(state.period, state.step, state.theta, state.home, 0.0, state.w, mode, 0.0)
+        return State(period, step, theta, home, 0.0, w, mode, 0.0, housing)
     at = advance_time(grid, state, wait)
     if not is_before(at, end) and wait > 0.0:
         # The accumulation point lies beyond the end: the impacts up to the end are marched.
-        return State(
-            state.period, state.step, state.theta, state.home, 0.0, state.w, LEAVES_BY_VELOCITY, 0.0
-        )
-    if state.w > 0.0:
-        restitution = restitution_of(e, p, state.home)
-        tail_impulse = (
-            state.w * (1.0 + restitution) / (1.0 - restitution) if restitution < 1.0 else state.w
-        )
-        sign = -1.0 if state.home == 1 else 1.0
+        return State(period, step, theta, home, 0.0, w, LEAVES_BY_VELOCITY, 0.0, housing)
+    sign = -1.0 if home == 1 else 1.0
+    if w > 0.0:
+        restitution = restitution_of(e, p, home)
+        tail_impulse = w * (1.0 + restitution) / (1.0 - restitution) if restitution < 1.0 else w
         middle = turns_at(grid, state) + 0.5 * wait
-        log_impact(log, middle, -state.home, 0.0, sign * tail_impulse)
-    start = turns_at(grid, at)
-    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, start)
+        log_impact(log, middle, -home, 0.0, sign * tail_impulse)
+    start, span = turns_at(grid, at), wait * (grid.steps * grid.dt)
+    settled = moved(p, housing, span, 0.0, 0.0)
+    return State(at.period, at.step, at.theta, home, 0.0, 0.0, REST, start, settled)
 
 
 @jit
@@ -119,7 +122,7 @@ def advance_rest(e, p, grid, state, end, log, samples):
 
     samples : `Samples` to write, or None.
     """
-    wait = release_wait(e, p, state.home, phase_at(grid, state))
+    wait = release_wait(e, p, state.home, phase_at(grid, state), state.housing)
     at, released = end, False
     if wait < NEVER:
         release = advance_time(grid, state, wait)
@@ -128,14 +131,17 @@ def advance_rest(e, p, grid, state, end, log, samples):
             at = release
     at_step = at.period * grid.steps + at.step
     record(samples, log.counts, p, grid, state.home, None, at_step, 0.0, at.theta)
+    waited = (at.period - state.period) * grid.steps + (at.step - state.step)
+    span = (waited + (at.theta - state.theta)) * grid.dt
+    housing, home = moved(p, state.housing, span, 0.0, 0.0), state.home
     if not released:
-        return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, REST, state.rest_start)
+        return State(at.period, at.step, at.theta, home, 0.0, 0.0, REST, state.rest_start, housing)
     log_rest(log, state.rest_start, turns_at(grid, at), state.home)
     jerk, second = 0.0, e.second_harmonic
     if e.forcing is not None:
         sigma = frame_at(e, p, state.home).sigma
         jerk = force_rate(p, force_at(p, sigma, phase_at(grid, at), second), second)
-    return State(at.period, at.step, at.theta, state.home, 0.0, 0.0, release_mode(jerk), 0.0)
+    return State(at.period, at.step, at.theta, home, 0.0, 0.0, release_mode(jerk), 0.0, housing)
 
 
 @jit_inline

@@ -284,4 +284,4 @@ def coast(e, p, grid, state, end, log, c, events_left):
     log.counts[POLYNOMIALS] += n_impacts
     sign = frame_sign(e, frame.home)
     mode = LEAVES_BY_VELOCITY if departs == 1 else FLIGHT
-    return State(period, step, theta, frame.home, sign * y, sign * w, mode, 0.0), n_impacts
+    return State(period, step, theta, frame.home, sign * y, sign * w, mode, 0.0, None), n_impacts

@@ -251,6 +251,7 @@ def fly(e, p, grid, state, end, log, samples, c):
                 0.0,
                 LEAVES_BY_ACCELERATION,
                 0.0,
+                None,
             ), OK
         return resolve_departure(e, p, grid, after, end, log), OK
     log.counts[STEPS] += 1
@@ -264,7 +265,7 @@ def fly(e, p, grid, state, end, log, samples, c):
         log.counts[SHORT_FLIGHTS] += 1
         turn = (step + at) / grid.steps
         mode, _wait = departure_mode(e, p, grid, state.home, 0.0, turn)
-        return State(period, step, at, state.home, 0.0, 0.0, mode, period + turn), OK
+        return State(period, step, at, state.home, 0.0, 0.0, mode, period + turn, None), OK
     # After an impact at the end of a step no time is left in it: the mass departs in the next one.
     next_mode = FLIGHT if theta > 0.0 else mode
-    return State(period, step, at, state.home, y, w, next_mode, 0.0), OK
+    return State(period, step, at, state.home, y, w, next_mode, 0.0, None), OK

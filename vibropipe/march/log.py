@@ -54,6 +54,7 @@ class Samples(NamedTuple):
     """Arrays for the motion at the times start + i stride / per_period, in forcing periods.
 
     start_step, start_theta : the start, as a step counted from tau = 0 and a share of it.
+    housing : velocity and displacement of a housing, (n, 2), or None.
     """
 
     displacement: np.ndarray
@@ -62,6 +63,7 @@ class Samples(NamedTuple):
     per_period: int
     start_step: int
     start_theta: float
+    housing: np.ndarray | None = None
 
 
 @jit

@@ -139,7 +139,7 @@ def coast_newmark(e, p, grid, state, end, counts):
             step = 0
             period += 1
     counts[STEPS] += n_steps
-    return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0)
+    return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0, None)
 
 
 @jit

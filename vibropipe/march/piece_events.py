@@ -2,14 +2,28 @@
 
 from __future__ import annotations
 
+import math
+from typing import NamedTuple
+
 from vibropipe.compiler import jit
 from vibropipe.march.grid import phase_at
+from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
+from vibropipe.march.piece_state import coefficients, direction_of, is_in_contact
 from vibropipe.march.roots import NONE, STRIDE_LIMIT, first_root, gap
+from vibropipe.march.state import FLIGHT, LEAVES_BY_ACCELERATION, LEAVES_BY_SNAP
+from vibropipe.physics.decay import ALIVE, Decay, decay_of
+from vibropipe.physics.flow import REACH
+from vibropipe.physics.friction import friction_of
+from vibropipe.physics.housing import (
+    inertia_factor,
+    times_force,
+)
 from vibropipe.physics.load import force_at, force_value, no_force
 from vibropipe.physics.stiffness import (
     damping_of,
     piece_mean_acceleration,
+    piece_rate,
     piece_taylor,
     stiffness_of,
 )
@@ -21,6 +35,76 @@ BISECTIONS = 30
 # Steps of Newton's method for the length of a Newmark step, and its last correction as a share of that length.
 MAX_STEPS, STEP_TOLERANCE = 20, 2.0**-50
 
+# Parts of a step of a contact above which it is looked at whether its exponentials have decayed: usual contacts have
+# fewer and keep their bits. Parts above which the rounding of a time exceeds some parts.
+MANY_PARTS, MAX_PARTS = 2.0**12, 2.0**44
+
+
+class Piece(NamedTuple):
+    """The linear motion y'' + damping y' + stiffness y = load + sigma F, and the zeros that it starts with.
+
+    Attributes
+    ----------
+    stiffness, damping, load : float
+        `load` includes the friction.
+    direction : float
+        Sign of the velocity, in the frame.
+    in_contact : bool
+        Whether a soft support acts.
+    gap_power, velocity_power : int
+        Power of time with which the gap to `home`, and the velocity, leave zero; 0 where they are not zero.
+    factor : float
+        Of the force: 1, or 1 + kappa where a housing slides; stiffness, damping and load have it.
+    """
+
+    stiffness: float
+    damping: float
+    load: float
+    direction: float
+    in_contact: bool
+    gap_power: int
+    velocity_power: int
+    factor: float
+
+
+@jit
+def piece_at(e, p, frame, state) -> Piece:
+    """Return the piece that a moving state is on; `frame` has the load of its housing."""
+    in_contact = is_in_contact(e, p, state)
+    stiffness, damping = coefficients(e, p, state.home, in_contact)
+    direction = direction_of(state)
+    velocity_power = 0
+    if state.w == 0.0 and state.mode >= LEAVES_BY_ACCELERATION:
+        velocity_power = state.mode - (1 if state.mode <= LEAVES_BY_SNAP else 4)
+    gap_power = velocity_power + 1 if state.home > 0 and state.y == 0.0 else 0
+    load, factor = frame.load - friction_of(e, p) * direction, inertia_factor(p, state.housing)
+    if e.housing is not None:
+        stiffness, damping, load = factor * stiffness, factor * damping, factor * load
+    return Piece(stiffness, damping, load, direction, in_contact, gap_power, velocity_power, factor)
+
+
+@jit
+def parts_of_step(e, p, grid, frame, piece, state):
+    """Return into how many parts a step of the grid is divided, where a piece is stiffer than the spring; its `Decay`.
+
+    The parts are 0 where they are too short for the times of the grid.
+    """
+    alive = Decay(ALIVE, 0.0, 0.0, 0.0, no_force())
+    if grid.exact is None or not (piece.in_contact or piece.factor > 1.0):
+        return 1, alive
+    parts = piece_rate(piece.stiffness, piece.damping) * grid.dt / REACH
+    if not parts <= MAX_PARTS:
+        return 0, alive
+    if parts <= MANY_PARTS or state.mode != FLIGHT or state.y == 0.0:
+        return max(1, math.ceil(parts)), alive
+    force, second = no_force(), e.second_harmonic
+    if e.forcing is not None:
+        force = force_at(p, frame.sigma, phase_at(grid, state), second)
+        if e.housing is not None:
+            force = times_force(piece.factor, force)
+    decay = decay_of(state.y, state.w, force, piece.load, piece.stiffness, piece.damping, p, second)
+    return max(1, math.ceil(decay.rate * grid.dt / REACH)), decay
+
 
 @jit
 def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
@@ -28,6 +112,8 @@ def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
     force, second = no_force(), e.second_harmonic
     if e.forcing is not None:
         force = force_at(p, frame.sigma, phase_at(grid, state), second)
+        if e.housing is not None:
+            force = times_force(piece.factor, force)
     load, stiffness, damping = piece.load, piece.stiffness, piece.damping
     if grid.exact is not None:
         piece_taylor(c, state.y, state.w, force, load, stiffness, damping, p.nu, dt, second)
@@ -40,7 +126,10 @@ def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
         mean = force_value(force, second)
         if e.forcing is not None:
             turn = (state.step + state.theta + span) / grid.steps
-            mean = 0.5 * (mean + force_value(force_at(p, frame.sigma, turn, second), second))
+            end = force_value(force_at(p, frame.sigma, turn, second), second)
+            if e.housing is not None:
+                end *= piece.factor
+            mean = 0.5 * (mean + end)
         c[0], c[1] = state.y, state.w * dt
         c[2] = (
             0.5
@@ -118,11 +207,12 @@ def follow_contact(p, home, contact, c, theta, dt) -> None:
 
 
 @jit
-def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c) -> float:
+def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c, housing) -> float:
     """Return the length of the Newmark step that ends at an event, and fill c with that step.
 
     A step that ends at the event keeps the error smooth in the step size (`flight.step_to_contact`). Where Newton's
     method finds none, or one that is passed the wrong way, length theta and polynomial of the whole step are kept.
+    housing : `HousingLog` or None.
     """
     target, way = (frame.far, 1.0) if event == FAR else (frame.near, -1.0)
     if piece.in_contact:
@@ -133,6 +223,11 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c)
         value, slope, curvature, _third = gap(c, 0, 1.0, -target, length)
         if event == ZERO:
             value, slope, way = slope, curvature, -piece.direction
+        if e.housing is not None and event >= SLIP_UP:
+            value, slope = housing_margin(
+                housing, e, p, grid, frame, piece, state, event, length, dt, c
+            )
+            way = -1.0
         if not slope * way > 0.0:
             break
         change = value / slope

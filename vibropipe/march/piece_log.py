@@ -13,10 +13,12 @@ from vibropipe.physics.flow import DEGREE
 # What begins a piece: the march; entering and leaving a soft support; an impact on a rigid one or the tail of a
 # chatter; a zero of the velocity, after which it goes on, or is held; the end of that; a rest and its release; a touch
 # without velocity.
-# They are numpy integers because numba compiles another copy of a kernel for each literal constant.
+# The last two are events of a housing: it is no longer held, or its velocity has a zero, after which it is held or
+# slides on. They are numpy integers because numba compiles another copy of a kernel for each literal constant.
 BEGIN, ENTER, LEAVE, IMPACT, TURN, STICK, SLIP, REST_BEGINS, RELEASE, TOUCH = map(
     np.int64, range(10)
 )
+HOUSING_SLIP, HOUSING_STOP = np.int64(10), np.int64(11)
 # What a piece is: free flight, contact with a soft support, held by friction, at rest on a support.
 FREE, CONTACT, HELD, RESTING = range(4)
 # Columns of `values` and of `codes`.
@@ -27,6 +29,31 @@ CAUSE, FORM, HOME, DIRECTION = range(4)
 PIECES, LEAVES = 0, 1
 ELAPSED, FORCE, DEPTH, IS_OPEN = range(4)
 UNSEEN = 2.0
+# Columns of `HousingLog.values`.
+P_START, X_START, P_END, X_END, LARGEST = range(5)
+
+
+class HousingLog(NamedTuple):
+    """How a housing that may slide takes part in the pieces.
+
+    Attributes
+    ----------
+    way : ndarray of int8, shape (n,)
+        Of each piece, the direction in which the housing slides; 0 where it is held.
+    values : ndarray, shape (n, 5)
+        Momentum of both bodies and displacement of the housing, at start and end, and its largest speed.
+    work : ndarray, shape (degree + 1,)
+        Work array for polynomials.
+    product, factor, room : ndarray, shape (3, 3)
+        Work arrays for derivatives.
+    """
+
+    way: np.ndarray
+    values: np.ndarray
+    work: np.ndarray
+    product: np.ndarray
+    factor: np.ndarray
+    room: np.ndarray
 
 
 class PieceLog(NamedTuple):
@@ -48,6 +75,8 @@ class PieceLog(NamedTuple):
         Where integrals go that are not wanted.
     counts : ndarray of int64, shape (2,)
         Numbers of pieces and of leaves.
+    housing : HousingLog or None
+        Of a housing that may slide.
     """
 
     values: np.ndarray
@@ -59,10 +88,15 @@ class PieceLog(NamedTuple):
     energy: np.ndarray
     no_harmonics: np.ndarray
     counts: np.ndarray
+    housing: HousingLog | None
 
 
-def new_piece_log(n: int, degree: int) -> PieceLog:
+def new_piece_log(n: int, degree: int, has_housing: bool) -> PieceLog:
     """Return an empty log for n pieces of motions that are polynomials of a degree."""
+    housing = None
+    if has_housing:
+        square = (np.empty((3, 3)) for _ in range(3))
+        housing = HousingLog(np.empty(n, np.int8), np.empty((n, 5)), np.empty(degree + 1), *square)
     return PieceLog(
         np.empty((n, 6)),
         np.empty((n, 4), np.int8),
@@ -73,6 +107,7 @@ def new_piece_log(n: int, degree: int) -> PieceLog:
         np.zeros(5),
         np.empty(0, np.complex128),
         np.zeros(2, np.int64),
+        housing,
     )
 
 
@@ -107,6 +142,30 @@ def begin_piece(pieces, position, cause, form, home, direction, y, w) -> None:
 
 
 @jit
+def begin_housing(log, n, housing) -> None:
+    """Begin piece n in the log of a housing, if there is one."""
+    if log is None:
+        return
+    log.way[n] = housing.way
+    values = log.values
+    values[n, P_START], values[n, X_START] = housing.momentum, housing.displacement
+    values[n, P_END], values[n, X_END], values[n, LARGEST] = (
+        housing.momentum,
+        housing.displacement,
+        0.0,
+    )
+
+
+@jit
+def extend_housing(log, n, housing, speed) -> None:
+    """Let the housing of piece n end in a state, after a part with a largest speed; nothing without a housing."""
+    if log is None:
+        return
+    log.values[n, P_END], log.values[n, X_END] = housing.momentum, housing.displacement
+    log.values[n, LARGEST] = max(log.values[n, LARGEST], speed)
+
+
+@jit
 def extend_piece(pieces, span, y, w) -> None:
     """Add a span of tau to the last piece, which then ends in (y, w)."""
     n = pieces.counts[PIECES] - 1
@@ -137,5 +196,7 @@ def end_contact(pieces, velocity) -> None:
 def piece_log_of(
     effects: Effects, n: int, degree: int = DEGREE
 ) -> tuple[PieceLog, None] | tuple[None, int]:
-    """Return `pieces` and `plain` of a `Log`: an empty log for n pieces, if motions have soft supports or friction."""
-    return (new_piece_log(n, degree), None) if effects.has_pieces else (None, 1)
+    """Return `pieces` and `plain` of a `Log`: an empty log for n pieces, if motions are marched by pieces."""
+    if not effects.has_pieces:
+        return None, 1
+    return new_piece_log(n, degree, effects.housing is not None), None

@@ -2,9 +2,6 @@
 
 from __future__ import annotations
 
-import math
-from typing import NamedTuple
-
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import grid_time, phase_at
 from vibropipe.march.piece_log import CONTACT, FREE, HELD, RESTING
@@ -26,39 +23,18 @@ from vibropipe.march.state import (
     initial_state,
 )
 from vibropipe.physics.contact import frame_at, support_position
-from vibropipe.physics.decay import ALIVE, Decay, decay_of
-from vibropipe.physics.flow import REACH
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.load import force_at, force_rate, force_value, largest_force, no_force
-from vibropipe.physics.stiffness import damping_of, is_soft, piece_rate, stiffness_of
-
-# Parts of a step of a contact above which it is looked at whether its exponentials have decayed: usual contacts have
-# fewer and keep their bits. Parts above which the rounding of a time exceeds some parts.
-MANY_PARTS, MAX_PARTS = 2.0**12, 2.0**44
-
-
-class Piece(NamedTuple):
-    """The linear motion y'' + damping y' + stiffness y = load + sigma F, and the zeros that it starts with.
-
-    Attributes
-    ----------
-    stiffness, damping, load : float
-        `load` includes the friction.
-    direction : float
-        Sign of the velocity, in the frame.
-    in_contact : bool
-        Whether a soft support acts.
-    gap_power, velocity_power : int
-        Power of time with which the gap to `home`, and the velocity, leave zero; 0 where they are not zero.
-    """
-
-    stiffness: float
-    damping: float
-    load: float
-    direction: float
-    in_contact: bool
-    gap_power: int
-    velocity_power: int
+from vibropipe.physics.housing import (
+    BY_ACCELERATION,
+    BY_JERK,
+    MOVES,
+    STANDS,
+    Housing,
+    start_of_housing,
+    total_load,
+)
+from vibropipe.physics.load import force_at, force_rate, force_value, largest_force
+from vibropipe.physics.stiffness import damping_of, is_soft, stiffness_of
 
 
 @jit
@@ -91,7 +67,7 @@ def form_of(e, p, state) -> int:
 
 @jit
 def coefficients(e, p, home, in_contact):
-    """Return (stiffness, damping) of a piece."""
+    """Return (stiffness, damping) of a piece whose housing is held."""
     stiffness, damping = 1.0, 0.0
     if e.damping is not None:
         damping = p.h
@@ -101,44 +77,12 @@ def coefficients(e, p, home, in_contact):
 
 
 @jit
-def piece_at(e, p, frame, state) -> Piece:
-    """Return the piece that a moving state is on."""
-    in_contact = is_in_contact(e, p, state)
-    stiffness, damping = coefficients(e, p, state.home, in_contact)
-    direction = direction_of(state)
-    velocity_power = 0
-    if state.w == 0.0 and state.mode >= LEAVES_BY_ACCELERATION:
-        velocity_power = state.mode - (1 if state.mode <= LEAVES_BY_SNAP else 4)
-    gap_power = velocity_power + 1 if state.home > 0 and state.y == 0.0 else 0
-    load = frame.load - friction_of(e, p) * direction
-    return Piece(stiffness, damping, load, direction, in_contact, gap_power, velocity_power)
+def net_force(e, p, home, y, turn, housing=None):
+    """Return the force on a mass without velocity, friction apart: value, rate of change, and scale of its rounding.
 
-
-@jit
-def parts_of_step(e, p, grid, frame, piece, state):
-    """Return into how many parts a step of the grid is divided, in contact with a soft support, and its `Decay`.
-
-    The parts are 0 where they are too short for the times of the grid.
+    Beside a housing that slides it is the force less that which moves the mass along with it.
     """
-    alive = Decay(ALIVE, 0.0, 0.0, 0.0, no_force())
-    if grid.exact is None or not piece.in_contact:
-        return 1, alive
-    parts = piece_rate(piece.stiffness, piece.damping) * grid.dt / REACH
-    if not parts <= MAX_PARTS:
-        return 0, alive
-    if parts <= MANY_PARTS or state.mode != FLIGHT or state.y == 0.0:
-        return max(1, math.ceil(parts)), alive
-    force, second = no_force(), e.second_harmonic
-    if e.forcing is not None:
-        force = force_at(p, frame.sigma, phase_at(grid, state), second)
-    decay = decay_of(state.y, state.w, force, piece.load, piece.stiffness, piece.damping, p, second)
-    return max(1, math.ceil(decay.rate * grid.dt / REACH)), decay
-
-
-@jit
-def net_force(e, p, home, y, turn):
-    """Return the force on a mass without velocity, friction apart: value, rate of change, and scale of its rounding."""
-    frame = frame_at(e, p, home)
+    frame = frame_at(e, p, home, housing)
     stiffness, _damping = coefficients(e, p, home, is_soft(e, p, home) and y < 0.0)
     value, rate = frame.load - stiffness * y, 0.0
     scale = abs(frame.load) + abs(stiffness * y)
@@ -151,16 +95,18 @@ def net_force(e, p, home, y, turn):
 
 
 @jit
-def mode_without_velocity(e, p, grid, home, y, turn) -> int:
+def mode_without_velocity(e, p, grid, home, y, turn, housing=None) -> int:
     """Return how a mass without velocity goes on: moving either way, STUCK or, on a rigid support, REST.
+
+    A `Housing` is taken to go on as it does.
 
     A force within rounding of the friction that grows moves it at once: otherwise the mass would be held for a whole
     period.
     """
     if home > 0 and y == 0.0 and not is_soft(e, p, home):
-        mode, _wait = departure_mode(e, p, grid, home, 0.0, turn)
+        mode, _wait = departure_mode(e, p, grid, home, 0.0, turn, housing)
         return mode
-    value, rate, scale = net_force(e, p, home, y, turn)
+    value, rate, scale = net_force(e, p, home, y, turn, housing)
     friction = friction_of(e, p)
     rounding = ACCELERATION_ROUNDING * (scale + friction)
     if abs(value) > friction + rounding:
@@ -173,40 +119,134 @@ def mode_without_velocity(e, p, grid, home, y, turn) -> int:
 
 
 @jit
-def resume(e, p, grid, at, home, y):
-    """Return the state of a mass without velocity at an `Instant` or state."""
-    turn = phase_at(grid, at)
-    mode = mode_without_velocity(e, p, grid, home, y, turn)
-    return State(at.period, at.step, at.theta, home, y, 0.0, mode, at.period + turn)
+def net_on_housing(e, p, grid, state):
+    """Return the force that would act on a held housing, its friction apart, as `net_force`: value, rate, scale."""
+    load = total_load(p)
+    if state.mode in (REST, STUCK):
+        return load, 0.0, abs(load)
+    frame, second = frame_at(e, p, state.home), e.second_harmonic
+    stiffness, damping = coefficients(e, p, state.home, is_in_contact(e, p, state))
+    friction = friction_of(e, p)
+    value = frame.load - stiffness * state.y - damping * state.w - friction * direction_of(state)
+    scale = abs(frame.load) + abs(stiffness * state.y) + abs(damping * state.w) + friction
+    rate = -stiffness * state.w
+    if e.forcing is not None:
+        force = force_at(p, frame.sigma, phase_at(grid, state), second)
+        value += force_value(force, second)
+        rate += force_rate(p, force, second)
+        scale += largest_force(p)
+    rate -= damping * value
+    return load - frame.sigma * value, -frame.sigma * rate, abs(load) + scale
 
 
 @jit
-def piece_state(e, p, grid, at, home, y, w):
-    """Return the state at (y, w) in the frame of `home`, at any side of a soft support."""
+def way_without_velocity(e, p, grid, state):
+    """Return (way, power) of a `Housing` without velocity: it goes where the force on it exceeds the friction.
+
+    A force within rounding of the friction that grows moves it at once, as it does a mass. One of infinite mass stands.
+    """
+    if p.mass_ratio == 0.0:
+        return STANDS, MOVES
+    value, rate, scale = net_on_housing(e, p, grid, state)
+    up, down = p.housing_friction_1, -p.housing_friction_2
+    rounding = ACCELERATION_ROUNDING * (scale + up - down)
+    if value > up + rounding:
+        return 1, BY_ACCELERATION
+    if value < down - rounding:
+        return -1, BY_ACCELERATION
+    if value >= up - rounding and rate > 0.0:
+        return 1, BY_JERK
+    if value <= down + rounding and rate < 0.0:
+        return -1, BY_JERK
+    return STANDS, MOVES
+
+
+@jit
+def state_with(state, mode, way, power, housing):
+    """Return a state in a mode, whose housing goes a way."""
+    after = Housing(way, power, housing.momentum, housing.displacement)
+    return State(
+        state.period, state.step, state.theta, state.home, state.y, state.w, mode,
+        state.rest_start, after,
+    )  # fmt: skip
+
+
+@jit
+def with_housing(e, p, grid, state, housing):
+    """Return a state with a `Housing`; on one without velocity the force decides how it goes on."""
+    if housing is None:
+        return state
+    after = state_with(state, state.mode, housing.way, housing.power, housing)
+    if housing.way != STANDS and housing.power == MOVES:
+        return after
+    way, power = way_without_velocity(e, p, grid, after)
+    return state_with(state, state.mode, way, power, housing)
+
+
+@jit
+def resume(e, p, grid, at, home, y, housing):
+    """Return the state of a mass without velocity at an `Instant` or state, with a `Housing` or None."""
+    turn = phase_at(grid, at)
+    since = at.period + turn
+    if housing is None:
+        mode = mode_without_velocity(e, p, grid, home, y, turn)
+        return State(at.period, at.step, at.theta, home, y, 0.0, mode, since, housing)
+    state = State(at.period, at.step, at.theta, home, y, 0.0, FLIGHT, since, housing)
+    return resume_with(e, p, grid, state, turn, housing)
+
+
+@jit
+def resume_with(e, p, grid, state, turn, housing):
+    """Return a state without velocity of the mass in the mode in which it goes on with a housing.
+
+    Where the housing has no velocity either, both go on as each must if the other does.
+    """
+    home, y = state.home, state.y
+    if housing.way != STANDS and housing.power == MOVES:
+        mode = mode_without_velocity(e, p, grid, home, y, turn, housing)
+        return state_with(state, mode, housing.way, MOVES, housing)
+    for way in (1, -1, STANDS):
+        trial = Housing(way, MOVES, housing.momentum, housing.displacement)
+        mode = mode_without_velocity(e, p, grid, home, y, turn, trial)
+        moving = state_with(state, mode, way, MOVES, housing)
+        goes, power = way_without_velocity(e, p, grid, moving)
+        if goes == way:
+            return state_with(state, mode, way, power, housing)
+    return moving
+
+
+@jit
+def piece_state(e, p, grid, at, home, y, w, housing):
+    """Return the state at (y, w) in the frame of `home`, at any side of a soft support, with a `Housing` or None."""
     if w == 0.0:
-        return resume(e, p, grid, at, home, y)
+        return resume(e, p, grid, at, home, y, housing)
     mode = FLIGHT
     if home > 0 and y == 0.0:
         mode = LEAVES_BY_VELOCITY if w > 0.0 else IMPACTS_AT_START
-    return State(at.period, at.step, at.theta, home, y, w, mode, 0.0)
+    state = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
+    return with_housing(e, p, grid, state, housing)
 
 
 @jit
-def initial_piece_state(e, p, grid, at, x, v):
+def initial_piece_state(e, p, grid, at, x, v, housing):
     """Return the state of a motion that starts at (x, v): on or beyond a support its home is there."""
     home = 1 if x >= support_position(p, 1) else 2 if x <= support_position(p, 2) else 0
     if home == 0:
-        return piece_state(e, p, grid, at, home, x, v)
+        return piece_state(e, p, grid, at, home, x, v, housing)
     sigma = -1.0 if home == 1 else 1.0
     y = sigma * (x - support_position(p, home))
     if not is_soft(e, p, home):
         y = 0.0
-    return piece_state(e, p, grid, at, home, y, sigma * v)
+    return piece_state(e, p, grid, at, home, y, sigma * v, housing)
 
 
 @jit_inline
-def start_state(pieces, e, p, grid, turns, x, v):
-    """Return `state.initial_state`, or that of a motion with soft supports or friction; pieces : `log.pieces`."""
+def start_state(pieces, e, p, grid, turns, x, v, housing_velocity=0.0):
+    """Return `state.initial_state`, or that of a motion by pieces; pieces : `log.pieces`.
+
+    housing_velocity : of a housing that may slide; its displacement is 0.
+    """
+    housing = start_of_housing(e.housing, p, v, housing_velocity)
     if pieces is not None:
-        return initial_piece_state(e, p, grid, grid_time(turns, grid.steps), x, v)
-    return initial_state(e, p, grid, turns, x, v)
+        return initial_piece_state(e, p, grid, grid_time(turns, grid.steps), x, v, housing)
+    return initial_state(e, p, grid, turns, x, v, housing)

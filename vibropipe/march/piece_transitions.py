@@ -5,25 +5,41 @@ from __future__ import annotations
 from vibropipe.compiler import jit
 from vibropipe.march.contacts import apply_impact, impact_at_start, resolve_departure, support_at
 from vibropipe.march.grid import Instant, turns_at
-from vibropipe.march.log import log_grazing, log_impact
+from vibropipe.march.log import log_grazing, log_impact, log_rest
 from vibropipe.march.piece_events import NEAR, ZERO
+from vibropipe.march.piece_housing import SLIP_UP, STOP
 from vibropipe.march.piece_log import (
     BEGIN,
     ENTER,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     IMPACT,
     IS_OPEN,
     LEAVE,
+    PIECES,
+    RELEASE,
     REST_BEGINS,
+    SLIP,
     STICK,
     TOUCH,
     TURN,
     UNSEEN,
     begin_contact,
+    begin_housing,
     begin_piece,
     end_contact,
+    extend_housing,
     extend_piece,
 )
-from vibropipe.march.piece_state import direction_of, form_of, is_in_contact, resume
+from vibropipe.march.piece_state import (
+    direction_of,
+    form_of,
+    is_in_contact,
+    resume,
+    state_with,
+    way_without_velocity,
+    with_housing,
+)
 from vibropipe.march.state import (
     FLIGHT,
     IMPACTS_AT_START,
@@ -33,6 +49,14 @@ from vibropipe.march.state import (
     State,
 )
 from vibropipe.physics.contact import support_position, to_velocity
+from vibropipe.physics.housing import (
+    BY_ACCELERATION,
+    BY_JERK,
+    STANDS,
+    UNWATCHED,
+    before_chatter,
+    stopped,
+)
 from vibropipe.physics.load import largest_force
 from vibropipe.physics.stiffness import damping_of, is_soft
 
@@ -60,6 +84,7 @@ def begin(e, p, grid, log, cause, state):
         log_impact(log, position, state.home, velocity, 0.0)
         begin_contact(pieces, -damping_of(p, state.home) * state.w)
     form, direction = form_of(e, p, state), direction_of(state)
+    begin_housing(pieces.housing, pieces.counts[PIECES], state.housing)
     begin_piece(pieces, position, cause, form, state.home, direction, state.y, state.w)
 
 
@@ -76,36 +101,118 @@ def start(e, p, grid, log, state, end):
         begin(e, p, grid, log, BEGIN, state)
         return state
     log.pieces.contact[IS_OPEN] = 0.0
+    housing = state.housing
     if not -state.w > speed_rounding(p, grid, state.home, 0.0):
         log_grazing(log, turns_at(grid, state), state.home)
-        after = resume(e, p, grid, state, state.home, 0.0)
+        after = resume(e, p, grid, state, state.home, 0.0, state.housing)
         begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
         return after
     if is_soft(e, p, state.home):
-        after = State(state.period, state.step, state.theta, state.home, 0.0, state.w, FLIGHT, 0.0)
+        after = State(
+            state.period, state.step, state.theta, state.home, 0.0, state.w, FLIGHT, 0.0, housing
+        )
+        after = with_housing(e, p, grid, after, housing)
         begin(e, p, grid, log, ENTER, after)
         return after
     begin(e, p, grid, log, BEGIN, state)
     after, _impacts = impact_at_start(e, p, grid, state, end, log)
+    after = departed_with(e, p, grid, after, after.housing)
     begin(e, p, grid, log, REST_BEGINS if after.mode == REST else IMPACT, after)
+    return after
+
+
+@jit
+def departed_with(e, p, grid, state, housing):
+    """Return the state of a mass that goes on from a rigid support, with its housing where that has no velocity."""
+    if housing is None:
+        return state
+    if state.w > 0.0:
+        return with_housing(e, p, grid, state, housing)
+    return resume(e, p, grid, state, state.home, 0.0, housing)
+
+
+@jit
+def housing_event(housing, e, p, grid, state, at, event, w, log):
+    """Return the state after a housing slips or stops at theta = `at` of the step of a state; itself without one.
+
+    housing : that of the state, which is the one at the event; w : there.
+    """
+    if housing is None:
+        return state
+    still = stopped(p, housing, to_velocity(state.home, w))
+    after = State(
+        state.period, state.step, at, state.home, state.y, w, state.mode, state.rest_start, still
+    )
+    if event == STOP:
+        way, power = way_without_velocity(e, p, grid, after)
+        # A housing that stops although the force pushes it on does so by rounding.
+        if way == housing.way and power == BY_ACCELERATION:
+            way, power = STANDS, UNWATCHED
+        cause = HOUSING_STOP
+    else:
+        way, power, cause = 1 if event == SLIP_UP else -1, BY_JERK, HOUSING_SLIP
+    after = state_with(after, after.mode, way, power, still)
+    begin(e, p, grid, log, cause, after)
+    return after
+
+
+@jit
+def hold_housing(housing, e, p, grid, state, log):
+    """Return a state whose housing, about to move, does not start, and is held within the step; itself without one."""
+    if housing is None:
+        return state
+    still = stopped(p, housing, to_velocity(state.home, state.w))
+    after = state_with(state, state.mode, STANDS, UNWATCHED, still)
+    begin(e, p, grid, log, HOUSING_STOP, after)
+    return after
+
+
+@jit
+def stop_housing(effect, e, p, grid, state, log):
+    """Return the state after the stop of a housing in which the mass lies still, and log it; itself without one.
+
+    effect : that of a housing, or None.
+    """
+    if effect is None:
+        return state
+    still, since, home, mode = (
+        stopped(p, state.housing, 0.0),
+        state.rest_start,
+        state.home,
+        state.mode,
+    )
+    after = resume(e, p, grid, state, home, state.y, still)
+    stays = State(
+        state.period, state.step, state.theta, home, state.y, 0.0, mode, since, after.housing
+    )
+    begin(e, p, grid, log, HOUSING_STOP, stays)
+    if after.mode == mode:
+        return stays
+    if mode == REST:
+        log_rest(log, since, turns_at(grid, state), home)
+    begin(e, p, grid, log, RELEASE if mode == REST else SLIP, after)
     return after
 
 
 @jit
 def touch_rigid(e, p, grid, state, at, side, approach, end, log):
     """Return the state after the mass has met a rigid support with a speed, 0 where it only touches it."""
+    period, step, housing = state.period, state.step, state.housing
     if approach > 0.0:
-        moved = State(state.period, state.step, state.theta, side, 0.0, -approach, FLIGHT, 0.0)
+        moved = State(period, step, state.theta, side, 0.0, -approach, FLIGHT, 0.0, housing)
         after = apply_impact(e, p, grid, moved, True, approach, at, log)
     else:
-        log_grazing(log, turns_at(grid, Instant(state.period, state.step, at)), side)
-        after = State(state.period, state.step, at, side, 0.0, 0.0, LEAVES_BY_VELOCITY, 0.0)
+        log_grazing(log, turns_at(grid, Instant(period, step, at)), side)
+        after = State(period, step, at, side, 0.0, 0.0, LEAVES_BY_VELOCITY, 0.0, housing)
     departed = resolve_departure(e, p, grid, after, end, log)
+    departed = departed_with(e, p, grid, departed, departed.housing)
     cause = REST_BEGINS if departed.mode == REST else IMPACT if approach > 0.0 else TOUCH
-    began = State(after.period, after.step, after.theta, side, 0.0, departed.w, departed.mode, 0.0)
+    w, mode, goes = departed.w, departed.mode, before_chatter(after.housing, departed.housing)
+    began = State(after.period, after.step, after.theta, side, 0.0, w, mode, 0.0, goes)
     begin(e, p, grid, log, cause, began)
     if departed.mode == REST:
         waited = (departed.period - after.period) * grid.steps + (departed.step - after.step)
+        extend_housing(log.pieces.housing, log.pieces.counts[PIECES] - 1, departed.housing, 0.0)
         extend_piece(log.pieces, (waited + departed.theta - after.theta) * grid.dt, 0.0, 0.0)
     return departed
 
@@ -116,7 +223,7 @@ def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
     period, step, home = state.period, state.step, state.home
     instant = Instant(period, step, at)
     if event == ZERO:
-        after = resume(e, p, grid, instant, home, y)
+        after = resume(e, p, grid, instant, home, y, state.housing)
         cause = TURN if direction_of(after) == -piece.direction else TOUCH
         cause = STICK if after.mode == STUCK else cause
         begin(e, p, grid, log, cause, after)
@@ -132,13 +239,15 @@ def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
     if approach == 0.0:
         if not piece.in_contact:
             log_grazing(log, turns_at(grid, instant), side)
-        after = resume(e, p, grid, instant, side, 0.0)
+        after = resume(e, p, grid, instant, side, 0.0, state.housing)
         begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
         return after
     if piece.in_contact:
-        after = State(period, step, at, side, 0.0, approach, LEAVES_BY_VELOCITY, 0.0)
+        after = State(period, step, at, side, 0.0, approach, LEAVES_BY_VELOCITY, 0.0, state.housing)
+        after = with_housing(e, p, grid, after, state.housing)
         begin(e, p, grid, log, LEAVE, after)
     else:
-        after = State(period, step, at, side, 0.0, -approach, FLIGHT, 0.0)
+        after = State(period, step, at, side, 0.0, -approach, FLIGHT, 0.0, state.housing)
+        after = with_housing(e, p, grid, after, state.housing)
         begin(e, p, grid, log, ENTER, after)
     return after

@@ -9,21 +9,18 @@ from __future__ import annotations
 
 import math
 
-import numpy as np
-
 from vibropipe.compiler import jit
 from vibropipe.march.contacts import (
-    advance_rest,
     impact_at_end,
     support_at,
 )
-from vibropipe.march.grid import Instant, evaluate, phase_at
+from vibropipe.march.grid import evaluate
 from vibropipe.march.log import (
     GRAZINGS,
     IMPACTS,
     POLYNOMIALS,
     RESTS,
-    SHORT_FLIGHTS,
+    SAMPLES,
     STEPS,
     is_full,
     is_spent,
@@ -38,50 +35,53 @@ from vibropipe.march.piece_events import (
     fill_piece,
     first_event,
     follow_contact,
+    parts_of_step,
+    piece_at,
+)
+from vibropipe.march.piece_housing import (
+    SLIP_UP,
+    STOP,
+    TOUCHES,
+    first_housing_event,
+    is_about_to_move,
+    keep_housing,
+    largest_housing_speed,
+    until_stop,
 )
 from vibropipe.march.piece_log import (
-    ELAPSED,
     IMPACT,
-    RELEASE,
     REST_BEGINS,
-    SLIP,
-    STICK,
-    TOUCH,
     extend_piece,
     is_full_of_pieces,
 )
 from vibropipe.march.piece_state import (
-    coefficients,
     is_in_contact,
-    net_force,
-    parts_of_step,
-    piece_at,
-    resume,
 )
-from vibropipe.march.piece_transitions import after_event, begin, start
+from vibropipe.march.piece_still import advance_held, advance_resting, hold, next_instant
+from vibropipe.march.piece_transitions import (
+    after_event,
+    begin,
+    departed_with,
+    hold_housing,
+    housing_event,
+    start,
+    stop_housing,
+)
 from vibropipe.march.roots import GRAZING, NONE, STRIDE_LIMIT
 from vibropipe.march.state import (
-    DOWN_BY_JERK,
-    DOWN_BY_SNAP,
     FLIGHT,
-    LEAVES_BY_JERK,
-    LEAVES_BY_SNAP,
     REST,
     STUCK,
     State,
-    advance_time,
     is_before,
     is_watched,
 )
-from vibropipe.physics.contact import frame_at
+from vibropipe.physics.contact import frame_at, to_velocity
 from vibropipe.physics.decay import ALIVE, decayed_taylor
-from vibropipe.physics.friction import slip_wait
-from vibropipe.physics.load import NEVER
+from vibropipe.physics.housing import moved
 from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
 
-# One part of a step; a numpy integer, as the causes of pieces.
-ONE_PART = np.int64(1)
 # Time, in steps, within which a mass has not started to move if it stops again.
 SHORTEST = 2.0**-52
 # Largest number of events of a march, turning points included, which no limit of contacts bounds.
@@ -105,36 +105,6 @@ def missed_event(frame, piece, has_friction, y, w):
 
 
 @jit
-def next_instant(grid, at, theta):
-    """Return (period, step, theta) at theta of the step of `at`; theta = 1 is the start of the next step."""
-    if theta < 1.0:
-        return at.period, at.step, theta
-    if at.step + 1 < grid.steps:
-        return at.period, at.step + 1, 0.0
-    return at.period + 1, 0, 0.0
-
-
-@jit
-def hold(e, p, grid, state, limit, log, samples, c):
-    """Hold a mass until `limit` that does not start to move within this step; return what `advance_piece` returns."""
-    for n in range(1, c.size):
-        c[n] = 0.0
-    at_step = state.period * grid.steps + state.step
-    record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, limit, ONE_PART)
-    span = (limit - state.theta) * grid.dt
-    extend_piece(log.pieces, span, state.y, 0.0)
-    if is_in_contact(e, p, state):
-        log.pieces.contact[ELAPSED] += span
-    period, step, theta = next_instant(grid, state, limit)
-    after = resume(e, p, grid, Instant(period, step, theta), state.home, state.y)
-    log.counts[STEPS] += 1
-    if grid.exact is None:
-        log.counts[SHORT_FLIGHTS] += 1
-    begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
-    return after, OK, False
-
-
-@jit
 def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
     """Return whether a mass without velocity does not start to move the way that its mode says.
 
@@ -150,7 +120,9 @@ def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
         return True
     if event == NOTHING or theta > SHORTEST:
         return False
-    return event == ZERO or is_soft(e, p, support_at(state.home, event == NEAR))
+    if event == ZERO:
+        return True
+    return event < SLIP_UP and is_soft(e, p, support_at(state.home, event == NEAR))
 
 
 @jit
@@ -159,7 +131,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
 
     Returns (state, status, whether there was an event).
     """
-    frame = frame_at(e, p, state.home)
+    frame = frame_at(e, p, state.home, state.housing)
     piece = piece_at(e, p, frame, state)
     parts, decay = parts_of_step(e, p, grid, frame, piece, state)
     if parts == 0:
@@ -180,12 +152,24 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     theta, event, kind = first_event(
         e, frame, piece, has_friction, c, span, log.pieces.work, log.counts
     )
+    if kind != STRIDE_LIMIT:
+        other, other_event, other_kind = first_housing_event(
+            log.pieces.housing, e, p, grid, frame, piece, state, span, dt, c, log.counts
+        )
+        if other_event != NOTHING and (event == NOTHING or other < theta):
+            theta, event, kind = other, other_event, other_kind
     if kind == STRIDE_LIMIT:
         return state, ROOT_BOUND, False
     if does_not_start(e, p, grid, state, piece, event, theta, c):
         return hold(e, p, grid, state, limit, log, samples, c)
+    if event == STOP and theta <= SHORTEST and is_about_to_move(state.housing):
+        return hold_housing(state.housing, e, p, grid, state, log), OK, True
+    if event == TOUCHES:
+        is_whole, event, span = False, NOTHING, theta
     if grid.exact is None and event != NOTHING:
-        theta = end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c)
+        theta = end_newmark_step(
+            e, p, grid, frame, piece, state, event, theta, span, dt, c, log.pieces.housing
+        )
     y, w = evaluate(grid, c, theta)
     w *= parts
     # After a contact at the end of a step no time is left in it: the mass departs in the next one.
@@ -197,66 +181,26 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
         at = min(state.theta + theta / parts, limit)
     if piece.in_contact:
         follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
-    at_step = state.period * grid.steps + state.step
+    at_step, first = state.period * grid.steps + state.step, log.counts[SAMPLES]
     record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, at, parts)
+    home, mode = state.home, FLIGHT if theta > 0.0 else state.mode
+    housing = moved(p, state.housing, theta * dt, frame.sigma * (y - state.y), to_velocity(home, w))
+    speed = largest_housing_speed(log.pieces.housing, p, frame.sigma, state.housing, c, dt, theta)
+    keep_housing(log, samples, first, p, grid, state, housing, speed)
     extend_piece(log.pieces, theta * dt, y, w)
+    if event >= SLIP_UP:
+        after = State(state.period, state.step, at, home, y, w, mode, 0.0, housing)
+        return housing_event(housing, e, p, grid, after, at, event, w, log), OK, True
     if event != NOTHING:
         is_grazing = kind == GRAZING
+        state = State(
+            state.period, state.step, state.theta, home, state.y, state.w, mode, 0.0, housing
+        )
         after = after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
         return after, OK, True
     log.counts[STEPS] += 1
     period, step, at = next_instant(grid, state, at)
-    mode = FLIGHT if theta > 0.0 else state.mode
-    return State(period, step, at, state.home, y, w, mode, 0.0), OK, False
-
-
-@jit
-def advance_held(e, p, grid, state, end, log, samples, c):
-    """Skip a stick: return the state at its slip, or the held state at the end if that comes first."""
-    frame = frame_at(e, p, state.home)
-    in_contact = is_in_contact(e, p, state)
-    stiffness, _damping = coefficients(e, p, state.home, in_contact)
-    pull = frame.load - stiffness * state.y
-    wait, direction = slip_wait(e, p, frame.sigma, pull, phase_at(grid, state))
-    at, slips = end, False
-    if wait < NEVER:
-        slip = advance_time(grid, state, wait)
-        slips = is_before(slip, end)
-        if slips:
-            at = slip
-    for n in range(1, c.size):
-        c[n] = 0.0
-    c[0] = state.y
-    at_step = at.period * grid.steps + at.step
-    record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, at.theta, ONE_PART)
-    waited = (at.period - state.period) * grid.steps + (at.step - state.step)
-    span = (waited + (at.theta - state.theta)) * grid.dt
-    extend_piece(log.pieces, span, state.y, 0.0)
-    if in_contact:
-        log.pieces.contact[ELAPSED] += span
-    home, y = state.home, state.y
-    if not slips:
-        return State(at.period, at.step, at.theta, home, y, 0.0, STUCK, state.rest_start), False
-    _value, rate, _scale = net_force(e, p, home, y, phase_at(grid, at))
-    by_jerk = rate * direction > 0.0
-    mode = LEAVES_BY_JERK if by_jerk else LEAVES_BY_SNAP
-    if direction < 0.0:
-        mode = DOWN_BY_JERK if by_jerk else DOWN_BY_SNAP
-    after = State(at.period, at.step, at.theta, home, y, 0.0, mode, 0.0)
-    begin(e, p, grid, log, SLIP, after)
-    return after, True
-
-
-@jit
-def advance_resting(e, p, grid, state, end, log, samples):
-    """Skip a rest on a rigid support, as `advance_rest`, and log its pieces; return (state, whether released)."""
-    after = advance_rest(e, p, grid, state, end, log, samples)
-    waited = (after.period - state.period) * grid.steps + (after.step - state.step)
-    extend_piece(log.pieces, (waited + (after.theta - state.theta)) * grid.dt, 0.0, 0.0)
-    if after.mode == REST:
-        return after, False
-    begin(e, p, grid, log, RELEASE, after)
-    return after, True
+    return State(period, step, at, home, y, w, mode, 0.0, housing), OK, False
 
 
 @jit
@@ -269,6 +213,7 @@ def impact_of_end(e, p, grid, state, end, log):
         return state
     after = impact_at_end(e, p, grid, state, end, log)
     if after.home != state.home or after.mode != FLIGHT:
+        after = departed_with(e, p, grid, after, after.housing)
         begin(e, p, grid, log, REST_BEGINS if after.mode == REST else IMPACT, after)
     return after
 
@@ -287,10 +232,15 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
         if is_watched(state.home, e.watched):
             return state, SUPPORT_REACHED
         status = OK
-        if state.mode == REST:
-            state, is_event = advance_resting(e, p, grid, state, end, log, samples)
-        elif state.mode == STUCK:
-            state, is_event = advance_held(e, p, grid, state, end, log, samples, c)
+        if state.mode in (REST, STUCK):
+            until = until_stop(e.housing, p, grid, state, end)
+            if state.mode == REST:
+                state, is_event = advance_resting(e, p, grid, state, until, log, samples)
+            else:
+                state, is_event = advance_held(e, p, grid, state, until, log, samples, c)
+            if not is_event and is_before(until, end):
+                state = stop_housing(e.housing, e, p, grid, state, log)
+                is_event = True
         else:
             state, status, is_event = advance_piece(e, p, grid, state, end, log, samples, c)
         if status != OK:

@@ -9,6 +9,7 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
 from vibropipe.physics.friction import chatter_with_friction, friction_of
+from vibropipe.physics.housing import Housing, inertia_factor, stays_on_its_way
 from vibropipe.physics.load import (
     NEVER,
     fastest_forcing,
@@ -65,6 +66,8 @@ class State(NamedTuple):
         FLIGHT to STUCK; w < 0 where it is IMPACTS_AT_START.
     rest_start : float
         Start of a rest, or of a stick, in forcing periods; read in the modes REST and STUCK only.
+    housing : Housing or None
+        The housing, where it may slide.
     """
 
     period: int
@@ -75,6 +78,7 @@ class State(NamedTuple):
     w: float
     mode: int
     rest_start: float
+    housing: Housing | None
 
 
 @jit
@@ -119,9 +123,12 @@ def is_watched(home, watched) -> bool:
 
 
 @jit
-def release_wait(e, p, home, turn):
-    """Return the turns from phase `turn` to the release of a mass sticking to `home`: 0 at once, or NEVER."""
-    frame = frame_at(e, p, home)
+def release_wait(e, p, home, turn, housing=None):
+    """Return the turns from phase `turn` to the release of a mass sticking to `home`: 0 at once, or NEVER.
+
+    A housing is taken to go on as it does.
+    """
+    frame = frame_at(e, p, home, housing)
     load = frame.load
     if e.friction is not None:
         load -= p.friction
@@ -150,8 +157,8 @@ def release_mode(gap_jerk):
 
 
 @jit_inline
-def departure_mode(e, p, grid, home, w, turn):
-    """Return how a mass on `home` with departure speed w >= 0 goes on at the phase `turn`.
+def departure_mode(e, p, grid, home, w, turn, housing=None):
+    """Return how a mass on `home` with departure speed w >= 0 goes on at the phase `turn`, and with a `Housing`.
 
     Returns
     -------
@@ -163,19 +170,21 @@ def departure_mode(e, p, grid, home, w, turn):
     if e.rest is None:
         # The force never presses the mass on its support: there is no chatter.
         return (LEAVES_BY_VELOCITY if w > 0.0 else LEAVES_BY_ACCELERATION), 0.0
-    max_acceleration = largest_force(p) + abs(frame_at(e, p, home).load) + p.h * w
+    max_acceleration = largest_force(p) + abs(frame_at(e, p, home, housing).load) + p.h * w
     if e.friction is not None:
         max_acceleration += p.friction
+    if housing is not None:
+        max_acceleration *= inertia_factor(p, housing)
     if w > MAX_CHATTER_SPEED * max_acceleration and w * w > MIN_HOP_HEIGHT * p.l * max_acceleration:
         return LEAVES_BY_VELOCITY, 0.0
     # The grid itself is not passed: copying it takes longer than the usual departure above.
-    return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, max_acceleration)
+    return _slow_departure(e, p, grid.steps * grid.dt, home, w, turn, max_acceleration, housing)
 
 
 @jit
-def _slow_departure(e, p, period, home, w, turn, max_acceleration):
+def _slow_departure(e, p, period, home, w, turn, max_acceleration, housing=None):
     """Return `departure_mode` of a speed that may be part of a chatter; max_acceleration bounds |gap acceleration|."""
-    frame = frame_at(e, p, home)
+    frame, factor = frame_at(e, p, home, housing), inertia_factor(p, housing)
     force, second = no_force(), e.second_harmonic
     if e.forcing is not None:
         force = force_at(p, frame.sigma, turn, second)
@@ -188,6 +197,10 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
     friction = friction_of(e, p)
     if e.friction is not None:
         gap_acceleration -= friction
+    if housing is not None:
+        # The jerk has one damping too few: it only bounds the rate of a small speed.
+        h, friction = h * factor, friction * factor
+        gap_acceleration, gap_jerk = gap_acceleration * factor, gap_jerk * factor
     if w > 0.0:
         if gap_acceleration < 0.0:
             restitution, fastest = restitution_of(e, p, home), fastest_forcing(p, second)
@@ -198,14 +211,14 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
                 wait = chatter_with_friction(w, press, friction, rate, restitution, h, fastest)
             else:
                 wait = chatter_duration(w, gap_acceleration, rate, restitution, h, fastest)
-            if wait < NEVER:
+            if wait < NEVER and stays_on_its_way(p, housing, w, wait):
                 return REST, wait / period
             if restitution >= 1.0 and h > 0.0 and w * w <= MIN_HOP_HEIGHT * p.l * -gap_acceleration:
                 return REST, 0.0
         return LEAVES_BY_VELOCITY, 0.0
     if gap_acceleration > 0.0:
         return LEAVES_BY_ACCELERATION, 0.0
-    release = release_wait(e, p, home, turn)
+    release = release_wait(e, p, home, turn, housing)
     # Where the acceleration is zero within rounding and grows, the release is now: otherwise the mass would stick
     # for a whole period.
     if release == 0.0 or (
@@ -218,7 +231,7 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration):
 
 
 @jit
-def initial_state(e, p, grid, turns, x, v):
+def initial_state(e, p, grid, turns, x, v, housing):
     """Return the state of a motion that starts at (x, v); a start on a support has its home there.
 
     Parameters
@@ -228,6 +241,8 @@ def initial_state(e, p, grid, turns, x, v):
         Time of the start, in forcing periods.
     x, v : float
         Displacement and velocity.
+    housing : None
+        There is none, as its type says; motions with one are marched by pieces.
 
     Returns
     -------
@@ -247,4 +262,4 @@ def initial_state(e, p, grid, turns, x, v):
         else:
             mode, _wait = departure_mode(e, p, grid, home, w, phase_at(grid, at))
             rest_start = turns
-    return State(at.period, at.step, at.theta, home, y, w, mode, rest_start)
+    return State(at.period, at.step, at.theta, home, y, w, mode, rest_start, housing)

@@ -7,8 +7,9 @@ import math
 from vibropipe.compiler import jit
 from vibropipe.march.log import IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
+from vibropipe.orbits.housing_jacobian import has_coupling, no_coupling, solve_with_coupling
 from vibropipe.orbits.recurrence import nearly_repeats
-from vibropipe.orbits.return_map import floquet_multipliers, gap_difference
+from vibropipe.orbits.return_map import gap_difference, momentum_change, multipliers_of
 from vibropipe.orbits.shooting import CLOSURE_TOLERANCE, Orbit, Shooting, shoot
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.load import force_times
@@ -56,6 +57,13 @@ def is_located(e, p, orbit, log) -> bool:
     """
     j11, j12, j21, j22 = orbit.derivative
     dy, dw = gap_difference(e, p, orbit.end, orbit.state)
+    if has_coupling(orbit.coupling):
+        dp = momentum_change(e, p, orbit.end, orbit.state)
+        dy, dw, dp, determinant = solve_with_coupling(orbit.derivative, orbit.coupling, dy, dw, dp)
+        correction = abs(dy) + abs(dw) + abs(dp)
+        return determinant == 0.0 or correction <= max(
+            ROUNDED_CORRECTION * orbit.norm, MAX_CORRECTION * least_overshoot(e, p, log)
+        )
     a11, a22 = 1.0 - j11, 1.0 - j22
     determinant = a11 * a22 - j12 * j21
     if determinant == 0.0:
@@ -86,8 +94,7 @@ def settles_on(orbit) -> bool:
         return False
     if orbit.iterations == 0:
         return True
-    j11, j12, j21, j22 = orbit.derivative
-    radius = abs(floquet_multipliers(j11, j12, j21, j22)[0])
+    radius = abs(multipliers_of(orbit.derivative, orbit.coupling)[0])
     reach = NEWTON_REACH * orbit.first_change / (1.0 - radius) if radius < 1.0 else 0.0
     if radius > 1.0 - NEUTRAL:
         return False
@@ -206,6 +213,7 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, largest, log, c):
         math.inf,
         math.inf,
         0.0,
+        no_coupling(),
     )
     trial_periods = 0
     for m in range(1, min(k, largest) + 1):

@@ -26,10 +26,11 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients, piece_state
-from vibropipe.march.pieces import next_instant
+from vibropipe.march.piece_still import next_instant
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.pieces import end_of_piece, load_of_piece
+from vibropipe.orbits.piece_terms import load_of_piece
+from vibropipe.orbits.pieces import end_of_piece
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import reaction_integral
 from vibropipe.physics.stiffness import is_soft, stiffness_of
@@ -87,7 +88,9 @@ def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> 
         Columns of the contact; not written where it does not end.
     """
     log, c, _grid_room = march_room
-    state = piece_state(e, p, grid, grid_time(position, grid.steps), home, 0.0, -abs(velocity))
+    state = piece_state(
+        e, p, grid, grid_time(position, grid.steps), home, 0.0, -abs(velocity), None
+    )
     last, impulse = state.period + MAX_CONTACT_PERIODS, 0.0
     while state.period < last:
         clear_log(log)

@@ -45,19 +45,21 @@ def period_jacobian(e, p, log, is_complete, start, end):
 
 
 @jit
-def perturbation_growth(jacobian, dx, dv):
+def perturbation_growth(jacobian, coupling, dx, dv, dp):
     """Propagate a perturbation over one forcing period and measure its growth [1]_.
 
     Parameters
     ----------
     jacobian : tuple of float
         Result of `period_jacobian`.
-    dx, dv : float
-        Perturbation of (x, x') before the period.
+    coupling : Coupling
+        Its rest, where a housing may slide.
+    dx, dv, dp : float
+        Perturbation of (x, x') and of the momentum of both bodies before the period.
 
     Returns
     -------
-    dx, dv : float
+    dx, dv, dp : float
         Perturbation after the period, scaled to length 1.
     log_growth : float
         Logarithm of its length before scaling; -inf after a rest, which erases it, and NaN if it is not finite.
@@ -68,11 +70,15 @@ def perturbation_growth(jacobian, dx, dv):
        dynamical systems, Meccanica 15 (1980) 9.
     """
     j11, j12, j21, j22 = jacobian
-    dx, dv = j11 * dx + j12 * dv, j21 * dx + j22 * dv
+    k = coupling
+    dq = k.j31 * dx + k.j32 * dv + k.j33 * dp
+    dx, dv = j11 * dx + j12 * dv + k.j13 * dp, j21 * dx + j22 * dv + k.j23 * dp
     norm = math.hypot(dx, dv)
+    if dq != 0.0:
+        norm = math.hypot(norm, dq)
     if not (norm > 0.0 and norm < math.inf):
-        return 1.0, 0.0, -math.inf if norm == 0.0 else math.nan
-    return dx / norm, dv / norm, math.log(norm)
+        return 1.0, 0.0, 0.0, -math.inf if norm == 0.0 else math.nan
+    return dx / norm, dv / norm, dq / norm, math.log(norm)
 
 
 class Divergence(NamedTuple):
@@ -80,30 +86,33 @@ class Divergence(NamedTuple):
 
     Attributes
     ----------
-    dx, dv : float
-        Perturbation of (x, x'), of length 1.
+    dx, dv, dp : float
+        Perturbation of (x, x') and of the momentum of both bodies, of length 1.
     growth : float
         Logarithm of its growth.
     """
 
     dx: float
     dv: float
+    dp: float
     growth: float
 
 
 @jit
 def no_divergence():
     """Return a perturbation that has not grown yet."""
-    return Divergence(1.0, 0.0, 0.0)
+    return Divergence(1.0, 0.0, 0.0, 0.0)
 
 
 @jit
-def add_divergence(divergence, jacobian):
+def add_divergence(divergence, jacobian, coupling):
     """Return the divergence a forcing period later; it begins anew after a rest and where the Jacobian is unknown."""
-    dx, dv, growth = perturbation_growth(jacobian, divergence.dx, divergence.dv)
+    dx, dv, dp, growth = perturbation_growth(
+        jacobian, coupling, divergence.dx, divergence.dv, divergence.dp
+    )
     if not growth > -math.inf:
         return no_divergence()
-    return Divergence(dx, dv, divergence.growth + growth)
+    return Divergence(dx, dv, dp, divergence.growth + growth)
 
 
 @jit
@@ -145,8 +154,8 @@ class GrowthSums(NamedTuple):
 
     Attributes
     ----------
-    dx, dv : float
-        Perturbation of (x, x'), of length 1.
+    dx, dv, dp : float
+        Perturbation of (x, x') and of the momentum of both bodies, of length 1.
     periods : int
         Forcing periods.
     block : float
@@ -157,6 +166,7 @@ class GrowthSums(NamedTuple):
 
     dx: float
     dv: float
+    dp: float
     periods: int
     block: float
     total: float
@@ -166,19 +176,19 @@ class GrowthSums(NamedTuple):
 @jit
 def no_growth():
     """Return sums over no periods."""
-    return GrowthSums(1.0, 0.0, 0, 0.0, 0.0, 0.0)
+    return GrowthSums(1.0, 0.0, 0.0, 0, 0.0, 0.0, 0.0)
 
 
 @jit
-def add_growth(sums, jacobian):
+def add_growth(sums, jacobian, coupling):
     """Return the sums with a forcing period more, given by the Jacobian of its return map."""
-    dx, dv, log_growth = perturbation_growth(jacobian, sums.dx, sums.dv)
+    dx, dv, dp, log_growth = perturbation_growth(jacobian, coupling, sums.dx, sums.dv, sums.dp)
     periods, block = sums.periods + 1, sums.block + log_growth
     if periods % BLOCK_PERIODS > 0:
-        return GrowthSums(dx, dv, periods, block, sums.total, sums.squares)
+        return GrowthSums(dx, dv, dp, periods, block, sums.total, sums.squares)
     if periods == BLOCK_PERIODS:
         block = 0.0
-    return GrowthSums(dx, dv, periods, 0.0, sums.total + block, sums.squares + block * block)
+    return GrowthSums(dx, dv, dp, periods, 0.0, sums.total + block, sums.squares + block * block)
 
 
 @jit

@@ -6,9 +6,11 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS
+from vibropipe.march.piece_log import PIECES
 from vibropipe.march.state import REST
 from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.harmonics import ONE_PERIOD, add_support_forces, divide_by_stiffness
+from vibropipe.orbits.housing import add_housing_energy
 from vibropipe.orbits.pieces import add_energy_of_pieces, add_harmonics_of_pieces
 from vibropipe.orbits.quadrature import add_energy, add_losses, replace_resonant_harmonics
 from vibropipe.orbits.return_map import state_xv
@@ -143,11 +145,13 @@ def write_harmonics(e, p, steady, log, c, work, amplitudes, subharmonics, row) -
 
 
 @jit
-def write_multipliers(first, second, multipliers, row) -> None:
-    """Write both Floquet multipliers into multipliers[row], (rows, 2) complex or without entries."""
+def write_multipliers(first, second, multipliers, row, third=complex(0.0, 0.0)) -> None:
+    """Write the Floquet multipliers into multipliers[row], (rows, 2 or 3) complex or without entries."""
     if multipliers.size > 0:
         multipliers[row, 0] = first
         multipliers[row, 1] = second
+        if multipliers.shape[1] > 2:
+            multipliers[row, 2] = third
 
 
 @jit
@@ -213,7 +217,14 @@ def write_energy(e, p, steady, log, c, work, out, row) -> None:
 def add_energies(e, p, log, sums) -> None:
     """Add the energies of logged pieces and impacts to `Integrals`: those of `write_energy`."""
     add_energy_of_pieces(e, p, log.pieces, sums)
+    energy = sums.energy
+    first, second = energy[2], energy[3]
     add_losses(p, log, sums)
+    if e.housing is not None:
+        # An impact takes energy from the motion of one body in the other alone.
+        energy[2] = first + (energy[2] - first) / (1.0 + p.mass_ratio)
+        energy[3] = second + (energy[3] - second) / (1.0 + p.mass_ratio)
+        add_housing_energy(log.pieces.housing, p, log.pieces.counts[PIECES], energy)
 
 
 @jit

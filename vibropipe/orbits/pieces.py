@@ -34,10 +34,12 @@ from vibropipe.march.piece_state import coefficients, net_force
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.forces import IMPULSE, NODES, WEIGHTS, Integrals, Step, add_forces, note_still
 from vibropipe.orbits.harmonics import RESONANT
-from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
+from vibropipe.orbits.piece_terms import terms_of
+from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.decay import ALIVE, FOLLOWING, decay_of, decay_of_kind, decayed_taylor
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import friction_of
+from vibropipe.physics.housing import times_force
 from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
 from vibropipe.physics.load_harmonics import reaction_integral
 from vibropipe.physics.quotient import divide
@@ -110,13 +112,6 @@ def jacobian_of_pieces(e, p, pieces):
 
 
 @jit
-def load_of_piece(e, p, pieces, i):
-    """Return (sigma, constant load) of a piece, friction included."""
-    frame = frame_at(e, p, pieces.codes[i, HOME])
-    return frame.sigma, frame.load - friction_of(e, p) * pieces.codes[i, DIRECTION]
-
-
-@jit
 def end_of_piece(p, pieces, i):
     """Return the time at which piece i ends, in forcing periods."""
     return pieces.values[i, AT] + pieces.values[i, SPAN] / forcing_period(p)
@@ -140,18 +135,18 @@ def integral_of_piece(e, p, pieces, i, k, m):
     phase = phase_integral(k / m, start, end)
     if form in (HELD, RESTING):
         return to_displacement(p, home, pieces.values[i, Y]) * phase, True
-    stiffness, damping = coefficients(e, p, home, form == CONTACT)
+    terms = terms_of(e, p, pieces, i)
     w = k * p.nu / m
-    dynamic = stiffness_at(stiffness, damping, w)
-    if abs(dynamic) < RESONANT * stiffness:
+    dynamic = stiffness_at(terms.stiffness, terms.damping, w)
+    if abs(dynamic) < RESONANT * terms.stiffness:
         return complex(0.0, 0.0), False
-    sigma, load = load_of_piece(e, p, pieces, i)
-    total = load * phase
+    sigma = terms.sigma
+    total = terms.load * phase
     if e.forcing is not None:
-        total -= sigma * reaction_integral(p, k, m, start, end)
-    factor = complex(damping, w)
-    first = (pieces.values[i, W] + factor * pieces.values[i, Y]) * phase_factor(k * start / m)
-    last = (pieces.values[i, W_END] + factor * pieces.values[i, Y_END]) * phase_factor(k * end / m)
+        total -= terms.factor * sigma * reaction_integral(p, k, m, start, end)
+    rate = complex(terms.damping, w)
+    first = (pieces.values[i, W] + rate * pieces.values[i, Y]) * phase_factor(k * start / m)
+    last = (pieces.values[i, W_END] + rate * pieces.values[i, Y_END]) * phase_factor(k * end / m)
     total -= (last - first) * (p.nu / TWO_PI)
     return to_displacement(p, home, 0.0) * phase + sigma * divide(total, dynamic), True
 
@@ -196,13 +191,12 @@ def steps_at(rate, span) -> float:
 @jit
 def decay_after(e, p, pieces, i, span, y, w):
     """Return the `Decay` of piece i in the state (y, w), a time span after its start."""
-    sigma, load = load_of_piece(e, p, pieces, i)
-    contact = pieces.codes[i, FORM] == CONTACT
-    stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], contact)
+    terms = terms_of(e, p, pieces, i)
     force, second = no_force(), e.second_harmonic
     if e.forcing is not None:
-        force = force_at(p, sigma, pieces.values[i, AT] + span / forcing_period(p), second)
-    return decay_of(y, w, force, load, stiffness, damping, p, second)
+        turn = pieces.values[i, AT] + span / forcing_period(p)
+        force = times_force(terms.factor, force_at(p, terms.sigma, turn, second))
+    return decay_of(y, w, force, terms.load, terms.stiffness, terms.damping, p, second)
 
 
 @jit
@@ -237,8 +231,8 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     friction = friction_of(e, p)
     if e.friction is not None:
         sums.energy[4] += friction * abs(pieces.values[i, Y_END] - y)
-    stiffness, damping = coefficients(e, p, home, form == CONTACT)
-    steps = steps_of_span(p, stiffness, damping, span, e.second_harmonic)
+    terms = terms_of(e, p, pieces, i)
+    steps = steps_of_span(p, terms.stiffness, terms.damping, span, e.second_harmonic)
     if steps <= MANY_STEPS:
         integrate_stretch(e, p, pieces, i, m, out, sums, 0.0, span, y, w, ALIVE, steps)
         return
@@ -274,17 +268,17 @@ def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, ste
     home, form, second = pieces.codes[i, HOME], pieces.codes[i, FORM], e.second_harmonic
     period, energy = forcing_period(p), sums.energy
     start = pieces.values[i, AT] + done / period
-    stiffness, damping = coefficients(e, p, home, form == CONTACT)
-    sigma, load = load_of_piece(e, p, pieces, i)
+    terms = terms_of(e, p, pieces, i)
+    load, stiffness, damping = terms.load, terms.stiffness, terms.damping
     parts = int(steps)
     dt, c = span / parts, pieces.polynomial
     touched = home if form == CONTACT else 0
-    step = Step(stiffness, damping, load, sigma, touched, dt)
+    step = Step(stiffness, damping, load, terms.sigma, touched, dt)
     for part in range(parts):
         begin = start + part * dt / period
         force = no_force()
         if e.forcing is not None:
-            force = force_at(p, sigma, begin, second)
+            force = times_force(terms.factor, force_at(p, terms.sigma, begin, second))
         if kind == ALIVE:
             piece_taylor(c, y, w, force, load, stiffness, damping, p.nu, dt, second)
         else:

@@ -17,7 +17,8 @@ class RowResults(NamedTuple):
     phases at which rests on supports 1 and 2 end, NaN without one. `contacts` has the columns of `march_contact`
     for each impact, and none where all supports are rigid. `energy` has sums over the orbit, or over the window of a
     motion without one: work of the force, losses by damping, at support 1 and 2, with soft supports or friction by
-    friction, and the change of the stored energy. `forces` has the sums of `orbits.quadrature`.
+    friction, and the change of the stored energy. `forces` has the sums of `orbits.quadrature`, and `housing` the
+    columns of `orbits.housing`, without entries where none may slide.
     """
 
     regime: np.ndarray
@@ -58,3 +59,4 @@ class RowResults(NamedTuple):
     e_row: np.ndarray
     e_impacts: np.ndarray
     contacts: np.ndarray
+    housing: np.ndarray

@@ -10,6 +10,13 @@ from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS, clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_state import initial_piece_state, piece_state
 from vibropipe.march.state import FLIGHT, REST, STUCK, State, restitution_of
+from vibropipe.orbits.housing import momentum_difference, shifted
+from vibropipe.orbits.housing_jacobian import (
+    eigenvalues_of_three,
+    has_coupling,
+    jacobian_with_housing,
+    solve_with_coupling,
+)
 from vibropipe.orbits.pieces import jacobian_of_pieces
 from vibropipe.physics.contact import frame_at, support_position, to_displacement, to_velocity
 from vibropipe.physics.flow import free_flow
@@ -33,6 +40,7 @@ def at_period_zero(state):
         state.w,
         state.mode,
         state.rest_start - state.period,
+        state.housing,
     )
 
 
@@ -88,6 +96,12 @@ def gap_difference(e, p, after, before):
 
 
 @jit
+def momentum_change(e, p, after, before) -> float:
+    """Return the difference of the momenta of two states in the frame of `before`; 0 without a housing."""
+    return momentum_difference(frame_at(e, p, before.home), after.housing, before.housing)
+
+
+@jit
 def flow_jacobian(e, p, t):
     """Return the Jacobian (e11, e12, e21, e22) of the flow between impacts over the time t (in tau)."""
     if e.damping is None:
@@ -131,7 +145,7 @@ def return_map_jacobian(e, p, log, start, end, m):
 def jacobian_of(pieces, e, p, log, start, end, m):
     """Compute `return_map_jacobian`; pieces : `log.pieces`, an argument, so that only one of both ways is compiled."""
     if pieces is not None:
-        return jacobian_of_pieces(e, p, pieces)
+        return jacobian_by_pieces(pieces.housing, e, p, pieces)
     if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.mode == REST or end.mode == REST:
         return 0.0, 0.0, 0.0, 0.0
     period = forcing_period(p)
@@ -156,6 +170,27 @@ def jacobian_of(pieces, e, p, log, start, end, m):
         position = log.position[i]
     e11, e12, e21, e22 = flow_jacobian(e, p, (m - position) * period)
     return product(e11, e12, e21, e22, j11, j12, j21, j22)
+
+
+@jit_inline
+def jacobian_by_pieces(housing, e, p, pieces):
+    """Return the Jacobian along pieces; housing : `pieces.housing`, an argument as `pieces` is in `jacobian_of`."""
+    if housing is not None:
+        return jacobian_with_housing(e, p, pieces)
+    return jacobian_of_pieces(e, p, pieces)
+
+
+@jit
+def multipliers_of(derivative, coupling):
+    """Return the three Floquet multipliers of a derivative with its coupling, the larger modulus first.
+
+    Without a coupling the third is 0.
+    """
+    if has_coupling(coupling):
+        return eigenvalues_of_three(derivative, coupling)
+    j11, j12, j21, j22 = derivative
+    first, second = floquet_multipliers(j11, j12, j21, j22)
+    return first, second, complex(0.0, 0.0)
 
 
 @jit
@@ -188,7 +223,7 @@ def floquet_multipliers(j11, j12, j21, j22):
 
 
 @jit_inline
-def newton_step(pieces, e, p, grid, state, after, j11, j12, j21, j22):
+def newton_step(pieces, e, p, grid, state, after, derivative, coupling):
     """Compute the next iterate of Newton's method for a fixed point of the return map.
 
     Parameters
@@ -200,8 +235,10 @@ def newton_step(pieces, e, p, grid, state, after, j11, j12, j21, j22):
     grid : StepGrid
     state, after : State
         The current iterate and its image.
-    j11, j12, j21, j22 : float
-        Jacobian of the return map; if it is zero the image is the next iterate.
+    derivative : (float, float, float, float)
+        Jacobian (j11, j12, j21, j22) of the return map; if it is zero the image is the next iterate.
+    coupling : Coupling
+        The rest of it, where a housing may slide.
 
     Returns
     -------
@@ -210,9 +247,17 @@ def newton_step(pieces, e, p, grid, state, after, j11, j12, j21, j22):
     is_inside : bool
         Whether the iterate exists and lies between the supports.
     """
-    if j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0:
+    j11, j12, j21, j22 = derivative
+    is_zero = j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0
+    if is_zero and not has_coupling(coupling):
         return at_period_zero(after), True
     dy, dw = gap_difference(e, p, after, state)
+    if pieces is not None and e.housing is not None:
+        dp = momentum_change(e, p, after, state)
+        dy, dw, dp, determinant = solve_with_coupling(derivative, coupling, dy, dw, dp)
+        if determinant == 0.0:
+            return state, False
+        return iterate_of_pieces(e, p, grid, state, after, state.y + dy, state.w + dw, dp)
     a11, a22 = 1.0 - j11, 1.0 - j22
     determinant = a11 * a22 - j12 * j21
     if determinant == 0.0:
@@ -220,26 +265,28 @@ def newton_step(pieces, e, p, grid, state, after, j11, j12, j21, j22):
     y = state.y + (a22 * dy + j12 * dw) / determinant
     w = state.w + (j21 * dy + a11 * dw) / determinant
     if pieces is not None:
-        return iterate_of_pieces(e, p, grid, state, after, y, w)
+        return iterate_of_pieces(e, p, grid, state, after, y, w, 0.0)
     frame = frame_at(e, p, state.home)
     if not (y > frame.near and y < frame.far and abs(w) < math.inf):
         return state, False
-    return State(0, 0, 0.0, state.home, y, w, FLIGHT, 0.0), True
+    return State(0, 0, 0.0, state.home, y, w, FLIGHT, 0.0, state.housing), True
 
 
 @jit
-def iterate_of_pieces(e, p, grid, state, after, y, w):
+def iterate_of_pieces(e, p, grid, state, after, y, w, dp):
     """Return what `newton_step` does for an iterate (y, w) that soft supports may hold beyond them, or friction still.
 
     A state that is held, and is so again after the orbit, stays without velocity: only its displacement is sought.
+    dp : change of the momentum of both bodies.
     """
     if not (abs(y) < math.inf and abs(w) < math.inf):
         return state, False
     if state.mode == STUCK and after.mode == STUCK:
         w = 0.0
     frame, at = frame_at(e, p, state.home), Instant(0, 0, 0.0)
-    if y > frame.near and y < frame.far:
-        return piece_state(e, p, grid, at, state.home, y, w), True
     x, v = to_displacement(p, state.home, y), to_velocity(state.home, w)
+    housing = shifted(p, frame, state.housing, after.housing, v, dp)
+    if y > frame.near and y < frame.far:
+        return piece_state(e, p, grid, at, state.home, y, w, housing), True
     beyond = 1 if x >= support_position(p, 1) else 2
-    return initial_piece_state(e, p, grid, at, x, v), is_soft(e, p, beyond)
+    return initial_piece_state(e, p, grid, at, x, v, housing), is_soft(e, p, beyond)

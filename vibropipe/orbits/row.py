@@ -2,17 +2,15 @@
 
 from __future__ import annotations
 
-import math
-
 import numpy as np
 from numba.extending import overload
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.march.grid import exact_grid, exact_steps, grid_in_room, grid_time
-from vibropipe.march.log import SAMPLES, Samples, allow_work, clear_log
-from vibropipe.march.loop import OK, march
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.march.grid import exact_steps, grid_in_room
+from vibropipe.march.loop import OK
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear, write_forces_of_flight
+from vibropipe.orbits.housing import STROBE, continue_housing, strobe_of, write_housing
 from vibropipe.orbits.outputs import (
     count_contacts,
     count_grazings,
@@ -36,7 +34,6 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import REACH, fastest_rate
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import fastest_of_row, forcing_period
 from vibropipe.physics.stiffness import is_soft
@@ -95,7 +92,10 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         out.regime[row], out.status[row] = UNRESOLVED, MAX_STEPS
         return x, v
     grid = grid_in_room(e, p, exact_steps(e, p), room.grid)
-    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
+    velocity = 0.0
+    if out.housing.size > 0 and p.mass_ratio > 0.0:
+        velocity = out.housing[row, STROBE]
+    state = start_state(log.pieces, e, p, grid, 0.0, x, v, velocity)
     impacts, rests = out.impacts[row], out.rests[row]
     window = window_of(p, out, row, first, room.sums, room.work)
     steady = find_steady_state(
@@ -124,6 +124,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
             write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
         write_energy(e, p, steady, log, c, room.work, out, row)
         write_smoothness(log, out.grazes, out.releases, row)
+        write_housing(log.pieces, p, steady, out.housing, row)
         write_impacts(
             log,
             steady.m,
@@ -139,10 +140,12 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         out.window_periods[row] = int(window.start[2])
     if steady.kind != UNDAMPED:
         out.residual[row] = steady.residual
-        write_multipliers(steady.first, steady.second, out.multipliers, row)
+        write_multipliers(steady.first, steady.second, out.multipliers, row, steady.third)
         write_largest(largest, impacts, out.impact_velocity_max, row)
     x, v = state_xv(p, steady.state)
     out.section[row, 0], out.section[row, 1] = x, v
+    if out.housing.size > 0:
+        out.housing[row, STROBE] = strobe_of(p, steady.state.housing, v)
     return x, v
 
 
@@ -215,7 +218,7 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
         # The section of the row before may lie beyond a soft support.
         x = x if is_soft(e, p, 2) else max(x, support_position(p, 2))
         x = x if is_soft(e, p, 1) else min(x, support_position(p, 1))
-        if friction_of(e, p) > 0.0:
+        if friction_of(e, p) > 0.0 or (e.housing is not None and p.mass_ratio > 0.0):
             break
         is_rigid = not (is_soft(e, p, 1) or is_soft(e, p, 2))
         if settles_without_impact(p, x, v):
@@ -261,59 +264,7 @@ def solve_row_chains(
         if row == parameters.shape[0]:
             break
         p = row_parameters(parameters, row)
+        continue_housing(out.housing, row, chain_length)
         x, v = march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first)
         first = next_impact(out, row, first)
         row += 1
-
-
-@jit_allocating
-def sample_row(e, p, x, v, m, log, c, motion, row) -> None:
-    """Sample a closed orbit at equal fractions of its length.
-
-    Parameters
-    ----------
-    e, p, log, c
-        As for `march`.
-    x, v : float
-        Stroboscopic section.
-    m : int
-        Period multiple.
-    motion : (rows, 2, samples) float
-        Output: displacement and velocity; NaN if the march fails.
-    row : int
-        Index into `motion`.
-    """
-    grid = exact_grid(e, p)
-    samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0)
-    clear_log(log)
-    log.counts[SAMPLES] = 0
-    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
-    allow_work(log, MAX_ROW_WORK)
-    _end, status = march(
-        e, p, grid, state, grid_time(float(m), grid.steps), log, samples, c, 10_000_000
-    )
-    if status != OK:
-        motion[row] = math.nan
-
-
-@jit_allocating
-def sample_sections(e, p, x, v, m, log, c, poincare, row) -> None:
-    """Write the sections of a closed orbit once each forcing period, over and over.
-
-    Parameters
-    ----------
-    e, p, x, v, m, log, c
-        As for `sample_row`.
-    poincare : (rows, 2, visits) float
-        Output: displacement and velocity, from (x, v) on; NaN if the march fails.
-    row : int
-        Index into `poincare`.
-    """
-    sections = np.empty((1, 2, m))
-    if m > 1:
-        sample_row(e, p, x, v, m, log, c, sections, 0)
-    if m == 1 or not math.isnan(sections[0, 0, 0]):
-        sections[0, 0, 0], sections[0, 1, 0] = x, v
-    for i in range(poincare.shape[2]):
-        for part in range(2):
-            poincare[row, part, i] = sections[0, part, i % m]

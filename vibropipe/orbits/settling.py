@@ -32,6 +32,7 @@ from vibropipe.orbits.growth import (
     period_jacobian,
 )
 from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.housing_jacobian import coupling_of
 from vibropipe.orbits.recurrence import (
     HISTORY_OFFSET,
     MAX_MULTIPLE,
@@ -43,8 +44,8 @@ from vibropipe.orbits.recurrence import (
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    floquet_multipliers,
     march_periods,
+    multipliers_of,
     state_xv,
 )
 from vibropipe.orbits.shooting import (
@@ -62,6 +63,7 @@ from vibropipe.orbits.verdict import (
     PERIODIC,
     UNDAMPED,
     classify_aperiodic,
+    is_undamped,
     long_multiple,
     next_limit,
     still_settles,
@@ -100,8 +102,8 @@ class SteadyState(NamedTuple):
         Residual of the return map, relative to the norm of the motion.
     periods_marched : int
         Forcing periods marched before the orbit was recognised.
-    first, second : complex
-        Floquet multipliers, the larger modulus first; NaN without an orbit.
+    first, second, third : complex
+        Floquet multipliers, the larger modulus first; NaN without an orbit. The third is one of a housing.
     chaos : int
         Code of `Chaos`.
     """
@@ -116,6 +118,7 @@ class SteadyState(NamedTuple):
     first: complex
     second: complex
     chaos: int
+    third: complex
 
 
 @jit
@@ -139,7 +142,7 @@ def transient_chaos(e, p, grid, origin, periods, orbit, log, c):
     for _ in range(periods):
         period = shoot(e, p, grid, state, ONE_PERIOD, Shooting(math.inf, -1.0, -1.0), log, c)
         state = period.end
-        divergence = add_divergence(divergence, period.derivative)
+        divergence = add_divergence(divergence, period.derivative, period.coupling)
         # A log that was emptied tells no derivative, so the perturbation begins anew.
         if period.status != OK:
             divergence = no_divergence()
@@ -153,8 +156,7 @@ def transient_chaos(e, p, grid, origin, periods, orbit, log, c):
 @jit
 def settled_on(orbit, periods_marched, chaos):
     """Return the `SteadyState` of a motion that settled on an orbit after so many marched periods."""
-    j11, j12, j21, j22 = orbit.derivative
-    first, second = floquet_multipliers(j11, j12, j21, j22)
+    first, second, third = multipliers_of(orbit.derivative, orbit.coupling)
     return SteadyState(
         PERIODIC,
         orbit.status,
@@ -166,6 +168,7 @@ def settled_on(orbit, periods_marched, chaos):
         first,
         second,
         chaos,
+        third,
     )
 
 
@@ -211,7 +214,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
     repeats_in, untouched = 0, 0
     allow_work(log, MAX_ROW_WORK)
-    if p.h == 0.0 and p.friction == 0.0:
+    if is_undamped(p):
         repeats_in = undamped_multiple(p)[0]
     divergence, origin = no_divergence(), state
     sums, is_measured = no_growth(), False if window is None else window.exponent.size > 0
@@ -227,16 +230,18 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
             status = MAX_STEPS_STATUS
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
             return SteadyState(
-                APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS
+                APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS, none
             )
         xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
         norm = max(norm, motion_norm(p, state, log))
         count_as_grazings(log, norm)
-        if p.h == 0.0 and p.friction == 0.0:
+        if is_undamped(p):
             untouched = 0 if is_touched(log, state) else untouched + 1
             x, v = state_xv(p, state)
             if untouched > 0 and goes_on_untouched(p, x, v, repeats_in, untouched):
-                return SteadyState(UNDAMPED, OK, 1, state, state, 0.0, k, none, none, NO_CHAOS)
+                return SteadyState(
+                    UNDAMPED, OK, 1, state, state, 0.0, k, none, none, NO_CHAOS, none
+                )
         impacts, on_1 = impacts + log.counts[IMPACTS], on_1 + count_on_support_1(log)
         if window is not None and k > window_start:
             # A log that was emptied during the period holds only its last contacts.
@@ -246,10 +251,11 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
         is_counted = is_measured and k > limit - EXPONENT_PERIODS
         if is_judged or is_counted:
             jacobian = period_jacobian(e, p, log, status == OK, start, state)
+            coupling = coupling_of(log.pieces)
             if is_judged:
-                divergence = add_divergence(divergence, jacobian)
+                divergence = add_divergence(divergence, jacobian, coupling)
             if is_counted:
-                sums = add_growth(sums, jacobian)
+                sums = add_growth(sums, jacobian, coupling)
         if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm, largest):
             new_trials, is_reached, orbit = close_first_candidate(
                 e, p, grid, state, xs, vs, k, norm, largest, log, c
@@ -290,5 +296,5 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS
     return SteadyState(
-        kind, status, 0, at_period_zero(state), state, math.inf, k, none, none, chaos
+        kind, status, 0, at_period_zero(state), state, math.inf, k, none, none, chaos, none
     )

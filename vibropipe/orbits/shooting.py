@@ -14,12 +14,14 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS, TAILS, clear_log, is_spent, log_grazing
 from vibropipe.march.loop import OK
 from vibropipe.march.state import REST, State
+from vibropipe.orbits.housing_jacobian import Coupling, coupling_of, no_coupling
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
-    floquet_multipliers,
     gap_difference,
     march_periods,
+    momentum_change,
+    multipliers_of,
     newton_step,
     return_map_jacobian,
     state_xv,
@@ -84,6 +86,9 @@ class Orbit(NamedTuple):
         Distance of that image from the one that `derivative` predicts.
     norm : float
         Norm of the motion (`motion_norm`).
+    coupling : Coupling
+        The rest of `derivative`, for the momentum of both bodies, where a housing may slide; distances then have its
+        difference, too.
 
     Notes
     -----
@@ -103,6 +108,7 @@ class Orbit(NamedTuple):
     image_distance: float
     mismatch: float
     norm: float
+    coupling: Coupling
 
 
 @jit_inline
@@ -183,6 +189,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     start = at_period_zero(start)
     state, end, status = start, start, OK
     j11, j12, j21, j22 = 0.0, 0.0, 0.0, 0.0
+    coupling, first_dp = no_coupling(), 0.0
     first_dy, first_dw, residual, best, norm = math.inf, math.inf, math.inf, math.inf, 0.0
     is_closed, iterations = False, 0
     for iteration in range(MAX_NEWTON):
@@ -190,7 +197,8 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             break
         if iteration > 0:
             best = min(best, residual)
-            state, is_inside = newton_step(log.pieces, e, p, grid, state, end, j11, j12, j21, j22)
+            derivative = (j11, j12, j21, j22)
+            state, is_inside = newton_step(log.pieces, e, p, grid, state, end, derivative, coupling)
             if not is_inside:
                 break
             iterations = iteration
@@ -199,22 +207,24 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         if status != OK and status != LOG_FULL:
             break
         dy, dw = gap_difference(e, p, end, state)
-        change = abs(dy) + abs(dw)
+        dp = momentum_change(e, p, end, state)
+        change = abs(dy) + abs(dw) + abs(dp)
         norm = motion_norm(p, state, log)
         count_as_grazings(log, norm)
         residual = change / norm if norm > STILL * abs(state.y) + TINY else 0.0
         if iteration == 0:
-            first_dy, first_dw = dy, dw
+            first_dy, first_dw, first_dp = dy, dw, dp
             if residual > shooting.within:
                 break
         j11, j12, j21, j22 = return_map_jacobian(e, p, log, state, end, m)
+        coupling = coupling_of(log.pieces)
         stalls = residual >= best and residual <= 1e3 * CLOSURE_TOLERANCE
         if (residual <= shooting.closed or stalls) and (state.mode == REST) == (end.mode == REST):
             is_closed = True
             break
         if (
             iteration == 0
-            and abs(floquet_multipliers(j11, j12, j21, j22)[0]) > shooting.max_multiplier
+            and abs(multipliers_of((j11, j12, j21, j22), coupling)[0]) > shooting.max_multiplier
         ):
             break
         if iteration > 2 and residual > 0.5 * best:
@@ -223,6 +233,8 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     dy, dw = gap_difference(e, p, state, start)
     # The start and its image, as seen from the orbit, are (-dy, -dw) and (image_y, image_w).
     image_y, image_w = first_dy - dy, first_dw - dw
+    dp = momentum_change(e, p, state, start)
+    image_p, k = first_dp - dp, coupling
     return Orbit(
         is_closed,
         status,
@@ -232,9 +244,12 @@ def shoot(e, p, grid, start, m, shooting, log, c):
         residual,
         (j11, j12, j21, j22),
         iterations,
-        abs(first_dy) + abs(first_dw),
-        abs(dy) + abs(dw),
-        abs(image_y) + abs(image_w),
-        abs(image_y + j11 * dy + j12 * dw) + abs(image_w + j21 * dy + j22 * dw),
+        abs(first_dy) + abs(first_dw) + abs(first_dp),
+        abs(dy) + abs(dw) + abs(dp),
+        abs(image_y) + abs(image_w) + abs(image_p),
+        abs(image_y + j11 * dy + j12 * dw + k.j13 * dp)
+        + abs(image_w + j21 * dy + j22 * dw + k.j23 * dp)
+        + abs(image_p + k.j31 * dy + k.j32 * dw + k.j33 * dp),
         norm,
+        coupling,
     )

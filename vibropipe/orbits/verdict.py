@@ -46,9 +46,15 @@ PERIODIC, APERIODIC, UNBOUNDED, DRIFTING, UNDAMPED = range(5)
 
 
 @jit
+def is_undamped(p) -> bool:
+    """Return whether a motion between supports loses no energy: without damping, friction and a housing."""
+    return p.h == 0.0 and p.friction == 0.0 and p.mass_ratio == 0.0
+
+
+@jit
 def has_lossy_impact(p, log) -> bool:
-    """Return whether friction, a soft support or an impact of the log (R < 1) takes energy."""
-    if p.friction > 0.0 or p.h1 > 0.0 or p.h2 > 0.0:
+    """Return whether friction, a soft support, a housing or an impact of the log (R < 1) may take energy."""
+    if p.friction > 0.0 or p.h1 > 0.0 or p.h2 > 0.0 or p.mass_ratio > 0.0:
         return True
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         if (p.R1 if abs(log.support[i]) == 1 else p.R2) < 1.0:
@@ -120,7 +126,7 @@ def classify_aperiodic(p, log, xs, vs, k):
         APERIODIC, UNBOUNDED or DRIFTING.
     """
     last = HISTORY_OFFSET + k
-    if p.friction == 0.0 and p.h == 0.0 and stays_off_supports(p, xs[last], vs[last], 0.0):
+    if is_undamped(p) and stays_off_supports(p, xs[last], vs[last], 0.0):
         return APERIODIC
     early, middle, late = 0.0, 0.0, 0.0
     for i in range(1, k + 1):
@@ -146,7 +152,7 @@ def still_settles(p, xs, vs, k, norm) -> bool:
     p, xs, vs, k : as for `classify_aperiodic`; norm : norm of the motion.
     """
     last = HISTORY_OFFSET + k
-    if p.h == 0.0 and p.friction == 0.0:
+    if is_undamped(p):
         if stays_off_supports(p, xs[last], vs[last], 0.0):
             return False
         if p.R1 == 1.0 and p.R2 == 1.0 and p.h1 == 0.0 and p.h2 == 0.0:

@@ -16,6 +16,14 @@ from vibropipe.orbits.harmonics import (
     add_support_forces,
     dynamic_stiffness,
 )
+from vibropipe.orbits.housing import (
+    LARGEST_SPEED,
+    MEAN,
+    SLIP_SHARE,
+    START,
+    add_housing_period,
+    momentum_of,
+)
 from vibropipe.orbits.outputs import add_energies, count_contacts
 from vibropipe.orbits.pieces import add_harmonics_of_pieces
 from vibropipe.orbits.quadrature import add_energy, integrate_along
@@ -62,6 +70,8 @@ class Window(NamedTuple):
         Sums of the energies (`RowResults`), or without entries.
     forces : (rows, FORCES) or (rows, 0) float
         Sums of the forces (`RowResults`).
+    housing : (rows, N_COLUMNS) float
+        Sums of a housing that may slide, or without entries.
     """
 
     amplitudes: np.ndarray
@@ -83,6 +93,7 @@ class Window(NamedTuple):
     exponent: np.ndarray
     energies: np.ndarray
     forces: np.ndarray
+    housing: np.ndarray
 
 
 @jit
@@ -134,6 +145,7 @@ def window_of(p, out, row, first, sums, work):
         out.exponent,
         out.energy,
         out.forces,
+        out.housing,
     )
 
 
@@ -149,6 +161,9 @@ def clear_window(window) -> None:
     if window.energies.size > 0:
         window.energies[window.row] = 0.0
         window.forces[window.row] = 0.0
+    if window.housing.size > 0:
+        for column in (MEAN, LARGEST_SPEED, SLIP_SHARE):
+            window.housing[window.row, column] = 0.0
     for k in range(window.direct.size):
         window.direct[k] = 0.0
         if window.amplitudes.size > 0:
@@ -160,6 +175,8 @@ def open_window(p, window, state) -> None:
     """Start a window at a state."""
     clear_window(window)
     window.start[0], window.start[1] = state_xv(p, state)
+    if window.housing.size > 0:
+        window.housing[window.row, START] = momentum_of(state.housing)
 
 
 @jit_inline
@@ -180,6 +197,8 @@ def add_period(e, p, window, start, end, log, c) -> None:
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
         add_to_window(log.pieces, e, p, window, start, end, log, c)
+    if window.housing.size > 0:
+        add_housing_period(log.pieces, p, start, end, window.housing[window.row])
     if window.energies.size > 0:
         add_energies_to_window(log.pieces, e, p, window, start, end, log, c)
 

@@ -5,7 +5,9 @@ from __future__ import annotations
 from vibropipe.compiler import jit
 from vibropipe.orbits.growth import mean_growth
 from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, divide_by_stiffness, dynamic_stiffness
+from vibropipe.orbits.housing import START, close_housing, momentum_of
 from vibropipe.orbits.return_map import state_xv
+from vibropipe.physics.housing import kinetic_change
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.stiffness import energy_in_supports
@@ -16,7 +18,10 @@ from vibropipe.physics.turns import TWO_PI
 def _stored_energy(e, p, x, v, x_0, v_0):
     """Return the energy stored between the states (x_0, v_0) and (x, v), in the spring, in motion and in supports."""
     # The product form of a difference of squares cancels less.
-    stored = 0.5 * ((x - x_0) * (x + x_0) + (v - v_0) * (v + v_0))
+    motion = (v - v_0) * (v + v_0)
+    if e.housing is not None:
+        motion /= 1.0 + p.mass_ratio
+    stored = 0.5 * ((x - x_0) * (x + x_0) + motion)
     return stored + energy_in_supports(e, p, x) - energy_in_supports(e, p, x_0)
 
 
@@ -56,9 +61,14 @@ def close_window(pieces, e, p, window, end, growth) -> None:
     for side in range(2):
         window.impacts[side] /= periods
         window.rests[side] /= periods
+    if window.housing.size > 0:
+        close_housing(p, periods, window.housing[window.row])
     x, v = state_xv(p, end)
     if window.energies.size > 0:
         change = _stored_energy(e, p, x, v, window.start[0], window.start[1])
+        if window.housing.size > 0:
+            before = window.housing[window.row, START]
+            change += kinetic_change(p, before, momentum_of(end.housing))
         window.energies[window.row, window.energies.shape[1] - 1] = change
     if pieces is not None:
         if window.amplitudes.size > 0:

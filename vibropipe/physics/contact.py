@@ -5,6 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.housing import load_of_sliding
 from vibropipe.physics.load import NEVER, constant_load
 from vibropipe.physics.start import support_positions
 
@@ -62,8 +63,8 @@ class Frame(NamedTuple):
 
 
 @jit
-def frame_at(e, p, home: int) -> Frame:
-    """Return the `Frame` of motions written from `home`.
+def frame_at(e, p, home: int, housing=None) -> Frame:
+    """Return the `Frame` of motions written from `home`, with the load of the sliding of a housing, if there is one.
 
     A mass stands on no support that is out of reach.
 
@@ -72,6 +73,7 @@ def frame_at(e, p, home: int) -> Frame:
     e, p : Effects, Parameters
     home : int
         0 for the equilibrium, 1 or 2 for that support.
+    housing : Housing, optional
 
     Returns
     -------
@@ -86,7 +88,10 @@ def frame_at(e, p, home: int) -> Frame:
     reference, near, far = 0.0, support_position(p, 2), support_position(p, 1)
     if home != 0:
         reference, near, far = support_position(p, home), 0.0, 2.0 * p.l
-    return Frame(home, sigma, constant_load(sigma, reference), near, far, to_near, to_far)
+    load = constant_load(sigma, reference)
+    if housing is not None:
+        load += load_of_sliding(p, sigma, housing)
+    return Frame(home, sigma, load, near, far, to_near, to_far)
 
 
 @jit

@@ -23,7 +23,7 @@ from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, of_effect
 _FURTHER = [each.name for each in EFFECTS if not each.is_common and each.is_marched]
 OF_SECOND = of_effect("second_harmonic")
 """Those of the second harmonic."""
-OF_PIECES = of_effect(*(each.name for each in EFFECTS if each.refusal))
+OF_PIECES = of_effect("soft", "friction")
 """Those of soft supports and friction."""
 DIFFERENTIATED = tuple(
     name for name in PARAMETERS if name not in {*of_effect(*_FURTHER), *THROUGH_OTHERS}

@@ -56,16 +56,18 @@ class Effects(_Presence):
 
     @property
     def has_pieces(self) -> bool:
-        """Whether motions are marched by pieces: with soft supports or friction."""
-        return self.soft is not None or self.friction is not None
+        """Whether motions are marched by pieces: with soft supports, friction or a housing that slides."""
+        return any(each is not None for each in (self.soft, self.friction, self.housing))
 
 
 # The effects of eqs. (5), (6).
 ALL_EFFECTS = Effects()
 
 _BY_PIECES = [each for each in EFFECTS if each.refusal]
-# Parameters of soft supports and friction, which are marched by pieces, and what calls without them say of each.
+# Parameters of effects that are marched by pieces, and what calls without them say of each.
 NOT_COMPUTED = {name: each.refusal for each in _BY_PIECES for name in of_effect(each.name)}
+# Those of a housing, which fewer calls compute.
+OF_HOUSING = of_effect("housing")
 # Those of them that call for pieces by themselves.
 CALL_FOR_PIECES = tuple(name for each in _BY_PIECES for name in each.calls)
 # Further effects that all calls compute where parameters have them.
@@ -87,11 +89,14 @@ def has_soft_support(values: Mapping[str, Any]) -> bool:
     return any(occurs(values.get(name, 0.0)) for name in STIFFNESS.values())
 
 
-def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
+def all_effects(
+    values: Mapping[str, Any], *, pieces: bool = False, housing: bool = False
+) -> Effects:
     """Return all effects of eqs. (5), (6), and those beyond that parameters have.
 
     pieces : whether the caller computes soft supports and friction; both are then added where the parameters have one,
-    so that one kernel serves all such exciters.
+    so that one kernel serves all such exciters. housing : whether it computes a housing that slides, too, which is
+    added, with both, where the parameters have one.
 
     Raises
     ------
@@ -100,7 +105,8 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
     """
     values = acting(values)
     for name, effect in NOT_COMPUTED.items():
-        if not pieces and occurs(values.get(name, 0.0)):
+        is_computed = housing if name in OF_HOUSING else pieces
+        if not is_computed and occurs(values.get(name, 0.0)):
             largest = float(np.abs(values[name]).max())
             must = f"must be 0: {effect} not computed here"
             raise ParameterError(name, values[name], must=must, got=repr(largest))
@@ -108,7 +114,8 @@ def all_effects(values: Mapping[str, Any], *, pieces: bool = False) -> Effects:
         **{each.name: 1 if has_effect(each, values) else None for each in ALWAYS_COMPUTED}
     )
     if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES):
-        return further._replace(soft=1, friction=1)
+        has_housing = occurs(values.get("mass_ratio", 0.0))
+        return further._replace(soft=1, friction=1, housing=1 if has_housing else None)
     return further
 
 
@@ -134,9 +141,11 @@ def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> t
     )
 
 
-def all_effect_names(values: Mapping[str, Any], *, pieces: bool = False) -> tuple[str, ...]:
+def all_effect_names(
+    values: Mapping[str, Any], *, pieces: bool = False, housing: bool = False
+) -> tuple[str, ...]:
     """Return the names of `all_effects`."""
-    return effect_names(all_effects(values, pieces=pieces), values)
+    return effect_names(all_effects(values, pieces=pieces, housing=housing), values)
 
 
 def effects_from_names(names: Iterable[str]) -> Effects:
@@ -191,13 +200,15 @@ def effects_of(
     ParameterError
         If the parameters have an effect that is not computed.
     """
-    further = all_effects(values, pieces=True)
+    further = all_effects(values, pieces=True, housing=True)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in acting(values).items()}
     # A constant load moves the equilibrium, from which x and the supports count.
     load = p.pop("load", np.zeros(1))
     offset = {"low": p["delta"].min() - load.max(), "high": p["delta"].max() - load.min()}
     p["delta"] = np.array([*offset.values()])
-    bound = state_norm_bound(p, x, v, span, followed) if exact else math.inf
+    # A housing drives the mass by its acceleration: no bound is proven.
+    is_bounded = exact and further.housing is None
+    bound = state_norm_bound(p, x, v, span, followed) if is_bounded else math.inf
     force = largest_force(p)
     # Smallest distance of each support from the equilibrium over the grid.
     distances = {
@@ -213,7 +224,7 @@ def effects_of(
     pressed = {
         name
         for name, distance in distances.items()
-        if not force + friction < distance * (1 - ROUNDING)
+        if further.housing is not None or not force + friction < distance * (1 - ROUNDING)
     }
     soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
     called_for = {
@@ -248,7 +259,7 @@ def resolve_effects(
         If another effect is left out that the parameters call for, or is not computed.
     """
     if names is None:
-        return all_effects(values, pieces=True)
+        return all_effects(values, pieces=True, housing=True)
     stated = effects_from_names(names)
     missing = missing_effect(names, values, *at, **how)
     if missing is not None:

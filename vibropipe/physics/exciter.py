@@ -5,7 +5,7 @@ from __future__ import annotations
 import functools
 import math
 import warnings
-from collections.abc import Collection, Mapping
+from collections.abc import Collection
 from dataclasses import MISSING, dataclass, field, make_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
@@ -21,11 +21,13 @@ from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_
 from vibropipe.physics.si import (
     FREQUENCY_REQUIRED,
     NO_DAMPING,
+    NO_HOUSING,
     TWICE_DAMPED,
     check_together,
     non_dimensional,
 )
 from vibropipe.physics.start import checked_start, support_positions
+from vibropipe.physics.stated import Unstated, Written
 from vibropipe.words.parameters import (
     DEFAULTS,
     FOLLOWING,
@@ -37,6 +39,7 @@ from vibropipe.words.parameters import (
     WITHOUT_UNITS,
     Acted,
     acting,
+    of_effect,
     stated_value,
     without_absent,
 )
@@ -44,26 +47,6 @@ from vibropipe.words.parameters import Parameters as Parameters
 
 if TYPE_CHECKING:
     from vibropipe.words.exciter import OfExciter
-
-
-class _Unstated(float):
-    """A parameter that was left out: copies of its exciter with other parameters leave it out, too."""
-
-
-class _Written:
-    """What an exciter was made from, beside its fields."""
-
-    __slots__ = ("_written",)
-
-    @property
-    def written(self) -> Mapping[str, Any]:
-        """The arguments of `from_physical`, as they were given; empty for any other exciter."""
-        return getattr(self, "_written", {})
-
-    def __setstate__(self, state: Any) -> None:
-        fields, slots = state if isinstance(state, tuple) else (state, None)
-        for name, value in {**fields, **(slots or {})}.items():
-            object.__setattr__(self, name, value)
 
 
 def _telling_keywords(cls: type[Exciter]) -> type[Exciter]:
@@ -97,7 +80,7 @@ else:
 
 @_telling_keywords
 @dataclass(frozen=True)
-class Exciter(_OfRecords, _Written):
+class Exciter(_OfRecords, Written):
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".
 
     Parameters
@@ -125,6 +108,13 @@ class Exciter(_OfRecords, _Written):
         Dry friction (Coulomb), >= 0.
     f2, phi2 : float
         Amplitude and phase of the second harmonic of the force, f sin(nu tau) + f2 sin(2 nu tau + phi2).
+    mass_ratio : float
+        Mass over that of the housing, >= 0; 0 for a housing that is fixed. Above 0 the housing may slide, x is the
+        displacement of the mass in it, and the load acts on the mass (`physics.housing`).
+    housing_friction_1, housing_friction_2 : float
+        Dry friction of the housing that slides along x and against it, >= 0; 0 where mass_ratio = 0.
+    housing_load : float
+        Constant force on the housing; 0 where mass_ratio = 0.
     wear_exponent : float
         Exponent, from 0 to 10, of speeds in `wear_rate` (output frame); it acts on no motion.
 
@@ -132,8 +122,8 @@ class Exciter(_OfRecords, _Written):
     ------
     ParameterError
         If a keyword is unknown, a value is out of range (`vibropipe.words.parameters`), the supports coincide in
-        floating point, a rigid support has damping, or a soft one has a damping beside Ri < 1 that is not the one Ri
-        gives.
+        floating point, a rigid support has damping, a soft one has a damping beside Ri < 1 that is not the one Ri
+        gives, or a fixed housing has friction or a load.
     """
 
     if TYPE_CHECKING:
@@ -146,7 +136,7 @@ class Exciter(_OfRecords, _Written):
         left_out = [
             name
             for name, value in following.items()
-            if value is None or isinstance(value, _Unstated)
+            if value is None or isinstance(value, Unstated)
         ]
         for name in left_out:
             object.__setattr__(self, name, DEFAULTS[name])
@@ -162,9 +152,12 @@ class Exciter(_OfRecords, _Written):
                 got = f"{got}, load = {self.load!r}"
             raise ParameterError("l", self.l, allowed, got=got)
         if "nu" in left_out:
-            object.__setattr__(self, "nu", _Unstated(self.nu))
+            object.__setattr__(self, "nu", Unstated(self.nu))
         for R, k, h in SUPPORTS:
             self._set_damping(R, k, h, h in left_out)
+        for name in of_effect("housing") if self.mass_ratio == 0.0 else ():
+            if getattr(self, name) != 0.0:
+                raise ParameterError(name, getattr(self, name), must=NO_HOUSING)
         for name, value in acting(vars(self)).items() if THROUGH_OTHERS else ():
             own = getattr(self, name)
             if value != own and name not in THROUGH_OTHERS:
@@ -174,7 +167,7 @@ class Exciter(_OfRecords, _Written):
         """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""
         restitution, stiffness, damping = (getattr(self, name) for name in (R, k, h))
         if is_left_out:
-            object.__setattr__(self, h, _Unstated(contact_damping(restitution, stiffness)))
+            object.__setattr__(self, h, Unstated(contact_damping(restitution, stiffness)))
         elif damping > 0.0 and stiffness == 0.0:
             raise ParameterError(h, damping, must=NO_DAMPING.format(k))
         elif restitution < 1.0 and not is_contact_damping(damping, restitution, stiffness):
@@ -212,7 +205,8 @@ class Exciter(_OfRecords, _Written):
         **further : number, str or pint.Quantity
             Any of C1, C2, H1, H2 (N/m, N s/m: stiffness and damping of soft supports), load (N: a constant force),
             slope (rad: the angle at which x rises) with gravity (default 9.80665 m/s^2), which add -m gravity
-            sin(slope) to the load, friction (N: dry friction), F2 and phi2 (N, rad: second harmonic of the force).
+            sin(slope) to the load, friction (N: dry friction), F2 and phi2 (N, rad: second harmonic of the force), M
+            (kg: mass of a housing that may slide), D1, D2 and P (N: its dry friction either way, and a force on it).
 
         Raises
         ------
@@ -247,7 +241,7 @@ class Exciter(_OfRecords, _Written):
 
     def states(self, name: str) -> bool:
         """Return whether nu, h1 or h2 is stated, and does not only count periods or follow from a restitution."""
-        return not isinstance(getattr(self, name), _Unstated)
+        return not isinstance(getattr(self, name), Unstated)
 
     def check_frequency(self, varied: Collection[str] = ()) -> None:
         """Raise a ParameterError if there is a force, stated or `varied`, and no frequency."""

@@ -14,6 +14,8 @@ from vibropipe.words.records import FRACTION
 NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damping"
 # A restitution of 1 states nothing: it is the value of a support without one.
 TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
+NO_HOUSING = "must be 0 where mass_ratio = 0: the housing is fixed then"
+WITHOUT_MASS = "must be left out without M, the mass of the housing, which is fixed then"
 BESIDE_SLOPE = "must be left out unless slope stands beside it"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
 
@@ -40,6 +42,8 @@ def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
             value /= eigenfrequency(si["m"], si["C"])
         elif physical.dimension in ("force", "stiffness"):
             value /= si["C"]
+        elif physical.dimension == "mass":
+            value = si["m"] / value
         elif physical.dimension == "damping":
             # Square roots first: the product m C can overflow where h does not.
             value = value / math.sqrt(si["m"]) / math.sqrt(si["C"])
@@ -66,6 +70,9 @@ def check_together(
         raise ParameterError("omega", None, allowed, must=must, got="")
     if "gravity" in si and "slope" not in si:
         raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
+    for name in ("D1", "D2", "P") if "M" not in si else ():
+        if si.get(name, 0.0) != 0.0:
+            raise ParameterError(name, given[name], must=WITHOUT_MASS)
     for R, C, H in (("R1", "C1", "H1"), ("R2", "C2", "H2")):
         if si.get(H, 0.0) > 0.0 and si.get(C, 0.0) == 0.0:
             raise ParameterError(H, given[H], must=NO_DAMPING.format(C))

@@ -13,10 +13,15 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import MAX_SAMPLES, within_text
 from vibropipe.physics.parameter_error import as_float, check_keys
 from vibropipe.physics.restitution import SUPPORTS
-from vibropipe.physics.si import TWICE_DAMPED
+from vibropipe.physics.si import NO_HOUSING, TWICE_DAMPED
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS
+from vibropipe.words.records import FINITE
+
+# Outputs that are not computed for a housing that slides.
+NOT_OF_HOUSING = ("power", "frame", "sensitivity")
+LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
 
 
 def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
@@ -134,6 +139,40 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
         got = f"{per_period!r} with {count} samples"
         raise ParameterError("samples_per_period", per_period, must=must, got=got)
     return np.arange(count) / max(per_period, 1)
+
+
+def check_housing(exciter: Exciter, velocity: Any, **asked: bool) -> float:
+    """Return the velocity of a housing at the start as a float.
+
+    Raises
+    ------
+    ParameterError
+        If it is not finite, or is not 0 where no housing slides; or if anything is asked that is not computed for one.
+    """
+    start = as_float("housing_v0", velocity, FINITE.text)
+    if not FINITE.contains(start):
+        raise ParameterError("housing_v0", velocity, FINITE.text)
+    if exciter.mass_ratio == 0.0:
+        if start != 0.0:
+            raise ParameterError("housing_v0", velocity, must=NO_HOUSING)
+        return start
+    for name, is_asked in asked.items():
+        if is_asked:
+            raise ParameterError(name, True, must=LEFT_OUT, got="")
+    return start
+
+
+def check_outputs_of_housing(
+    effect: int | None, outputs: Sequence[str], accuracy: float | None
+) -> None:
+    """Raise a ParameterError for what steady states with a housing that slides, `effect`, do not have."""
+    if effect is None:
+        return
+    missing = [name for name in NOT_OF_HOUSING if name in outputs]
+    if missing:
+        raise ParameterError("outputs", outputs, must=LEFT_OUT, got=missing[0])
+    if accuracy is not None:
+        raise ParameterError("accuracy", accuracy, must=LEFT_OUT, got="")
 
 
 def check_soft(

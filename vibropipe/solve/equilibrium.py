@@ -11,10 +11,16 @@ from vibropipe.physics.exciter import Exciter
 
 
 def about_equilibrium(exciter: Exciter) -> Exciter:
-    """Return the exciter without load whose x = 0 is the equilibrium x = load of an exciter."""
+    """Return the exciter without load whose x = 0 is the equilibrium x = load of an exciter.
+
+    On both bodies together the load acts all the same: a housing has it.
+    """
     if exciter.load == 0.0:
         return exciter
-    return replace(exciter, load=0.0, delta=exciter.delta - exciter.load)
+    about = replace(exciter, load=0.0, delta=exciter.delta - exciter.load)
+    if exciter.mass_ratio > 0.0:
+        return replace(about, housing_load=exciter.housing_load + exciter.load)
+    return about
 
 
 def from_equilibrium(exciter: Exciter, x: float) -> float:

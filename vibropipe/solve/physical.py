@@ -39,6 +39,10 @@ if TYPE_CHECKING:
 
 # Values that come from a user, forth and back: 20 rad/s is to be found as 20.
 GIVEN = (*PARAMETERS, *STARTS, "tau_bar")
+# Pure numbers m/M that stand for another mass M.
+MASS_RATIOS = [
+    name for name, each in PARAMETERS.items() if each.physical and each.physical.dimension == "mass"
+]
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
 # Attributes with goals, `impact_velocity_max_1 < 0.8; ...`, and the parts of one.
@@ -157,6 +161,9 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     numbers : mapping of str to float
         m and C in SI.
     """
+    if name in MASS_RATIOS:
+        with np.errstate(divide="ignore"):
+            return _tidy(numbers["m"] / np.asarray(values))
     try:
         dimension = quantity(name).dimension
     except KeyError:

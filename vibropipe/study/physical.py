@@ -201,10 +201,12 @@ class _Reader:
             }
         if isinstance(value, list):
             after = [*value[1:], None]
-            return [
+            numbers = [
                 self.numbers(key, inner, (*path, n), comma_hint(inner, after[n]))
                 for n, inner in enumerate(value)
             ]
+            # The ratio to a mass falls where the mass rises.
+            return numbers[::-1] if KEYS[key][0] == "mass" else numbers
         dimension, within = KEYS[key]
         rule = UnitRule(key, dimension, within, numbers=key in BARE)
         try:

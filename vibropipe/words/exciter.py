@@ -49,6 +49,12 @@ class OfEffects:
         occurs="friction is above 0",
     )
     second_harmonic: int | None = effect_record("f2 = 0", ("f2",), calls=("f2",))
+    housing: int | None = effect_record(
+        "mass_ratio = 0", ("mass_ratio",), calls=("mass_ratio",),
+        refusal="a housing that slides is",
+        sentence="the housing that carries the supports slides against dry friction",
+        occurs="mass_ratio is above 0",
+    )
     # fmt: on
 
 
@@ -136,6 +142,33 @@ class OfExciter:
         "its phase", "Phase of the second harmonic, f2 sin(2 nu tau + phi2), in radians", "angle",
         Physical("phi2", key="Phase of the second harmonic, F2 sin(2 omega t + phi2)"),
         effect="second_harmonic", units="rad",
+    )
+    mass_ratio: float = parameter_record(
+        NOT_NEGATIVE, 0.0, r"$\kappa$", "κ", "ratio of the mass to that of the housing, 0 if that is fixed",
+        "sliding housing",
+        "Ratio of the mass to the mass of the housing that carries the supports; without it the housing is fixed",
+        physical=Physical(
+            "M", "$M$", "M", "mass of the housing",
+            "Mass of the housing that carries the supports; without it the housing is fixed", "mass", POSITIVE,
+        ),
+        effect="housing",
+    )
+    housing_friction_1: float = parameter_record(
+        NOT_NEGATIVE, 0.0, "$d_1$", "d₁", "dry friction of the housing that slides up",
+        "friction of the housing, up",
+        "Dry friction against a housing that slides in the direction of x, for mass_ratio > 0", "force",
+        Physical("D1", "$D_1$", "D₁"), effect="housing", twin="housing_friction_2",
+    )
+    housing_friction_2: float = parameter_record(
+        NOT_NEGATIVE, 0.0, "$d_2$", "d₂", "dry friction of the housing that slides down",
+        "friction of the housing, down",
+        "Dry friction against a housing that slides against x, for mass_ratio > 0", "force",
+        Physical("D2", "$D_2$", "D₂"), effect="housing", twin="housing_friction_1",
+    )
+    housing_load: float = parameter_record(
+        FINITE, 0.0, "$q_h$", "q_h", "constant force on the housing", "force on the housing",
+        "Constant force on the housing, for mass_ratio > 0", "force",
+        Physical("P", "$P$", "P"), effect="housing", sign=-1,
     )
     wear_exponent: float = parameter_record(
         Range(0, 10), 0.0, "$n$", "n", "exponent of wear", "exponent of wear",

@@ -146,10 +146,12 @@ def _with_units(entry: Parameter) -> dict[str, PhysicalParameter]:
     """Return the counterpart of a parameter, by its name; empty without one."""
     if entry.physical is None:
         return {}
-    key = described(entry.physical.key or entry.key, entry.default)
-    if entry.default:  # it belongs to the number without units
-        key = f"{entry.physical.key}."
-    return {entry.physical.name: PhysicalParameter(entry.dimension, entry.range, entry.name, key)}
+    physical = entry.physical
+    key = described(physical.key or entry.key, entry.default)
+    if entry.default or physical.dimension:  # it belongs to the number without units
+        key = f"{physical.key}."
+    dimension, within = physical.dimension or entry.dimension, physical.range or entry.range
+    return {physical.name: PhysicalParameter(dimension, within, entry.name, key)}
 
 
 PHYSICAL: Mapping[str, PhysicalParameter] = {

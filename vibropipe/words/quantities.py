@@ -159,6 +159,8 @@ def _of_each_parameter(name: str, words: dict[str, Any]) -> dict[str, dict[str, 
         }
         if each.physical is not None and each.physical.name != each.name:
             si = {key: getattr(each.physical, key) for key in ("symbol", "plain", "long_name")}
+            if each.physical.dimension:
+                si["units"] = DIMENSIONS[each.physical.dimension].units
             si = {key: text for key, text in si.items() if text}
             if "long_name" in si:
                 si["long_name"] = words["long_name"].format(si["long_name"])

@@ -86,13 +86,18 @@ class Effect:
 
 @dataclass(frozen=True)
 class Physical:
-    """The counterpart of a parameter with units; what is left out is as of the parameter."""
+    """The counterpart of a parameter with units; what is left out is as of the parameter.
+
+    dimension, range : only of a mass M that a pure number m/M stands for.
+    """
 
     name: str
     symbol: str = ""
     plain: str = ""
     long_name: str = ""
     key: str = ""
+    dimension: str = ""
+    range: Range | None = None
 
 
 @dataclass(frozen=True)

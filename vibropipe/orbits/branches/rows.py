@@ -120,11 +120,12 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         x = support_position(p, log.support[last])
         v = -restitution_at(p, log.support[last]) * log.velocity[last]
         x, v, _e11, _e12, _e21, _e22 = fly_freely(p, log.position[last] - m, 0.0, x, v)
-        state = State(0, 0, 0.0, 0, x, v, FLIGHT, 0.0)
+        state = State(0, 0, 0.0, 0, x, v, FLIGHT, 0.0, None)
         first_multiplier, second = orbit_multipliers(p, m, supports, u)
         closing = closing_residual(p, m, supports, u, residual, none)
         steady = SteadyState(
-            PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second, NO_CHAOS
+            PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second, NO_CHAOS,
+            second,
         )  # fmt: skip
         impacts, rests = out.impacts[row], out.rests[row]
         residual[0], residual[1] = 0.0, 0.0

@@ -49,7 +49,7 @@ def write_piece_point(e, p, x, v, m, march_room, work, largest, out, row, first)
     closing = (abs(dy) + abs(dw)) / norm if norm > 0.0 else 0.0
     j11, j12, j21, j22 = return_map_jacobian(e, p, log, state, end, m)
     one, two = floquet_multipliers(j11, j12, j21, j22)
-    steady = SteadyState(PERIODIC, OK, m, state, end, closing, 0, one, two, NO_CHAOS)
+    steady = SteadyState(PERIODIC, OK, m, state, end, closing, 0, one, two, NO_CHAOS, two)
     impacts, rests = out.impacts[row], out.rests[row]
     largest[0], largest[1] = 0.0, 0.0
     count_contacts(log, end, impacts, rests, largest)

@@ -53,6 +53,7 @@ class EffectsScene(SetOfMotions):
     """Run time and stored bytes by physical effect and by output."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["effects"] = Field(description="Cost of each physical effect and each output.")
     motions: Annotated[dict[Name, TimedMotion], Field(min_length=1, max_length=40)] = Field(
         description="Motions and rows to time, by name."

@@ -66,6 +66,8 @@ class BaseScene(StudyModel):
     figure: FigureOptions = figure_key(FigureOptions, "picture")
     # Whether the kind computes soft supports and friction.
     COMPUTES_PIECES: ClassVar[bool] = False
+    # Whether it computes a housing that slides, too.
+    COMPUTES_HOUSING: ClassVar[bool] = False
     if TYPE_CHECKING:  # each kind describes this key itself
         kind: str
     _name: str = PrivateAttr("")
@@ -135,7 +137,8 @@ class BaseScene(StudyModel):
 
     def all_effects(self) -> Effects:
         """Return the effects of its exciters."""
-        return all_effects({**self.resolved_exciter(), **self.over_arrays()}, pieces=True)
+        values = {**self.resolved_exciter(), **self.over_arrays()}
+        return all_effects(values, pieces=True, housing=self.COMPUTES_HOUSING)
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""

@@ -11,6 +11,8 @@ import math
 from collections.abc import Callable, Collection, Iterator, Mapping
 from typing import Any, NamedTuple
 
+import numpy as np
+
 from vibropipe.physics.effects import all_effects, has_effect
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS as PAIRED
@@ -21,7 +23,7 @@ from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, argument_path, refused, required
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.solve.checks import check_soft
+from vibropipe.solve.checks import LEFT_OUT, NOT_OF_HOUSING, check_soft
 from vibropipe.words.exciter import EFFECTS as RECORDS
 from vibropipe.words.parameters import FORCES, PARAMETERS
 from vibropipe.words.quantities import QUANTITIES
@@ -62,7 +64,8 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
             if not all(is_allowed(name, value) for name, value in corner.items()):
                 return  # reported at that parameter
             Exciter(**corner)
-        all_effects({**scene.resolved_exciter(), **grids}, pieces=scene.COMPUTES_PIECES)
+        computed = {"pieces": scene.COMPUTES_PIECES, "housing": scene.COMPUTES_HOUSING}
+        all_effects({**scene.resolved_exciter(), **grids}, **computed)
     except ParameterError as error:
         yield refused(("over" if error.name in grids else "exciter", error.name), error)
 
@@ -231,6 +234,17 @@ def check_changes(
             return
 
 
+def check_housing(scene: Any) -> Iterator[Problem]:
+    """Check that a scene with a housing that slides asks for nothing that is not computed for one."""
+    if not np.any({**scene.resolved_exciter(), **scene.over_arrays()}.get("mass_ratio", 0.0)):
+        return
+    for name in NOT_OF_HOUSING:
+        if name in scene.outputs:
+            yield Problem(("outputs",), name, must=LEFT_OUT)
+    if scene.accuracy_asked() is not None:
+        yield Problem(("solver", "accuracy"), repr(scene.accuracy_asked()), must=LEFT_OUT)
+
+
 def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Iterator[Problem]:
     """See that a scene is given no parameters but those allowed; `why` is the reason, a clause."""
     for name, value in scene.exciter.explicit().items():
@@ -244,6 +258,7 @@ TOGETHER = Check(
 )
 # Checks of scenes that begin at a start.
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
+HOUSING = Check((*EXCITER, ("over",), ("outputs",), ("solver",)), check_housing)
 SOLVER = Check((("solver",),), check_solver)
 EXCITER_CHECK = Check(SUPPORTS, check_exciter)
 

@@ -24,6 +24,7 @@ from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER,
     EXCITER_CHECK,
+    HOUSING,
     SOLVER,
     SUPPORTS,
     TOGETHER,
@@ -73,6 +74,7 @@ class MotionScene(ForcedScene):
     """One motion from a given start."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["motion"] = Field(description="One motion from a given start.")
     figure: MotionFigure = figure_key(MotionFigure)
     tau_end: Annotated[float, NumberOrUnit(0, MAX_TAU, above=True)] = Field(
@@ -179,6 +181,7 @@ CHECKS = (
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start", "x0")), check_start),
     SOLVER,
+    HOUSING,
     Check(
         (*EXCITER, ("tau_end",), ("settle_periods",), ("samples_per_period",), ("solver",)),
         _length,

@@ -17,6 +17,7 @@ from vibropipe.scenes.keys.base import Harmonics, Outputs
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER_CHECK,
+    HOUSING,
     SOLVER,
     SUPPORTS,
     TOGETHER,
@@ -51,6 +52,7 @@ class SweepScene(ForcedScene):
     """Steady states over all combinations of swept parameters."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = figure_key(SweepFigure)
     over: Annotated[dict[SweptName, Grid], Field(min_length=1)] = Field(
@@ -174,6 +176,7 @@ CHECKS = (
     Check((("over",), ("follow",)), _follow),
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((("solver",),), _solver),
+    HOUSING,
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
     Check((*SUPPORTS, ("figure",), ("over",), ("outputs",), ("exciter", "friction")), check_figure),
 )

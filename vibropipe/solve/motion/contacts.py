@@ -7,6 +7,7 @@ import numpy as np
 from vibropipe.march.log import COUNTS, GRAZINGS, IMPACTS, RESTS, Log
 from vibropipe.march.piece_log import AT, CAUSE, SLIP, STICK, TURN, PieceLog
 from vibropipe.physics.exciter import Exciter
+from vibropipe.solve.motion.housing import slips_of
 from vibropipe.words.vocabulary import OF_CONTACT
 
 # Columns of impacts, rests and grazings by variable, each in order of time.
@@ -40,6 +41,8 @@ def drain_pieces(pieces: PieceLog) -> dict[str, np.ndarray]:
         "stick": at[cause == STICK],
         "slip": at[cause == SLIP],
     }
+    if pieces.housing is not None:
+        columns |= {"housing_at": at.copy(), "housing_way": pieces.housing.way[:n].copy()}
     pieces.counts[:] = 0
     return columns
 
@@ -82,6 +85,8 @@ def contacts_of_pieces(columns: dict[str, np.ndarray], exciter: Exciter) -> Cont
         contacts["stick_start"] = columns["stick"] * exciter.period
         contacts["stick_end"] = np.full(columns["stick"].size, np.inf)
         contacts["stick_end"][: columns["slip"].size] = columns["slip"] * exciter.period
+    if exciter.mass_ratio > 0.0:
+        contacts |= slips_of(columns["housing_at"] * exciter.period, columns["housing_way"])
     return contacts
 
 

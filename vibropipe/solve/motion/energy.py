@@ -13,6 +13,7 @@ import numpy as np
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.forces import Integrals
+from vibropipe.orbits.housing import GROUND, LOADS
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Exciter
@@ -48,7 +49,7 @@ def work_of_flights(
     """
     e, p = effects, exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
-    state = initial_state(e, p, exact_grid(e, p), turns[0], *start)
+    state = initial_state(e, p, exact_grid(e, p), turns[0], *start, None)
     terms, none = np.zeros(4), np.zeros(0, complex)
     sums = Integrals(terms, np.zeros(0))
     # The log contains a rest that lasts beyond the end, so the end state counts as flight.
@@ -111,12 +112,14 @@ def support_energy(exciter: Exciter, x: float) -> float:
 
 def balance(
     work: np.ndarray,
-    start: tuple[float, float],
-    end: tuple[float, float],
+    start: tuple[float, ...],
+    end: tuple[float, ...],
     in_supports: float = 0.0,
     has_friction: bool = False,
 ) -> dict[str, object]:
-    """Return the terms of the balance of a motion from `start` to `end` by name, each (dimensions, values).
+    """Return the terms of the balance of a motion by name, each (dimensions, values).
+
+    start, end : numbers half of whose squares' sum is the energy stored but in supports: x, x' and more of a housing.
 
     in_supports : change of the energy stored in soft supports; has_friction : whether there is a term of friction.
     """
@@ -127,6 +130,10 @@ def balance(
     if has_friction:
         residual -= work[4]
         further = {"energy_friction": ((), work[4])}
+    if work.size > GROUND:
+        residual += work[LOADS] - work[GROUND]
+        further |= {"energy_housing_friction": ((), work[GROUND])}
+        further |= {"energy_housing_load": ((), work[LOADS])}
     return {
         "energy_input": ((), work[0]),
         "energy_damping": ((), work[1]),

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any
 
@@ -57,6 +58,15 @@ def to_dataset(
     return describe(xr.Dataset(variables, coords, attrs))
 
 
+def _energy_roots(exciter: Exciter, x: float, v: float, velocity: float) -> tuple[float, ...]:
+    """Return what the stored energy is half the sum of squares of: that of the spring, and of motion."""
+    kappa = exciter.mass_ratio
+    if kappa == 0.0:
+        return x - exciter.load, v
+    momentum = velocity + v * kappa / (1.0 + kappa)
+    return x - exciter.load, v / math.sqrt(1.0 + kappa), momentum * math.sqrt((1.0 + kappa) / kappa)
+
+
 def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) -> dict[str, Any]:
     """Return the result of a motion as (dimensions, values) by name."""
     variables: dict[str, Any] = {
@@ -64,10 +74,15 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
     }
     variables["displacement_end"] = ((), run.end[0])
     variables["velocity_end"] = ((), run.end[1])
+    if run.housing is not None:
+        variables["housing_velocity_end"] = ((), run.housing[-1, 0])
+        variables["housing_displacement_end"] = ((), run.housing[-1, 1])
     variables["status"] = ((), np.int8(run.status))
     if run.energy_terms is not None:
         # The spring and the load together pull towards the equilibrium.
-        first, last = ((x - exciter.load, v) for x, v in ((request.x, request.v), run.end))
+        velocities = (0.0, 0.0) if run.housing is None else (request.housing_v0, run.housing[-1, 0])
+        states = zip(((request.x, request.v), run.end), velocities, strict=True)
+        first, last = (_energy_roots(exciter, *state, velocity) for state, velocity in states)
         stored = support_energy(exciter, run.end[0]) - support_energy(exciter, request.x)
         variables |= balance(run.energy_terms, first, last, stored, exciter.friction > 0.0)
     if request.samples_per_period > 0:
@@ -77,5 +92,8 @@ def to_variables(exciter: Exciter, request: MotionRequest, run: MotionResult) ->
         variables["tau"] = ("tau", tau)
         variables["displacement"] = ("tau", np.append(run.displacement, run.end[0]))
         variables["velocity"] = ("tau", np.append(run.velocity, run.end[1]))
+        if run.housing is not None:
+            variables["housing_velocity"] = ("tau", run.housing[:, 0])
+            variables["housing_displacement"] = ("tau", run.housing[:, 1])
         variables["force"] = ("tau", force_values(exciter.f, phase, exciter.f2, exciter.phi2))
     return variables

@@ -15,6 +15,7 @@ from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.march.state import REST, STUCK
 from vibropipe.orbits.forces import Integrals
+from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
@@ -29,6 +30,7 @@ from vibropipe.solve.motion import linear_motion as linear
 from vibropipe.solve.motion.conservative_motion import contacts, positions
 from vibropipe.solve.motion.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
 from vibropipe.solve.motion.energy import work_of_flights, work_of_steps
+from vibropipe.solve.motion.housing import housing_of
 from vibropipe.words.progress import WorkCount
 from vibropipe.words.status import Status
 
@@ -61,6 +63,7 @@ class MotionRequest(NamedTuple):
     v_uncertainty: float = 0.0
     effects: Effects = ALL_EFFECTS
     energy: bool = False
+    housing_v0: float = 0.0
     marched: WorkCount | None = None
 
 
@@ -84,6 +87,8 @@ class MotionResult(NamedTuple):
         Times of the samples after the start, in forcing periods.
     energy_terms : (4,) or (5,) array, optional
         Work of the force, loss by damping, at each support and by friction; NaN if the motion was stopped.
+    housing : (n + 1, 2) array, optional
+        Velocity and displacement of a housing that may slide, at the samples and, last, at the end.
     """
 
     status: Status
@@ -95,6 +100,7 @@ class MotionResult(NamedTuple):
     turns: tuple[float, float]
     after: np.ndarray
     energy_terms: np.ndarray | None = None
+    housing: np.ndarray | None = None
 
 
 # Contacts, and displacement and velocity at the samples and at the end.
@@ -202,7 +208,7 @@ def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[...
         f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
     """
     p, x, effects = exciter.parameters(), request.x - exciter.load, request.effects
-    if effects.friction is not None:
+    if effects.friction is not None or effects.housing is not None:
         return None
     is_rigid = effects.soft is None and effects.watched is None
     if is_rigid and is_conservative(p, x, request.v):
@@ -253,20 +259,23 @@ def _march(
     e, p = request.effects, exciter.parameters()
     degree = 2 if grid.exact is None else DEGREE
     pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
-    state = start_state(pieces, e, p, grid, turns[0], request.x, request.v)
+    start = request.x, request.v, request.housing_v0
+    state = start_state(pieces, e, p, grid, turns[0], *start)
     held_since = state.rest_start if state.mode == STUCK else None
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)
         unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
-        start_position = state.period * grid.steps + state.step, state.theta
-        samples = Samples(*unfilled, 1, int(request.samples_per_period), *start_position)
+        housing = None if e.housing is None else np.full((after.size, 2), np.nan)
+        every = 1, int(request.samples_per_period), state.period * grid.steps + state.step
+        samples = Samples(*unfilled, *every, state.theta, housing)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
     allow_work(log, MAX_MARCH_STEPS)
     c = np.empty(degree + 1)
     end: Instant = grid_time(turns[1], grid.steps)
     parts: list[dict[str, np.ndarray]] = []
-    terms = None if pieces is None or not request.energy else np.zeros(5)
+    n_terms = 5 if e.housing is None else N_ENERGIES - 1
+    terms = None if pieces is None or not request.energy else np.zeros(n_terms)
     events, reported_period = 0, int(state.period)
     while True:
         events_left = request.max_impacts - events
@@ -291,6 +300,8 @@ def _march(
     if held_since is not None:
         columns["stick"] = np.append(held_since, columns["stick"])
     end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
+    if status not in (Status.OK, Status.SHORT_FLIGHTS):
+        end_state = math.nan, math.nan
     if terms is not None and status not in (Status.OK, Status.SHORT_FLIGHTS):
         terms[:] = math.nan
     return MotionResult(
@@ -300,9 +311,10 @@ def _march(
         else contacts_of_pieces(columns, exciter),
         np.empty(0) if samples is None else samples.displacement,
         np.empty(0) if samples is None else samples.velocity,
-        end_state if status in (Status.OK, Status.SHORT_FLIGHTS) else (math.nan, math.nan),
+        end_state,
         log.counts.copy(),
         turns,
         after,
         terms,
+        housing_of(p, state, end_state[1], samples, request.housing_v0),
     )

@@ -10,7 +10,7 @@ from vibropipe.physics.effects import Effects, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
-from vibropipe.solve.checks import check_whole, span_in_turns
+from vibropipe.solve.checks import check_housing, check_whole, span_in_turns
 from vibropipe.solve.motion.motion_dataset import to_dataset
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.solve.warn import warn_unsolved
@@ -35,6 +35,7 @@ def simulate(
     max_impacts: int = 10_000_000,
     effects: Sequence[str] | None = None,
     energy: bool = False,
+    housing_v0: float = 0.0,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
@@ -67,11 +68,13 @@ def simulate(
     max_impacts : int
         Largest number of impacts, rests and grazings; the motion stops there.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic, housing
         (default: the first six, and those of the others that the parameters have). A specialised kernel without the
         others marches the motion; it is compiled on first use.
     energy : bool
         Whether to compute the energy balance from start to end.
+    housing_v0 : float
+        Velocity of the housing at `tau_start`, where it may slide; its displacement counts from there.
     progress : callable, optional
         Called repeatedly as progress(done, total), in forcing periods marched; total is 0, unknown, with `accuracy`. A
         motion in closed form never calls it.
@@ -94,11 +97,19 @@ def simulate(
             impact on a rigid one.
         turn_tau (turn), stick_start, stick_end (stick)
             With friction: turning points, and times for which it holds the mass; inf for a stick without end.
-        displacement_end, velocity_end
+        housing_velocity, housing_displacement (tau)
+            With a housing that may slide: its motion, beside the displacement of the mass relative to it.
+        housing_slip_start, housing_slip_end, housing_slip_direction (housing_slip)
+            With a housing that may slide: times for which it slides one way, 1 along x or -1 against it; the end is inf
+            where the motion ends before.
+        displacement_end, velocity_end, housing_velocity_end, housing_displacement_end
             State at `tau_end`, after an impact at `tau_end` itself.
         energy_input, energy_damping, energy_impact (support), energy_friction, energy_change, energy_residual
             With `energy`: work of the force, losses (by friction if there is any), change of stored energy (of motion,
             spring and load), and the residual of the balance, which is rounding.
+        energy_housing_friction, energy_housing_load
+            With `energy` and a housing that may slide: loss by friction of the ground, and work of both constant forces
+            over the displacement of the housing.
         status
             `short_flights`: Newmark flights were shorter than a step. `support_reached`: the motion reaches a
             support that `effects` leaves out. `max_impacts`: more contacts than `max_impacts`; the motion is NaN from
@@ -143,6 +154,7 @@ def simulate(
         max_impacts,
         effects=resolve_effects(effects, values, x - exciter.load, v, span, exact=is_exact),
         energy=energy,
+        housing_v0=check_housing(exciter, housing_v0, accuracy=accuracy is not None),
         marched=None if progress is None else WorkCount(n_periods, progress),
     )
     if accuracy is not None:

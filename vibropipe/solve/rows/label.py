@@ -8,6 +8,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibropipe.orbits.housing import (
+    GROUND,
+    LARGEST_SPEED,
+    LOADS,
+    MEAN,
+    N_ENERGIES,
+    SLIP_SHARE,
+    STROBE,
+)
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
@@ -21,6 +30,13 @@ from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims, 
 if TYPE_CHECKING:
     import xarray as xr
 
+# Quantities of a housing, by the columns of `RowResults.housing`.
+HOUSING = {
+    STROBE: "housing_velocity_strobe",
+    MEAN: "housing_velocity_mean",
+    LARGEST_SPEED: "housing_velocity_max",
+    SLIP_SHARE: "housing_slip_share",
+}
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 
@@ -86,6 +102,8 @@ def label_rows(
         values["lyapunov_exponent"] = rows.exponent[:, 0]
     if rows.forces.size > 0:
         values |= _forces(values, rows, nu, parameters, outputs)
+    if rows.housing.size > 0:
+        values |= {name: rows.housing[:, column] for column, name in HOUSING.items()}
     held = {STEADY[name].output for name in values}
     for name, entry in STEADY.items():
         if entry.function is not None and entry.output in held:
@@ -180,6 +198,10 @@ def _energy(sums: np.ndarray, periods: np.ndarray) -> dict[str, np.ndarray]:
     if energy.shape[1] > 5:
         losses = losses + energy[:, 4]
         further["energy_friction"] = energy[:, 4]
+    if energy.shape[1] == N_ENERGIES:
+        losses = losses + energy[:, GROUND] - energy[:, LOADS]
+        further["energy_housing_friction"] = energy[:, GROUND]
+        further["energy_housing_load"] = energy[:, LOADS]
     return {
         "energy_input": energy[:, 0],
         "energy_damping": energy[:, 1],
@@ -193,12 +215,13 @@ def _energy(sums: np.ndarray, periods: np.ndarray) -> dict[str, np.ndarray]:
 def coordinates(variables: Variables, harmonics: int) -> xr.Coordinates:
     """Return the coordinates of the dimensions of `variables` other than `row`."""
     dims = frozenset(dim for dims, _values in variables.values() for dim in dims)
-    return _coordinates(dims, harmonics, differentiated(variables))
+    multipliers = variables.get("floquet_multiplier", ((), np.empty((0, 2))))[1].shape[-1]
+    return _coordinates(dims, harmonics, differentiated(variables), multipliers)
 
 
 @functools.cache
 def _coordinates(
-    dims: frozenset[str], harmonics: int, parameters: tuple[str, ...]
+    dims: frozenset[str], harmonics: int, parameters: tuple[str, ...], multipliers: int
 ) -> xr.Coordinates:
     """Return the coordinates of some dimensions; cached, since their indexes take long to build."""
     import xarray as xr
@@ -206,7 +229,7 @@ def _coordinates(
     values = {
         "support": np.array([1, 2], np.int8),
         "harmonic": np.arange(1, harmonics + 1),
-        "multiplier": np.array([1, 2]),
+        "multiplier": np.arange(1, multipliers + 1),
         "phase": np.arange(PHASES) / PHASES,
         "subharmonic": np.arange(1, SUBHARMONICS_PER_HARMONIC * harmonics + 1),
         "visit": np.arange(LISTED_PERIODS),

@@ -16,15 +16,15 @@ import numpy as np
 from vibropipe.compiler import jit_nogil
 from vibropipe.march.log import limit_work, new_log, work_of
 from vibropipe.march.piece_log import PieceLog, piece_log_of
+from vibropipe.orbits.housing import STROBE
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_room
 from vibropipe.orbits.row import (
     LOAD,
     row_parameters,
-    sample_row,
-    sample_sections,
     solve_row_chains,
 )
+from vibropipe.orbits.samples import sample_row, sample_sections
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
 from vibropipe.orbits.sensitivity.rows import (
@@ -103,6 +103,7 @@ def _sample(
         m = out.period_multiple[row]
         if m > 0:
             x, v = out.section[row, 0], out.section[row, 1]
+            velocity = out.housing[row, STROBE] if out.housing.size > 0 else 0.0
             p = row_parameters(parameters, row)
             is_undamped = is_undamped_row(e, p, x, v, out.regime[row], m)
             if is_undamped and largest_force(p) > 0.0:
@@ -110,9 +111,9 @@ def _sample(
                 continue
             # Rows in closed form have the samples of their motion already.
             if out.motion.size > 0 and out.settled_after[row] > 0 and not is_undamped:
-                sample_row(e, p, x, v, m, log, c, out.motion, row)
+                sample_row(e, p, x, v, velocity, m, log, c, out.motion, row)
             if out.poincare.size > 0:
-                sample_sections(e, p, x, v, m, log, c, out.poincare, row)
+                sample_sections(e, p, x, v, velocity, m, log, c, out.poincare, row)
 
 
 @dataclass
@@ -151,7 +152,9 @@ class _Solver:
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
-        if pieces[0] is not None:
+        if self.effects.housing is not None:
+            rows = compact
+        elif pieces[0] is not None:
             rows = with_errors_of_pieces(compact, values, self.effects, pieces[0], self.contacts)
         else:
             rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
@@ -231,7 +234,8 @@ def solve_rows(
     n_rows = pieces[-1][-1]
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
     limits = chain_length, max_periods, patience
-    contacts = contact_columns(outputs) if soft and effects.soft is not None else 0
+    is_soft = soft and effects.soft is not None and effects.housing is None
+    contacts = contact_columns(outputs) if is_soft else 0
     room = buffer_rows, contacts, row_work
     solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room)
     n_threads = numba.get_num_threads()

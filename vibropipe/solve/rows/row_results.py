@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.contacts import CONTACT_COLUMNS
 from vibropipe.orbits.forces import FORCES
+from vibropipe.orbits.housing import N_COLUMNS, N_ENERGIES
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.errors import COLUMNS
 from vibropipe.orbits.sensitivity.rows import new_derivatives
@@ -65,10 +66,11 @@ def new_rows(
         listed if the output is requested.
     effects : Effects
         Soft supports or friction have one more term of the energy balance and, as a second harmonic has, derivatives by
-        more parameters.
+        more parameters. A housing that may slide has quantities of its own and one more multiplier.
     """
     pieces, second = effects.has_pieces, effects.second_harmonic
     outputs = computed(outputs)
+    energies = N_ENERGIES if effects.housing is not None else 6 if pieces else 5
     requested = {name: name in outputs for name in OUTPUTS}
     has_forces = requested["power"] or requested["frame"]
 
@@ -90,13 +92,13 @@ def new_rows(
         rests=np.zeros((n, 2)),
         grazings=np.zeros((n, 2)),
         amplitudes=zeros(harmonics + 1, dtype=complex, when="harmonics"),
-        multipliers=zeros(2, dtype=complex, when="stability"),
+        multipliers=zeros(2 if effects.housing is None else 3, dtype=complex, when="stability"),
         impact_count=np.zeros(0 if buffer is None else n, np.int64),
         impact_position=impacts.position,
         impact_velocity=impacts.velocity,
         impact_support=impacts.support,
         impact_velocity_max=zeros(2, when="impacts"),
-        energy=zeros(6 if pieces else 5, when="energy"),
+        energy=zeros(energies, when="energy"),
         forces=np.zeros((n, FORCES if has_forces else 0)),
         motion=zeros(2, PHASES, when="motion"),
         subharmonics=np.full_like(
@@ -108,6 +110,7 @@ def new_rows(
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
         contacts=np.empty((0, 0)),
+        housing=np.zeros((n if effects.housing is not None else 0, N_COLUMNS)),
         **new_derivatives(
             n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces, second
         ),

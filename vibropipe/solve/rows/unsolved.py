@@ -57,6 +57,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.exponent,
         rows.energy,
         rows.forces,
+        rows.housing,
     ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0
@@ -74,6 +75,7 @@ def _is_finite(rows: RowResults) -> np.ndarray:
         (rows.poincare, np.ones(orbit.size, bool)),
         (rows.multipliers, orbit),
         (rows.energy, orbit),
+        (rows.housing, np.ones(orbit.size, bool)),
         (rows.motion, orbit),
     ):
         if len(values):

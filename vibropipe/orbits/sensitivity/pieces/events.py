@@ -35,7 +35,7 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.march.piece_state import coefficients
 from vibropipe.march.state import restitution_of
-from vibropipe.orbits.pieces import load_of_piece
+from vibropipe.orbits.piece_terms import load_of_piece
 from vibropipe.orbits.sensitivity.pieces.columns import BY_V, BY_X, COLUMNS, PARAMETER, columns_of
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.derivatives import restitution_derivative, support_derivative

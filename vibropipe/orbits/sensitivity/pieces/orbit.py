@@ -25,7 +25,7 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients, start_state
-from vibropipe.orbits.pieces import load_of_piece
+from vibropipe.orbits.piece_terms import load_of_piece
 from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP, random_sign
 from vibropipe.orbits.sensitivity.pieces.columns import PARAMETER, SAMPLE, columns_of
 from vibropipe.orbits.sensitivity.pieces.events import (

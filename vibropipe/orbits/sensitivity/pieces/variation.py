@@ -25,7 +25,8 @@ from vibropipe.march.piece_log import (
 from vibropipe.march.piece_state import coefficients
 from vibropipe.orbits.forces import NODES, WEIGHTS
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.pieces import end_of_piece, load_of_piece, steps_of_span
+from vibropipe.orbits.piece_terms import load_of_piece
+from vibropipe.orbits.pieces import end_of_piece, steps_of_span
 from vibropipe.orbits.sensitivity.pieces.columns import COLUMNS, PARAMETER
 from vibropipe.orbits.sensitivity.pieces.events import loss_rates, reference_derivative, sign_of
 from vibropipe.physics.contact import to_velocity

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import math
+from decimal import Decimal
 from typing import Any
 
 import numpy as np
@@ -11,6 +12,7 @@ import pytest
 from comparisons import REFERENCE
 
 import vibropipe as vp
+from vibropipe.lab.reference_housing import HousingReferenceSolver
 from vibropipe.words.status import Status
 
 ENTRIES = json.loads((REFERENCE / "housing.json").read_text())
@@ -193,6 +195,33 @@ def random_motion(seed: int) -> tuple[vp.Exciter, tuple[float, float, float]]:
         exciter.lower, exciter.upper, *(between(exciter.lower, exciter.upper) for _ in "123")
     )
     return exciter, (x0, one_of(0.0, between(-1.0, 1.0)), one_of(0.0, between(-0.5, 0.5)))
+
+
+def test_the_twin_in_long_arithmetic_agrees_with_the_references() -> None:
+    for entry in ENTRIES["motions"][::2]:
+        solver = HousingReferenceSolver(exciter_of(entry))
+        motion, housing = solver.run_housing(0.0, 0.0, 0.0, [Decimal(entry["t_end"])])
+        ends = np.array([*motion.states[0], *housing[0]], float)
+        assert np.abs(ends - expected_ends(entry)).max() < 1e-14
+
+
+def test_random_motions_agree_with_the_twin_in_long_arithmetic() -> None:
+    compared, end = 0, 8.0
+    for seed in range(30):
+        exciter, start = random_motion(seed)
+        motion = vp.simulate(exciter, end, *start[:2], housing_v0=start[2], samples_per_period=0)
+        ends = np.array([float(motion[name]) for name in ENDS])
+        inwards = 1e-9 if start[0] < exciter.delta else -1e-9
+        nudged = ends_of(exciter, end, start[0] + inwards, *start[1:])
+        growth = max(1.0, np.abs(nudged - ends).max() / 1e-9)
+        # a touch of no more than rounding is no impact here, and one in long arithmetic
+        if growth > 1e3 or motion.grazing_tau.size:
+            continue
+        found, housing = HousingReferenceSolver(exciter).run_housing(*start, [Decimal(end)])
+        exact = np.array([*found.states[0], *housing[0]], float)
+        assert np.abs(ends - exact).max() < 1e-12 * growth + 1e-12, seed
+        compared += 1
+    assert compared >= 24
 
 
 def test_random_motions_mirror_and_go_on_from_where_they_are_stopped() -> None:

@@ -22,6 +22,7 @@ from vibropipe.lab.power_series import (
     sine_series,
     value_at,
 )
+from vibropipe.lab.reference_alone import MassAlone
 from vibropipe.physics.exciter import Exciter
 
 # Hops of a chatter are followed down to this height, relative to l; the remaining ones are summed as a series.
@@ -30,6 +31,8 @@ MIN_HOP = Decimal("1e-32")
 MAX_EVENTS = 200_000
 # Direction of increasing penetration at each support.
 SIDE = {1: 1, 2: -1}
+# An event of what else moves (`reference_housing`), beside supports and the turn, 0, of the mass.
+OTHER = -2
 # Relative difference below which two velocities of a periodic motion are equal.
 VELOCITY_TOLERANCE = Decimal("1e-34")
 
@@ -51,7 +54,7 @@ class ReferenceMotion:
         return [(tau, side, v) for tau, kind, side, v in self.events if kind in ("in", "impact")]
 
 
-class ReferenceSolver:
+class ReferenceSolver(MassAlone):
     """Solver of one exciter; `run` marches from tau = 0."""
 
     def __init__(self, exciter: Exciter) -> None:
@@ -85,6 +88,7 @@ class ReferenceSolver:
             self.touched = 1 if self.x >= self.bound[1] else 2 if self.x <= self.bound[2] else 0
             self.pressed, self.direction, self.zeros = 0, ZERO, 0
             self.last_contact: dict[int, tuple[Decimal, Decimal, int]] = {}
+            self.begin()
             self.arrive() if self.touched else self.depart()
             for _ in range(MAX_EVENTS):
                 if not self.times_left:
@@ -155,7 +159,9 @@ class ReferenceSolver:
         side, d = SIDE[support], self.friction
         if side * self.v > 0:
             self.log("impact", support, self.v)
+            before = self.v
             self.v *= -self.restitution[support]
+            self.struck(before)
             self.repeat_cycle(support)
         elif self.v == 0 and self.tau > 0:
             self.log("graze", support)
@@ -171,6 +177,8 @@ class ReferenceSolver:
             return False
         duration = abs(self.v) / (press + d) * (ONE + ONE / ratio) / loss
         if duration * (abs(rate) + self.h * press) > (press - d) / 1000:
+            return False
+        if not self.goes_on(duration):
             return False
         self.pass_time(duration, [self.x])
         return True
@@ -214,6 +222,11 @@ class ReferenceSolver:
                 if margin[0] > 0 or margin[1] > 0:
                     zeros.append((first_zero(margin, self.reach, self.reach), way))
             crossings = [(t, way) for t, way in zeros if t is not None]
+            stop = self.still_until()
+            if stop is not None and stop < min(crossings, default=(self.reach, 0))[0]:
+                self.pass_time(stop, [self.x])
+                self.changes(rests)
+                return
             if all(part[0] == part[1] == 0 for part in self.parts):
                 self.pass_time(self.times_left[-1] - self.tau + ONE, [self.x])
                 return
@@ -286,6 +299,8 @@ class ReferenceSolver:
                 [self.direction * c for c in derivative(x)[self.zeros :]], span, self.reach
             )
             span, kind = (span, kind) if t is None else (t, 0)
+        t = self.other_event(x, span)
+        span, kind = (span, kind) if t is None else (t, OTHER)
         self.pass_time(span, x)
         self.v = value_at(derivative(x), span)
         self.x = self.bound[kind] if kind > 0 else value_at(x, span)
@@ -296,3 +311,5 @@ class ReferenceSolver:
             self.v = ZERO
             self.log("turn")
             self.depart()
+        elif kind == OTHER:
+            self.otherwise()

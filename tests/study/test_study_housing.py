@@ -1,0 +1,64 @@
+"""A housing that slides in a study: scenes that compute it, and words of those that do not."""
+
+from __future__ import annotations
+
+import pytest
+
+from vibropipe.study import StudyError, study_of_text
+
+STUDY = """
+title: T
+exciter: {l: 0.3, nu: 2, f: 0.9, h: 0.1, R1: 0.5, R2: 0.5, mass_ratio: 0.8, housing_friction_1: 0.1}
+scenes: {s: {kind: %s}}
+"""
+UNITS = """
+title: T
+physical: {m: 0.2 kg, M: 0.5 kg, C: 8 N/mm, l: 3 mm, F: 20 N, omega: 40 Hz, D1: 1.5 N, D2: 4 N, P: 1 N}
+scenes: {s: {kind: sweep, over: {M: [0.5 kg, 1 kg]}}}
+"""
+LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
+
+
+@pytest.mark.parametrize(
+    "scene",
+    [
+        "motion",
+        "motion, outputs: [motion, impacts, harmonics, energy]",
+        "sweep, over: {nu: [1, 2]}, figure: {show: [housing_velocity_mean]}",
+        "sweep, over: {mass_ratio: [0.1, 0.2]}, follow: {along: mass_ratio, direction: up}",
+    ],
+)
+def test_motions_and_sweeps_compute_it(scene: str) -> None:
+    assert "housing" in study_of_text(STUDY % scene, "s").scene("s").called_effects()
+
+
+@pytest.mark.parametrize(
+    ("scene", "said"),
+    [
+        ("motion, solver: {accuracy: 1e-6}", f"solver.accuracy: {LEFT_OUT}, got 1e-06"),
+        ("motion, outputs: [power]", f"outputs: {LEFT_OUT}, got power"),
+        ("sweep, over: {nu: [1, 2]}, outputs: [sensitivity]", f"outputs: {LEFT_OUT}, got sensitiv"),
+        (
+            "branch, along: {nu: {from: 2, to: 3}}",
+            "mass_ratio: must be 0: a housing that slides is",
+        ),
+        (
+            "basins, over: {x0: [0, 0.1], v0: [0, 1]}",
+            "mass_ratio: must be 0: a housing that slides is",
+        ),
+        ("motion, exciter: {mass_ratio: 0}", "housing_friction_1: must be 0 where mass_ratio = 0"),
+        ("motion, exciter: {mass_ratio: -1}", "mass_ratio: must be a finite number >= 0, got -1"),
+    ],
+)
+def test_what_is_not_computed_is_refused_in_words(scene: str, said: str) -> None:
+    with pytest.raises(StudyError) as refused:
+        study_of_text(STUDY % scene, "s")
+    assert said in str(refused.value)
+
+
+def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
+    scene = study_of_text(UNITS, "s").scene("s")
+    assert scene.over_arrays()["mass_ratio"].tolist() == [0.2, 0.4]
+    exciter = scene.resolved_exciter()
+    assert exciter["housing_friction_2"] == 4.0 / 8e3
+    assert exciter["housing_load"] == 1.0 / 8e3

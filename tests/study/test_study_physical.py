@@ -207,6 +207,22 @@ def test_faults_of_each_kind_quote_what_the_file_says(scene: str, fault: str) ->
     assert str(caught.value) == f"the study units: scenes.odd.{fault}"
 
 
+@pytest.mark.parametrize(
+    ("old", "new", "told"),
+    [
+        ("points: 9", "pionts: 9",
+         ["points: is required (a whole number from 2 to 1e8)",
+          "pionts: is an unknown key; must be one of start, stop, points, spacing (did you mean 'points'?)"]),
+        ("points: 9", "points: 9, scale: log",
+         ["scale: is an unknown key; must be one of start, stop, points, spacing"]),
+    ],
+)  # fmt: skip
+def test_an_unknown_key_of_a_grid_is_told_by_its_name_not_by_a_unit(
+    old: str, new: str, told: list[str]
+) -> None:
+    assert faults((old, new)) == [f"{SWEPT}.{each}" for each in told]
+
+
 def test_a_misspelt_key_of_a_study_comes_before_the_faults_that_it_does_not_explain() -> None:
     slip, other = faults(("physical: {m:", "physikal: {m:"), ("x0: 5 mm", "x0: 5"))
     assert slip.startswith("physikal: is an unknown key; ")

@@ -38,8 +38,8 @@ KEYS: dict[str, tuple[str, Range]] = {
     "tau_bar": ("time", POSITIVE),
     "amplitude": ("length", POSITIVE),
 }
-# Keys whose bare numbers are in SI, and parts of a grid that are no quantities.
-BARE, COUNTS = ("tau_end",), ("points", "spacing")
+# Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
+BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
@@ -196,7 +196,7 @@ class _Reader:
         """Return numbers without units, in their lists and mappings; `hint` goes before others of a fault."""
         if isinstance(value, dict):
             return {
-                part: inner if part in COUNTS else self.numbers(key, inner, (*path, part))
+                part: self.numbers(key, inner, (*path, part)) if part in QUANTITIES else inner
                 for part, inner in value.items()
             }
         if isinstance(value, list):

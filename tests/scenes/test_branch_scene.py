@@ -25,6 +25,7 @@ from vibropipe.scenes.branch.lines import (
     places_of,
     stretches_of,
 )
+from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
@@ -196,6 +197,18 @@ def test_lines_of_both_supports_are_alike_in_a_symmetric_exciter(dataset):
     assert both_alike(dataset, velocity)
     weaker = velocity * xr.DataArray([1.0, 0.99], dims="support")
     assert not both_alike(dataset, weaker)
+
+
+@pytest.mark.parametrize(
+    ("start", "to", "title"),
+    [
+        (1.05, (0.8, 3), "Orbits along ν pass one fold, one pitchfork and one grazing"),
+        (1.05, 1.1, "All orbits along ν are stable"),
+    ],
+)
+def test_a_branch_without_a_title_says_what_it_shows(start, to, title):
+    data = vp.branch(vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=start, f=0.25), "nu", to)
+    assert title_branches(data, ()) == title
 
 
 def grazing_frequency(f: float, length: float = 0.5, h: float = 0.2) -> float:

@@ -23,24 +23,36 @@ from vibropipe.scenes.branch.lines import (
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 
+MAX_TITLE = 85  # letters
 CHANGES = "Changes: contacts, turns or sticks of the orbit begin or end"
 
 
 def title_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
-    """Return the title: where several motions are stable, else a cascade; else that of the scene."""
+    """Return the title: a cascade, where several motions are stable, or what the orbits pass."""
     symbol = symbol_text(dataset[followed(dataset)])
     if places := cascade_of(dataset):
         return f"Each of {amount_text(len(places), 'flip')} along {symbol} doubles the period"
     number = sum(len(intervals) for intervals in coexistence(dataset).values())
     if not number:
-        return f"All orbits along {symbol} are stable" if (dataset["stable"] == 1).all() else ""
+        return _alone(dataset, symbol)
     if swept(dataset):
         which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
         return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"
     intervals = amount_text(number, "interval")
     return f"At least two motions are stable in {intervals} of {symbol}"
+
+
+def _alone(dataset: xr.Dataset, symbol: str) -> str:
+    """Return the title where no two orbits are stable at a time."""
+    stable = dataset["stable"] == 1
+    if stable.all() or not stable.any():
+        return f"All orbits along {symbol} are {'stable' if stable.any() else 'unstable'}"
+    passed = f"Orbits along {symbol} pass {bifurcations_text(dataset)}"
+    if kinds_present(dataset) and len(passed) <= MAX_TITLE:
+        return passed
+    return f"Stable and unstable orbits along {symbol}"
 
 
 def _values(dataset: xr.Dataset) -> int:

@@ -31,6 +31,17 @@ def test_two_runs_give_the_same_bytes(solved, tmp_path):
     assert sorted(path.name for path in tmp_path.iterdir()) == ["a.pdf", "b.pdf"]
 
 
+def test_the_restitution_of_a_soft_support_that_states_none_is_left_out():
+    soft = vp.Exciter(l=0.5, nu=1.0, f=0.8, h=0.15, k1=100.0, h1=0.1, R2=0.7)
+    for exciter, symbols in (
+        (soft, ["R₂"]),
+        (replace(soft, k2=90.0, h2=0.2, R2=1.0), []),
+        (replace(soft, k1=0.0, h1=0.0), ["R₁", "R₂"]),
+    ):
+        rows = side_of({"one": vp.simulate(exciter, 5.0)}).rows
+        assert [row.symbol for row in rows if row.symbol.startswith("R")] == symbols
+
+
 def test_text_of_a_user_is_only_text(report):
     # the PDF's own title stands in its metadata as XML
     assert b"#panic(&quot;no&quot;)" in report.read_bytes().replace(b'"', b"&quot;")

@@ -21,6 +21,8 @@ WORDS = {"m": "mass", "C": "stiffness"} | {
     name: each.words for each in PARAMETERS for name in (each.name, physical_name(each.name))
 }
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
+# Restitution of each support, and the names of the stiffness without which it is rigid.
+RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
 LETTERS = SYMBOLS | {each.name: each.letter for each in PARAMETERS}
 
 
@@ -28,6 +30,7 @@ def side_of(datasets: Datasets) -> Side:
     """Return the parameters of the exciter in some datasets; equal ones of both supports share a row."""
     forced = any(is_forced(data) for data in datasets.values())
     names = [name for name in WORDS if forced or name not in OF_FORCE]
+    names = [name for name in names if not is_without_meaning(name, datasets)]
     texts = {name: text for name in names if (text := values_text(name, datasets))}
     rows = []
     for name, text in texts.items():
@@ -46,6 +49,19 @@ def side_of(datasets: Datasets) -> Side:
             words = words if name == "R1" else f"{words} of the supports"
         rows.append(Row(symbol, text, words))
     return Side(rows)
+
+
+def is_without_meaning(name: str, datasets: Datasets) -> bool:
+    """Return whether a parameter is the restitution 1, of none stated, of a support that is soft in all datasets."""
+    if name not in RIGID_RESTITUTION:
+        return False
+    stiffness = RIGID_RESTITUTION[name]
+    return all(
+        (data[name].values == 1).all()
+        and any((data[k].values > 0).all() for k in stiffness if k in data.variables)
+        for data in datasets.values()
+        if name in data.variables
+    )
 
 
 def bare_symbols(datasets: Datasets) -> str:

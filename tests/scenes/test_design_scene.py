@@ -14,7 +14,7 @@ from vibropipe.jobs.verify import verify
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, tables
-from vibropipe.scenes.design.workshop import percent
+from vibropipe.scenes.design.workshop import percent, shown_tolerance
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
 
@@ -207,6 +207,14 @@ def test_a_tolerance_below_the_given_deviation_is_marked(dataset):
     assert all(row[column] and sum(row) == 1 for row in marked)
     assert "which cannot be held: R₁ of design 1; R₁ of design 2." in table["note"]
     assert verdicts(tight) == ["tight: $R_1$"] * 2
+
+
+def test_a_tolerance_as_wide_as_its_deviation_reads_the_same(dataset):
+    # Where the nominal value is shown it is rounded, by some 1e-5 of this tolerance.
+    same = dataset.assign(R1=("design", [0.7 + 1e-7] * 2), R1_tolerance=("design", [0.01, 0.0099]))
+    assert [shown_tolerance(same, "R1", row) for row in (0, 1)] == ["0.01", "0.0099"]
+    rounded = same.assign(R1=("design", [0.700004, 0.7]))
+    assert shown_tolerance(rounded.assign(R1_tolerance=same.R1_tolerance / 1e4), "R1", 0) == "0"
 
 
 def test_a_design_on_its_bound_has_no_tolerance(dataset):

@@ -19,8 +19,9 @@ from vibropipe.words.wording import series
 MADE = 0.95
 PARTS = "4,096 parts"
 MARK = "*"
-# Significant digits of nominal values, and of tolerances and deviations.
-NOMINAL_DIGITS, DIGITS = 5, 2
+# Significant digits of nominal values, and of tolerances and deviations; share of a tolerance that the rounding of its
+# nominal value may take unseen.
+NOMINAL_DIGITS, DIGITS, UNSEEN = 5, 2, 1e-3
 BOX = (
     "All parameters may be off by their tolerances at once, in any combination: at every corner the law of motion, the "
     "bounds and the targets within what is allowed hold."
@@ -226,5 +227,9 @@ def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
     """Write a tolerance, less what the nominal value is rounded by where it is shown, and rounded down."""
     value, tolerance = nominal(dataset, name, row), float(dataset[f"{name}_tolerance"].values[row])
     rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
+    if (
+        rounding < UNSEEN * tolerance
+    ):  # else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01
+        rounding = 0.0
     # What is short of a digit by rounding alone, as that of a deviation that is given, has it.
-    return at_least((tolerance - rounding) * (1.0 + 1e-9), DIGITS)
+    return at_least(max(0.0, tolerance - rounding) * (1.0 + 1e-9), DIGITS)

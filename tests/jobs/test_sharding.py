@@ -10,6 +10,7 @@ import growth
 import pytest
 
 from vibropipe.jobs import plan
+from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import join_to_file, origin, solve_to_file
 from vibropipe.orbits import window
 from vibropipe.scenes import costs
@@ -92,6 +93,16 @@ def test_rows_take_no_more_memory_than_planned(grid, R, keys):
     fixed = sum(value.nbytes for value in solved.data_vars.values() if "impact" not in value.dims)
     planned = costs.steady_bytes(scene.outputs, scene.harmonics, 0)
     assert fixed / scene.row_count == pytest.approx(planned, rel=0.1)
+
+
+def test_the_size_of_a_map_with_chaos_is_planned():
+    """Of the default study `regimes`, on a coarser grid: one in ten rows has the impacts of a whole window."""
+    scene = load_study(Path(__file__).parents[2] / "config/regimes.yaml").scenes["regime_map"]
+    grids = {name: grid.model_copy(update={"points": 20}) for name, grid in scene.over.items()}
+    coarse = scene.model_copy(update={"over": grids})
+    solved, planned = solve_rows(coarse, 0, 400), plan_scene(coarse)
+    assert planned.rows == 400
+    assert solved.nbytes == pytest.approx(planned.bytes - costs.HEAD_BYTES, rel=0.3)
 
 
 @pytest.mark.parametrize(

@@ -18,6 +18,8 @@ ERROR_BYTES = 4
 # Usual sizes of dimensions of a row; subharmonics are counted per harmonic.
 SIZES = {"support": 2, "multiplier": 2, "tau": 256, "visit": 64}
 USUAL_IMPACTS, SUBHARMONICS = 4, 4
+# Impacts of a row of a sweep over two parameters, on average: one in ten rows has no orbit, and then some 200.
+SWEPT_IMPACTS = 25
 # Bytes of an impact.
 IMPACT_BYTES = sum(
     each.bytes

@@ -12,7 +12,14 @@ import numpy as np
 from pydantic import Field, model_validator
 
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
+from vibropipe.scenes.costs import (
+    HEAD_BYTES,
+    SWEPT_IMPACTS,
+    Work,
+    slowness,
+    steady_bytes,
+    stored_name,
+)
 from vibropipe.scenes.keys.base import Harmonics, Outputs
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
@@ -196,7 +203,7 @@ def plan(scene: SweepScene) -> Work:
         seconds=scene.row_count * SECONDS_PER_ROW * slowness(scene),
         bytes=HEAD_BYTES
         + scene.row_count
-        * steady_bytes(scene.outputs, scene.harmonics, effects=scene.all_effects()),
+        * steady_bytes(scene.outputs, scene.harmonics, SWEPT_IMPACTS, scene.all_effects()),
         pieces=grid.chains,
         is_parallel=True,
     )

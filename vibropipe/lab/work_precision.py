@@ -23,7 +23,7 @@ from vibropipe.lab.peers.solve_ivp import scipy_peer
 from vibropipe.lab.timing import Timer, compile_side_by_side, repeated, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, Candidate
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.load_steps import MAX_TABLE
+from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome, is_installed
 from vibropipe.words.parameters import FURTHER, PARAMETERS

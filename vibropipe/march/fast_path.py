@@ -12,7 +12,7 @@ import math
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import support_at
 from vibropipe.march.grid import Instant, force_at_step, stays_between
-from vibropipe.march.log import POLYNOMIALS, STEPS, is_full, log_impact
+from vibropipe.march.log import COMPUTED, POLYNOMIALS, STEPS, is_full, log_impact
 from vibropipe.march.state import (
     FLIGHT,
     LEAVES_BY_VELOCITY,
@@ -23,6 +23,7 @@ from vibropipe.march.state import (
 )
 from vibropipe.physics.contact import Frame, frame_at, reset
 from vibropipe.physics.flow import combine, motion_with_curvature
+from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.physics.load import force_at, no_force
 
 # Error bounds of the slope and of the curvature of the cubic Hermite interpolant of a step, as multiples of the error
@@ -281,6 +282,8 @@ def coast(e, p, grid, state, end, log, c, events_left):
         if step == grid.steps:
             step, period = 0, period + 1
     log.counts[STEPS] += n_steps
+    if e.forcing is not None and grid.steps > MAX_TABLE:
+        log.counts[COMPUTED] += n_steps
     log.counts[POLYNOMIALS] += n_impacts
     sign = frame_sign(e, frame.home)
     mode = LEAVES_BY_VELOCITY if departs == 1 else FLIGHT

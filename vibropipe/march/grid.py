@@ -16,9 +16,9 @@ from vibropipe.physics.flow import (
     new_basis,
     steps_for_exact,
 )
+from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.physics.load import fastest_forcing, force_bounds, forcing_period
 from vibropipe.physics.load_steps import (
-    MAX_TABLE,
     contribution_of_second,
     exact_factors,
     exact_factors_of_second,

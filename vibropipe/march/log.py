@@ -10,12 +10,12 @@ from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.grid import evaluate
 from vibropipe.march.piece_log import PieceLog, clear_pieces
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.limits import MAX_MARCH_STEPS, POLYNOMIAL_STEPS
+from vibropipe.physics.limits import COMPUTED_STEPS, MAX_MARCH_STEPS, POLYNOMIAL_STEPS
 
-# Indices of `Log.counts`. LIMIT is the work at which a march stops (`is_spent`), MOST the largest that may be allowed
-# at a time, and TOTAL the limit of all marches, 0 for any.
+# Indices of `Log.counts`. COMPUTED counts those of the steps whose force is in no table; LIMIT is the work at which a
+# march stops (`is_spent`), MOST the largest that may be allowed at a time, TOTAL the limit of all marches, 0 for any.
 IMPACTS, RESTS, GRAZINGS, SAMPLES, STEPS, POLYNOMIALS, EVALUATIONS, SHORT_FLIGHTS, TAILS = range(9)
-LIMIT, MOST, TOTAL, COUNTS = 9, 10, 11, 12
+COMPUTED, LIMIT, MOST, TOTAL, COUNTS = 9, 10, 11, 12, 13
 
 
 class Log(NamedTuple):
@@ -69,7 +69,8 @@ class Samples(NamedTuple):
 @jit
 def work_of(log):
     """Return the work of all marches with a log, in steps."""
-    return log.counts[STEPS] + POLYNOMIAL_STEPS * log.counts[POLYNOMIALS]
+    computed = (COMPUTED_STEPS - 1) * log.counts[COMPUTED]
+    return log.counts[STEPS] + computed + POLYNOMIAL_STEPS * log.counts[POLYNOMIALS]
 
 
 @jit

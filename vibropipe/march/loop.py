@@ -9,10 +9,11 @@ from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_star
 from vibropipe.march.fast_path import coast, may_coast
 from vibropipe.march.flight import fly
 from vibropipe.march.grid import stays_between, whole_step
-from vibropipe.march.log import SAMPLES, STEPS, clear_log, is_full, is_spent
+from vibropipe.march.log import COMPUTED, SAMPLES, STEPS, clear_log, is_full, is_spent
 from vibropipe.march.pieces import march_pieces
 from vibropipe.march.state import FLIGHT, REST, State, is_before, is_watched
 from vibropipe.physics.contact import frame_at
+from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.physics.load_steps import contribution_of_second, load_contribution, sincos_at_step
 from vibropipe.words.status import Status
 
@@ -139,6 +140,8 @@ def coast_newmark(e, p, grid, state, end, counts):
             step = 0
             period += 1
     counts[STEPS] += n_steps
+    if e.forcing is not None and grid.steps > MAX_TABLE:
+        counts[COMPUTED] += n_steps
     return State(period, step, 0.0, state.home, y, w, FLIGHT, 0.0, None)
 
 

@@ -9,6 +9,9 @@ ACCURACY = (1e-15, 0.1)
 # Newmark steps per forcing period. Work of a march, in steps: of free flights (5 ns each, some three seconds), and of
 # pieces with soft supports or friction, each of which has a polynomial (200 to 460 ns) that takes as long as 40 to 90.
 STEPS_PER_PERIOD, POLYNOMIAL_STEPS = (1, 10**8), 100
+# Largest number of steps per forcing period whose force is tabulated: both tables then fit a second-level cache. A step
+# whose force is computed takes as long as so many others.
+MAX_TABLE, COMPUTED_STEPS = 8192, 4
 MAX_MARCH_STEPS = 6 * 10**8
 # The same of a row: a quarter of a second. No row of the default sweeps needs more than a quarter of it.
 MAX_ROW_WORK = 5 * 10**7
@@ -28,6 +31,11 @@ HARMONICS = (1, 1000)
 PATIENCE = (128, 1000)
 # Lines along each parameter from which boundaries are sought.
 BOUNDARY_LINES = (1, 200)
+
+
+def max_march_steps(per_period: float) -> int:
+    """Return the largest number of steps of a march with so many steps per forcing period."""
+    return MAX_MARCH_STEPS // (COMPUTED_STEPS if per_period > MAX_TABLE else 1)
 
 
 def row_work(n: int) -> int:

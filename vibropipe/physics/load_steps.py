@@ -7,11 +7,9 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.physics.load import double_angle, second_parts
 from vibropipe.physics.turns import sincos_turns
-
-# Largest number of steps per forcing period whose force is tabulated: both tables then fit a second-level cache.
-MAX_TABLE = 8192
 
 
 @jit_inline

@@ -8,7 +8,7 @@ from typing import Annotated, Any, Literal
 
 from pydantic import AfterValidator, Field
 
-from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD
+from vibropipe.physics.limits import MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD, max_march_steps
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
     IMPACT_BYTES,
@@ -123,9 +123,10 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
     if samples > MAX_SAMPLES:
         must = f"must give at most {MAX_SAMPLES:g} samples in a record"
         yield Problem(("samples_per_period",), f"{samples:.3g} samples", must=must)
-    steps = end / period * (scene.solver.steps_per_period or 0)
-    if steps > MAX_MARCH_STEPS:
-        must = f"must give at most {MAX_MARCH_STEPS:g} steps"
+    per_period = scene.solver.steps_per_period or 0
+    steps, most = end / period * per_period, max_march_steps(per_period)
+    if steps > most:
+        must = f"must give at most {most:g} steps"
         yield Problem(("solver", "steps_per_period"), f"{steps:.3g} steps", must=must)
 
 

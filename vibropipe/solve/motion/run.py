@@ -22,7 +22,12 @@ from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import DEGREE
-from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
+from vibropipe.physics.limits import (
+    MAX_MARCH_STEPS,
+    MAX_PIECE_STEPS,
+    SAMPLES_PER_PERIOD,
+    max_march_steps,
+)
 from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
@@ -175,13 +180,13 @@ def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> Mot
     solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
     if solve_closed_form is None:
         grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
-        _check_steps(request, (turns[1] - turns[0]) * grid.steps)
+        _check_steps(request, turns[1] - turns[0], grid.steps)
         run = _march(exciter, request, grid, turns)
     else:
         if request.energy:
             # Energies are integrated step by step, also of a motion in closed form.
             steps = exact_steps(request.effects, exciter.parameters())
-            _check_steps(request, (turns[1] - turns[0]) * steps)
+            _check_steps(request, turns[1] - turns[0], steps)
         after = sample_times(turns, request.samples_per_period)
         columns, xs, vs = solve_closed_form(exciter, request, turns, after)
         end, counts = (float(xs[-1]), float(vs[-1])), np.zeros(COUNTS, np.int64)
@@ -242,10 +247,11 @@ def _conservative(
     return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
-def _check_steps(request: MotionRequest, steps: float) -> None:
+def _check_steps(request: MotionRequest, periods: float, per_period: int) -> None:
     """Raise a ParameterError if a march has too many steps, whatever happens in it."""
+    steps = periods * per_period
     has_polynomials = request.effects.has_pieces or request.energy
-    most = MAX_PIECE_STEPS if has_polynomials else MAX_MARCH_STEPS
+    most = MAX_PIECE_STEPS if has_polynomials else max_march_steps(per_period)
     if steps > most:
         must = f"must be reached in at most {most:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"

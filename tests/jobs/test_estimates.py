@@ -226,15 +226,23 @@ def test_the_plan_says_what_its_times_include(study):
 
 
 def test_a_run_takes_longer_by_figures_report_and_compiling():
-    plans = [SimpleNamespace(name=n, kind=n, shards=1, is_parallel=False) for n in ("a", "b")]
+    plans = [
+        SimpleNamespace(name=n, kind=n, shards=1, is_parallel=False, effects=()) for n in ("a", "b")
+    ]
     work = {"a": 30.0, "b": 10.0}
     alone, shared = (run_seconds(plans, work, 4, (), cores) for cores in (1, 2))
     assert alone == 40 + START_SECONDS + 4 * FIGURE_SECONDS + REPORT_SECONDS
     assert shared == 30 + START_SECONDS + 2 * FIGURE_SECONDS + REPORT_SECONDS
-    assert run_seconds(plans, work, 4, ("a",), 1) == alone + COMPILE_SECONDS
-    both = COMPILE_SECONDS + COMPILE_SECONDS_FURTHER
+    assert run_seconds(plans, work, 4, ("a",), 1) == alone + COMPILE_SECONDS[False]
+    both = COMPILE_SECONDS[False] + COMPILE_SECONDS_FURTHER[False]
     assert run_seconds(plans, work, 4, ("a", "b"), 1) == alone + both
     assert run_seconds(plans, work, 4, ("a", "b"), 2) == shared + both
+    plans[1].effects = ("soft",)
+    mixed = COMPILE_SECONDS[True] + COMPILE_SECONDS_FURTHER[False]
+    assert run_seconds(plans, work, 4, ("a", "b"), 2) == shared + mixed
+    plans[0].effects = ("friction",)
+    soft = COMPILE_SECONDS[True] + COMPILE_SECONDS_FURTHER[True]
+    assert run_seconds(plans, work, 4, ("a", "b"), 2) == shared + soft
 
 
 def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):

@@ -2,13 +2,13 @@
 
 from __future__ import annotations
 
-import math
 import os
 from collections.abc import Iterator, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.jobs.drawing import figures_of
 from vibropipe.jobs.plan import ScenePlan, plan_scene
+from vibropipe.scenes.costs import OF_PIECES
 from vibropipe.words.parameters import COMMON_EFFECTS, PARAMETERS
 from vibropipe.words.status import Status
 from vibropipe.words.wording import aligned, count, method_text, series
@@ -22,9 +22,9 @@ if TYPE_CHECKING:
 # Events of a motion that are printed; longer tables are shortened in the middle.
 MAX_EVENTS = 60
 # Rough seconds of a run beside the work of its scenes: to begin, for each figure and for the report; and once to
-# compile the kernels of a kind of scene, and those of each further kind.
+# compile the kernels of a kind of scene, and those of each further kind, without effects of pieces and with them.
 START_SECONDS, FIGURE_SECONDS, REPORT_SECONDS = 4.0, 1.0, 1.5
-COMPILE_SECONDS, COMPILE_SECONDS_FURTHER = 30.0, 8.0
+COMPILE_SECONDS, COMPILE_SECONDS_FURTHER = {False: 30.0, True: 37.0}, {False: 8.0, True: 14.0}
 
 
 def plan_text(study: Study, estimates: Estimates | None = None) -> str:
@@ -112,15 +112,22 @@ def run_seconds(
     cores : int
         Number of cores.
     """
-    kinds = {plan.kind for plan in plans if plan.name in uncompiled}
     longest = max(
         work[plan.name] / (min(cores, plan.shards) if not plan.is_parallel else cores)
         for plan in plans
     )
     solving = max(longest, sum(work.values()) / cores)
-    further = COMPILE_SECONDS_FURTHER * math.ceil((len(kinds) - 1) / cores)
-    compiling = COMPILE_SECONDS + further if kinds else 0.0
+    compiling = compile_seconds([plan for plan in plans if plan.name in uncompiled], cores)
     return START_SECONDS + compiling + solving + FIGURE_SECONDS * figures / cores + REPORT_SECONDS
+
+
+def compile_seconds(plans: Sequence[ScenePlan], cores: int) -> float:
+    """Return the estimated seconds in which the kernels of some scenes are compiled, several kinds at a time."""
+    kernels = {(plan.kind, bool({*OF_PIECES} & {*plan.effects})) for plan in plans}
+    if not kernels:
+        return 0.0
+    first, *further = sorted((of_pieces for _kind, of_pieces in kernels), reverse=True)
+    return COMPILE_SECONDS[first] + sum(COMPILE_SECONDS_FURTHER[each] for each in further[::cores])
 
 
 def effects_text(effects: Sequence[str]) -> str:

@@ -26,16 +26,18 @@ from vibropipe.orbits.branches.steps import (
 )
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.curve import MARGIN, SLOW_EVENT, LawZeros, Scales
+from vibropipe.orbits.law.curve import LawZeros, Scales
 from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
 from vibropipe.orbits.law.edits import happenings, law_from, without_contact
+from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.states import departure, state_within
+from vibropipe.orbits.law.steps import MARGIN, N_TESTS, SLOW_EVENT
 from vibropipe.physics.contact import support_position
 
 # Number of a point beside its tests: the time at which its orbit touches a support.
-TOUCHED = SLOW_EVENT + 1
+TOUCHED = N_TESTS
 # Weighted step of the central differences of a condition. It affects the speed of convergence alone.
 DIFFERENCE = 1e-6
 # Newton's iterations for the time of a touch, and its last change, in forcing periods.
@@ -81,6 +83,7 @@ class LawBoundary(LawZeros):
         )
         self.box, self.kind, self.touched = box, kind, touch
         self._slope: np.ndarray | None = None
+        self._no_columns = new_blocks(len(law.codes), 0)
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
         is_linear = not np.isin(kinds, (ENTER, IMPACT, REST_BEGINS)).any()
@@ -111,8 +114,8 @@ class LawBoundary(LawZeros):
             else:
                 self.marcher.rows += 2 * u.size * len(self.sequence.codes)
                 fill_slopes(
-                    self.effects, self._values, self._along, self.sequence, u, self._no_columns,
-                    steps, self.kind == FOLDS, self._slope,
+                    self.effects, self.system.values, self.system.along, self.sequence, u,
+                    self._no_columns, steps, self.kind == FOLDS, self._slope,
                 )  # fmt: skip
         return [(value, self._slope)]
 
@@ -137,7 +140,7 @@ class LawBoundary(LawZeros):
         """Return what is zero at a bifurcation, at u, whose blocks are filled."""
         if self.kind == GRAZINGS:
             return self._gap(u) / self.size
-        blocks = self._blocks
+        blocks = self.system.blocks
         unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
         return unit if self.kind == FOLDS else doubling
 

@@ -12,34 +12,19 @@ from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.march.piece_log import CAUSE, FORM, HOME, RESTING, STICK, TURN
 from vibropipe.orbits.branches.curve import Curve, Problem
 from vibropipe.orbits.branches.sequence import parameters_at
-from vibropipe.orbits.branches.steps import (
-    DETERMINANT,
-    DOUBLING,
-    GAP,
-    GAP_FLIGHT,
-    GAP_SIDE,
-    GAP_TIME,
-    SPEED,
-    TESTS,
-    TRACE,
-    UNIT,
-)
+from vibropipe.orbits.branches.steps import SPEED
 from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.determinants import unit_and_doubling
 from vibropipe.orbits.law.elimination import solve_cyclic
-from vibropipe.orbits.law.equations import fill_blocks, new_blocks
+from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.law import SECTION, Law
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.margins import fill_margins
 from vibropipe.orbits.law.states import state_within
+from vibropipe.orbits.law.steps import N_TESTS, System, fill_at, fill_tests, solve
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.flow import DEGREE
 
-# Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event.
-MARGIN, SLOW_EVENT = TESTS, TESTS + 1
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
 NO_BORDER = np.zeros((0, 0)), np.zeros(0)
@@ -99,20 +84,22 @@ class LawZeros(Curve):
         if kinds[0] == SECTION:
             weights[0], self.periodic = 1.0 / size, ()
         Continued.__init__(self, np.append(weights, 1.0 / (high - low)), max_length)
-        self._values, self._along = values.reshape(1, -1).copy(), along
-        self._least, self._most = 2.0 * low - high, 2.0 * high - low
         names = [Parameters._fields[index] for index in along]
-        self._columns = np.array([ALL_DIFFERENTIATED.index(name) for name in names])
-        self._blocks, self._margins = new_blocks(n, len(along)), np.zeros((of.KINDS + 1, 4))
-        self._c, self._no_columns = np.empty(DEGREE + 1), new_blocks(n, 0)
+        columns = np.array([ALL_DIFFERENTIATED.index(name) for name in names])
+        margins = np.zeros((of.KINDS + 1, 4))
+        margins[of.TOUCH] = law.span * (-1.0 if law.mirrored else 1.0), *NO_TOUCH
+        self.system = System(
+            self.effects, law, values.reshape(1, -1).copy(), along, columns, 2.0 * low - high,
+            2.0 * high - low, np.zeros((n, 2)), new_blocks(n, len(along)), margins, size, speed,
+        )  # fmt: skip
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:  # noqa: D102
         return Point(u, tangent, tests, self)
 
     def parameters_of(self, u: np.ndarray) -> Any:
         """Return the `Parameters` at some unknowns."""
-        self._values[0, self._along] = u[2 * len(self.sequence.codes) :]
-        return row_parameters(self._values, 0)
+        self.system.values[0, self.system.along] = u[2 * len(self.sequence.codes) :]
+        return row_parameters(self.system.values, 0)
 
     def events_of(self, u: np.ndarray) -> np.ndarray:
         """Return the unknowns as an array (n, 2)."""
@@ -128,7 +115,7 @@ class LawZeros(Curve):
             return None
         rows, values = self._rows(u)
         values[0] = float(rows[0] @ u) - target
-        step, sign = self._solve(self._blocks.rest, rows, values)
+        step, sign = self._solve(self.system.blocks.rest, rows, values)
         return None if sign == 0.0 else step
 
     def _rows(self, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
@@ -149,7 +136,7 @@ class LawZeros(Curve):
             if not self._fill(u):
                 return None
             tangent, sign = self._solve(
-                np.zeros_like(self._blocks.rest), border[np.newaxis], np.ones(1)
+                np.zeros_like(self.system.blocks.rest), border[np.newaxis], np.ones(1)
             )
             norm = float(np.linalg.norm(tangent * self.weights))
             if sign != 0.0 and 0.0 < norm < math.inf:
@@ -185,22 +172,14 @@ class LawZeros(Curve):
 
     def _fill(self, u: np.ndarray) -> bool:
         """Fill the blocks at u; return whether they are finite."""
-        given = u[2 * len(self.sequence.codes) :]
-        if not (
-            np.isfinite(u).all() and (given > self._least).all() and (given < self._most).all()
-        ):
-            return False
-        p = self.parameters_of(u)
-        events = self.events_of(u)
-        fill_blocks(self.effects, p, self.sequence, events, self._columns, self._blocks)
-        return bool(np.isfinite(self._blocks.rest).all())
+        return bool(np.isfinite(u).all() and fill_at(self.system, u))
 
     def _solve(
         self, rest: np.ndarray, rows: np.ndarray, targets: np.ndarray
     ) -> tuple[np.ndarray, float]:
         """Return the solution of the equations at the blocks with further rows, and the sign of the determinant."""
-        n, blocks = len(self.sequence.codes), self._blocks
-        x, q = np.zeros((n, 2)), np.zeros(len(self._along))
+        n, blocks = len(self.sequence.codes), self.system.blocks
+        x, q = np.zeros((n, 2)), np.zeros(self.system.along.size)
         borders = np.ascontiguousarray(rows[:, : 2 * n].reshape(-1, 2, n).transpose(0, 2, 1))
         corner = np.ascontiguousarray(rows[:, 2 * n :])
         sign, _log = solve_cyclic(
@@ -213,56 +192,27 @@ class LawZeros(Curve):
             return None
         rows, _values = self._rows(u)
         along = np.eye(len(rows))[0]
-        tangent, sign = self._solve(np.zeros_like(self._blocks.rest), rows, along)
+        tangent, sign = self._solve(np.zeros_like(self.system.blocks.rest), rows, along)
         norm = float(np.linalg.norm(tangent * self.weights))
         if sign == 0.0 or not 0.0 < norm < math.inf:
             return None
         tangent /= norm
-        tests = np.zeros(TESTS + 2)
+        tests = np.zeros(N_TESTS)
         tests[FOLD] = tangent[-1] * self.weights[-1]
-        tests[UNIT], tests[DOUBLING] = unit_and_doubling(
-            self._blocks.before, self._blocks.at, self._blocks.rest
-        )
-        tests[TRACE], tests[DETERMINANT] = self._return_map()
-        p = self.parameters_of(u)
-        span = self.sequence.span * (-1.0 if self.sequence.mirrored else 1.0)
-        self._margins[of.TOUCH] = span, *self.touch
-        fill_margins(self.effects, p, self.sequence, self.events_of(u), self._c, self._margins)
-        least, scale = self._margins[: of.KINDS, of.VALUE], self._margin_scales(p)
-        tests[SPEED] = min(least[of.SPEED] * scale[of.SPEED], 1.0)
-        others = [least[kind] * scale[kind] for kind in range(1, of.KINDS)]
-        kind = 1 + int(np.argmin(others))
-        tests[GAP], tests[MARGIN] = min(others[kind - 1], 1.0), kind
-        tests[GAP_FLIGHT], tests[GAP_SIDE], tests[GAP_TIME] = self._margins[kind, 1:]
-        tests[SLOW_EVENT] = self._margins[of.SPEED, of.AT]
+        self.system.margins[of.TOUCH, 1:] = self.touch
+        fill_tests(self.system, self.system.blocks.polynomial, tests)
         return Point(u, tangent, tests, self)
-
-    def _margin_scales(self, p: Any) -> np.ndarray:
-        """Return the factors that make margins pure numbers."""
-        friction = max(float(p.friction), 1e-100)
-        return 1.0 / np.array([self.speed, 1.0, friction, self.size, self.speed])
-
-    def _return_map(self) -> tuple[float, float]:
-        """Return trace and determinant of the derivative of the return map, from those of the cyclic system."""
-        n, blocks = len(self.sequence.codes), self._blocks
-        transfer = np.eye(2)
-        for i in range(n):
-            try:
-                transfer = -np.linalg.solve(blocks.at[i], blocks.before[i] @ transfer)
-            except np.linalg.LinAlgError:
-                return math.nan, math.nan
-        return float(np.trace(transfer)), float(np.linalg.det(transfer))
 
     def end_of(self, test: int, point: Point) -> tuple[str, str]:  # noqa: D102 - as Curve
         return "change", "speed" if test == SPEED else "gap"
 
     def doubling_vector(self, point: Point) -> np.ndarray:  # noqa: D102 - as Curve
-        n, blocks = len(self.sequence.codes), self._blocks
+        n, blocks = len(self.sequence.codes), self.system.blocks
         self._fill(point.u)
         rest, x = np.ones((n, 2)), np.zeros((n, 2))
         for _ in range(ITERATIONS):
             solve_cyclic(
-                blocks.before, blocks.at, self._no_columns.by, rest, -1.0, np.zeros((0, n, 2)),
+                blocks.before, blocks.at, np.zeros((n, 2, 0)), rest, -1.0, np.zeros((0, n, 2)),
                 *NO_BORDER, x, np.zeros(0),
             )  # fmt: skip
             rest = x / np.abs(x).max()
@@ -284,9 +234,15 @@ class LawCurve(LawZeros):
         super().__init__(law, scales, marcher, problem.values, along, low, high, problem.max_length)
         self.problem = problem
 
+    def solve(self, u: np.ndarray, target: float) -> Point | None:  # noqa: D102 - as Curve
+        tangent, tests = np.empty(u.size), np.empty(N_TESTS)
+        fills = solve(self.system, u, target, self.weights, self.work.border, tangent, tests)
+        self.marcher.rows += abs(fills) * len(self.sequence.codes)
+        return Point(u, tangent, tests, self) if fills > 0 else None
+
     def with_sequence(self, sequence: Any) -> LawCurve:  # noqa: D102 - as Curve
         return LawCurve(self.problem, sequence, self.scales, self.marcher)
 
     def parameters(self, value: float) -> Any:
         """Return the `Parameters` at a value of the one that varies."""
-        return parameters_at(self._values, self.problem.along, value)
+        return parameters_at(self.system.values, self.problem.along, value)

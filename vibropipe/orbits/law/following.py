@@ -17,9 +17,10 @@ from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.branches.tree import Rules
 from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.curve import MARGIN, LawCurve
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.edits import edits, law_from
 from vibropipe.orbits.law.law import SECTION, Law, without_events
+from vibropipe.orbits.law.steps import MARGIN
 
 # Lengths from the end of a law at which the next one is tried, and the largest distance of its first orbit from it.
 TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3
@@ -107,7 +108,7 @@ def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
     """Yield the laws that may follow a point at which a margin is zero, and their unknowns there."""
     curve, law = point.curve, point.curve.sequence
     p, u = curve.parameters(point.value), curve.events_of(point.u)
-    kinds = [of.SPEED, int(point.tests[MARGIN])]
+    kinds = [int(of.SPEED), int(point.tests[MARGIN])]
     if abs(point.tests[GAP]) < abs(point.tests[SPEED]):
         kinds.reverse()
     for kind in kinds:

@@ -41,8 +41,10 @@ from vibropipe.physics.stiffness import piece_taylor
 
 # Kinds of margins: the least speed at a support, span of a piece, excess of what holds or turns the mass, gap of a
 # flight (or depth within a contact) where it turns, and speed of sliding.
-SPEED, SPAN, HOLD, GAP, SLIDE = range(5)
+# They and sides are numpy integers because numba compiles another copy of a kernel for each literal constant.
+SPEED, SPAN, HOLD, GAP, SLIDE = map(np.int64, range(5))
 KINDS = 5
+NO_SIDE, UPPER, LOWER, CHATTER = np.int64(0), np.int64(1), np.int64(2), np.int64(-1)
 # Row of the span (negative if mirrored), piece, support and time at which the orbit touches a support, which is no
 # margin; piece ANY: nor are other gaps.
 TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0
@@ -52,6 +54,8 @@ TOUCHING = 1e-3
 VALUE, AT, SIDE, TIME = range(4)
 # Parts of a step in which a turning point is sought, bisections for it, and the most steps of one polynomial each.
 PARTS, BISECTIONS, MAX_STEPS = 4, 40, 1024.0
+# Secants and bisections for a turning point of a polynomial, and the share of its step at which it is found.
+MAX_SECANTS, NARROW = 60, 1e-15
 # Parts of a forcing period in which the largest force on a held mass is sought.
 HELD_PARTS = 64
 
@@ -97,7 +101,7 @@ def fill_margins(e, p, law, u, c, margins) -> None:
         start, end = departure(e, p, law, i, u), arrival(e, p, law, (i + 1) % n, u)
         turns = end.t + later - start.t
         if law.codes[i, CAUSE] != SECTION:
-            note(margins, SPAN, turns, i, 0, start.t)
+            note(margins, SPAN, turns, i, NO_SIDE, start.t)
         if not turns > 0.0:
             continue
         if law.codes[i, FORM] == RESTING:
@@ -111,7 +115,7 @@ def fill_margins(e, p, law, u, c, margins) -> None:
 @jit
 def of_event(e, p, law, u, i, margins) -> None:
     """Note the margins of event i itself."""
-    kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
+    kind, home = law.codes[i, CAUSE], np.int64(law.codes[i, HOME])
     if kind == SECTION:
         return
     before = arrival(e, p, law, i, u)
@@ -125,7 +129,7 @@ def of_event(e, p, law, u, i, margins) -> None:
         return
     if kind in (SLIP, RELEASE):
         _value, _stiffness, rate = hold_force(e, p, law, i - 1, before.t)
-        note(margins, HOLD, law.codes[i, DIRECTION] * rate * p.nu, i, 0, before.t)
+        note(margins, HOLD, law.codes[i, DIRECTION] * rate * p.nu, i, NO_SIDE, before.t)
         return
     if e.friction is None:
         return
@@ -133,21 +137,21 @@ def of_event(e, p, law, u, i, margins) -> None:
     value, stiffness, _rate = hold_force(e, p, law, i, before.t)
     force = value - stiffness * before.y
     if kind == STICK:
-        note(margins, HOLD, p.friction - abs(force), i, 0, before.t)
+        note(margins, HOLD, p.friction - abs(force), i, NO_SIDE, before.t)
     elif kind == TURN:
-        note(margins, HOLD, law.codes[i, DIRECTION] * force - p.friction, i, 0, before.t)
+        note(margins, HOLD, law.codes[i, DIRECTION] * force - p.friction, i, NO_SIDE, before.t)
 
 
 @jit
 def of_turning_point(e, p, law, i, before, margins) -> None:
     """Note the distance from the supports at which friction turns or holds the mass; in a contact the depth."""
-    frame, y = frame_before(law, i), before.y
+    frame, y = np.int64(frame_before(law, i)), before.y
     if e.soft is not None and acts_in(law, i):
         note(margins, GAP, -y, i, frame, before.t)
         return
     if frame == 0:
-        note(margins, GAP, support_position(p, 1) - y, i, 1, before.t)
-        note(margins, GAP, y - support_position(p, 2), i, 2, before.t)
+        note(margins, GAP, support_position(p, 1) - y, i, UPPER, before.t)
+        note(margins, GAP, y - support_position(p, 2), i, LOWER, before.t)
         return
     note(margins, GAP, y, i, frame, before.t)
     note(margins, GAP, 2.0 * p.l - y, i, 3 - frame, before.t)
@@ -174,7 +178,7 @@ def of_held(e, p, law, i, y, t, turns, bound, margins) -> None:
         value, stiffness, _rate = hold_force(e, p, law, i, low)
         force = value - stiffness * y
         if law.codes[i, FORM] == RESTING:
-            note(margins, HOLD, bound - force, i, 0, low)
+            note(margins, HOLD, bound - force, i, NO_SIDE, low)
         else:
             note(margins, HOLD, bound - abs(force), i, 1 if force > 0.0 else -1, low)
 
@@ -183,8 +187,8 @@ def of_held(e, p, law, i, y, t, turns, bound, margins) -> None:
 def of_rest(e, p, law, i, start, turns, c, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
     landing, share = landing_of(e, p, law, i, start.t, start.w, c)
-    note(margins, SPAN, turns - landing, i, -1, start.t)
-    note(margins, SPAN, LONG_HOP - share, i, -1, start.t)
+    note(margins, SPAN, turns - landing, i, CHATTER, start.t)
+    note(margins, SPAN, LONG_HOP - share, i, CHATTER, start.t)
     if landing < turns:
         friction = p.friction
         of_held(e, p, law, i, 0.0, start.t + landing, turns - landing, friction, margins)
@@ -225,7 +229,7 @@ def of_motion(e, p, law, i, start, turns, c, margins) -> None:
     n = law.codes.shape[0]
     direction = law.codes[i, DIRECTION]
     if e.friction is not None and p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
-        note(margins, SLIDE, direction * w, i, 0, start.t + turns)
+        note(margins, SLIDE, direction * w, i, NO_SIDE, start.t + turns)
 
 
 @jit
@@ -239,15 +243,31 @@ def slope_of(c, order, theta) -> float:
 
 
 @jit
-def turning_point(c, order, low, high, first) -> float:
-    """Return where a derivative of a polynomial changes its sign, which is that of `first` at the lower end."""
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if slope_of(c, order, middle) * first > 0.0:
-            low = middle
+def slope_rest(c, order) -> float:
+    """Return the largest sum, over a step, of all terms of `slope_of` but the first."""
+    total = 0.0
+    for n in range(DEGREE, order, -1):
+        factor = n if order == 1 else n * (n - 1)
+        total += factor * abs(c[n])
+    return total
+
+
+@jit
+def turning_point(c, order, low, high) -> float:
+    """Return where a derivative of a polynomial changes its sign, by secants and bisections."""
+    first, last, theta = slope_of(c, order, low), slope_of(c, order, high), high
+    for iteration in range(MAX_SECANTS):
+        theta = (low * last - high * first) / (last - first)
+        if iteration % 3 == 2 or not low < theta < high:
+            theta = 0.5 * (low + high)
+        slope = slope_of(c, order, theta)
+        if slope == 0.0 or high - low < NARROW:
+            break
+        if slope * first > 0.0:
+            low, first = theta, slope
         else:
-            high = middle
-    return 0.5 * (low + high)
+            high, last = theta, slope
+    return theta
 
 
 @jit
@@ -255,15 +275,18 @@ def of_step(e, p, law, i, at, dt, c, margins) -> None:
     """Note the margins of one step of a piece, a polynomial, in parts in which its slope is monotonic."""
     direction, period = law.codes[i, DIRECTION], forcing_period(p)
     rubs = e.friction is not None and p.friction > 0.0 and direction != 0
+    if not rubs and abs(c[1]) > slope_rest(c, 1):
+        return  # the velocity keeps its sign
     first = slope_of(c, 2, 0.0)
-    for part in range(PARTS):
-        low, high = part / PARTS, (part + 1) / PARTS
+    parts = 1 if abs(2.0 * c[2]) > slope_rest(c, 2) else PARTS
+    for part in range(parts):
+        low, high = part / parts, (part + 1) / parts
         last, middle = slope_of(c, 2, high), high
         if first * last < 0.0:
-            middle = turning_point(c, 2, low, high, first)
+            middle = turning_point(c, 2, low, high)
             if rubs and first * direction < 0.0:
                 speed = direction * velocity(c, DEGREE, middle, dt)
-                note(margins, SLIDE, speed, i, 0, at + middle * dt / period)
+                note(margins, SLIDE, speed, i, NO_SIDE, at + middle * dt / period)
         of_part(e, p, law, i, at, dt, c, low, middle, margins)
         if middle < high:
             of_part(e, p, law, i, at, dt, c, middle, high, margins)
@@ -273,16 +296,16 @@ def of_step(e, p, law, i, at, dt, c, margins) -> None:
 @jit
 def of_part(e, p, law, i, at, dt, c, low, high, margins) -> None:
     """Note the gap, or the depth in a contact, where a polynomial with a monotonic slope turns."""
-    first, home = slope_of(c, 1, low), law.codes[i, HOME]
+    first, home = slope_of(c, 1, low), np.int64(law.codes[i, HOME])
     if not first * slope_of(c, 1, high) < 0.0:
         return
-    theta = turning_point(c, 1, low, high, first)
+    theta = turning_point(c, 1, low, high)
     y, time = displacement(c, DEGREE, theta), at + theta * dt / forcing_period(p)
     if e.soft is not None and law.codes[i, FORM] == CONTACT:
         if first > 0.0:
             note(margins, GAP, -y, i, home, time)
     elif home == 0:
-        side = 1 if first > 0.0 else 2
+        side = UPPER if first > 0.0 else LOWER
         support = support_position(p, side)
         note(margins, GAP, support - y if side == 1 else y - support, i, side, time)
     elif first > 0.0:

@@ -7,8 +7,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, SLIP, STICK, TURN
-from vibropipe.orbits.branches.curve import Problem
-from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
 from vibropipe.orbits.law.edits import happenings, law_from
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks

@@ -8,12 +8,12 @@ import pytest
 import vibropipe as vp
 from vibropipe.orbits.branches.clearance import clearance
 from vibropipe.orbits.branches.sequence import (
-    Sequence,
     eigenvalues,
     fill_equations,
     return_derivative,
 )
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
+from vibropipe.orbits.law.law import law_of_impacts
 from vibropipe.physics.flow import DEGREE
 
 NONE = np.zeros((0, 0))
@@ -102,8 +102,8 @@ def test_a_flight_beyond_a_support_has_a_negative_gap() -> None:
 
 def test_doubled_and_halved_are_inverse() -> None:
     for sequence in (
-        Sequence(1, 0, np.array([1, 2], np.int8)),
-        Sequence(3, 1, np.array([1, 1, 2], np.int8)),
+        law_of_impacts(1, 0, [1, 2]),
+        law_of_impacts(3, 1, [1, 1, 2]),
     ):
         n = len(sequence.supports)
         u = np.concatenate([0.1 + 0.2 * np.arange(n), 0.5 + np.arange(n), [2.0]])

@@ -2,19 +2,25 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
-from typing import NamedTuple
+from collections.abc import Iterable, Iterator
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.continuation.curve import CompiledCurve, Point
 from vibropipe.continuation.follower import SAME_POINT
-from vibropipe.orbits.boundaries.system import GRAZINGS, Sought, parameters_of_point, solve
-from vibropipe.orbits.branches.curve import weights_of
+from vibropipe.orbits.boundaries.system import (
+    GRAZINGS,
+    Sought,
+    new_room,
+    parameters_of_point,
+    solve,
+)
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import GAP, GAP_SIDE, SLOWEST, SPEED, TESTS, new_room
 from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.law.steps import GAP, GAP_SIDE, SLOWEST, SPEED, TESTS
 from vibropipe.physics.contact import support_position
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.forced_flow import acceleration
 
 # Gap or impact speed next to which an orbit may touch twice at once, where the equations are singular.
@@ -38,6 +44,8 @@ class Box(NamedTuple):
         Whether the exciter is its own mirror image in the whole box.
     max_length : float
         Largest weighted length of a step.
+    effects : Effects
+        Of all exciters of the box.
     """
 
     values: np.ndarray
@@ -46,6 +54,13 @@ class Box(NamedTuple):
     high: np.ndarray
     symmetric: bool
     max_length: float
+    effects: Effects = ALL_EFFECTS
+
+
+def weights_of(sequence: Sequence, speed: float, further: Iterable[float]) -> np.ndarray:
+    """Return the weights of times, velocities of a scale `speed`, and further unknowns."""
+    n = len(sequence.supports)
+    return np.concatenate([np.ones(n), np.full(n, 1.0 / speed), [*further]])
 
 
 class Touch(NamedTuple):
@@ -76,7 +91,8 @@ class BoundaryCurve(CompiledCurve):
 
     def __init__(self, box: Box, kind: int, sequence: Sequence, touch: Touch, speed: float) -> None:
         self.box, self.kind, self.touch = box, kind, touch
-        self.sequence, self.speed = sequence, speed
+        self.sequence: Any = sequence
+        self.speed = speed
         n, touches = len(sequence.supports), [1.0] * (kind == GRAZINGS)
         self.periodic = [*range(n), *([2 * n] if touches else [])]
         sought = Sought(

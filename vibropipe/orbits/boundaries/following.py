@@ -7,7 +7,7 @@ from vibropipe.continuation.follower import Follower
 from vibropipe.continuation.path import Event, Mark, Path, Step, Wanted
 from vibropipe.orbits.boundaries.curve import BoundaryCurve
 from vibropipe.orbits.boundaries.system import GRAZINGS
-from vibropipe.orbits.branches.steps import DOUBLING, GAP, SPEED, UNIT
+from vibropipe.orbits.law.steps import DOUBLING, GAP, SPEED, UNIT
 
 # Two impacts may begin at once: the equations are singular there. A boundary whose steps are as short as this, and that
 # is `near_end`, has reached such a point.

@@ -15,15 +15,6 @@ from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
-from vibropipe.orbits.branches.steps import (
-    DETERMINANT,
-    GAP,
-    GAP_FLIGHT,
-    GAP_SIDE,
-    GAP_TIME,
-    SPEED,
-    TRACE,
-)
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.curve import LawZeros, Scales
@@ -33,7 +24,18 @@ from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.states import departure, state_within
-from vibropipe.orbits.law.steps import MARGIN, N_TESTS, SLOW_EVENT
+from vibropipe.orbits.law.steps import (
+    DETERMINANT,
+    GAP,
+    GAP_FLIGHT,
+    GAP_SIDE,
+    GAP_TIME,
+    MARGIN,
+    N_TESTS,
+    SLOW_EVENT,
+    SPEED,
+    TRACE,
+)
 from vibropipe.physics.contact import support_position
 
 # Number of a point beside its tests: the time at which its orbit touches a support.

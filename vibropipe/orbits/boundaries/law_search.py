@@ -14,11 +14,11 @@ from vibropipe.orbits.boundaries.law_curve import LawBoundary, grazing_at, touch
 from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
 from vibropipe.orbits.boundaries.seeds import KINDS, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
-from vibropipe.orbits.branches.curve import Problem, is_no_motion
+from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.symmetry import halved
 from vibropipe.orbits.branches.tree import follow_tree
-from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros, Scales
+from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros, Problem, Scales
 from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
@@ -103,7 +103,7 @@ def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> It
             )
             problem = Problem(
                 orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
-                box.max_length,
+                box.max_length, box.effects,
             )  # fmt: skip
             orbits_there.append((value, orbit.m, state))
             p = row_parameters(orbit.values.reshape(1, -1), 0)

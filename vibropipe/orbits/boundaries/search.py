@@ -13,11 +13,12 @@ from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
 from vibropipe.orbits.boundaries.following import follow
 from vibropipe.orbits.boundaries.seeds import begin
-from vibropipe.orbits.branches.curve import Problem, is_no_motion
+from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
+from vibropipe.orbits.law.curve import Problem
 
 # Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
 SAME_SPEEDS = 1e-6
@@ -88,7 +89,7 @@ def _branches(box: Box, orbits: Iterable[Settled]) -> Iterator[Branch]:
                 continue
             problem = Problem(
                 orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
-                box.max_length,
+                box.max_length, box.effects,
             )  # fmt: skip
             u = np.append(orbit.u, orbit.values[along])
             seed = seed_of_orbit(problem, orbit.m, orbit.supports, u, (1.0, -1.0))

@@ -9,13 +9,14 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
+from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.linear import linear_touch
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.branches.symmetry import SAME_PARTS, halved, halves_agree, repeats
+from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.row import row_parameters
 
 KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
@@ -42,7 +43,8 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     point, kind = branch.points[event.point], KINDS[event.kind]
     values[branch.problem.along] = point.value
     ends = values[box.along]
-    sequence, u, speed = branch.curve.sequence, point.u, branch.curve.speed
+    law, u, speed = branch.curve.sequence, point.u, branch.curve.speed
+    sequence: Any = Sequence(law.m, law.mirrored, law.codes[:, HOME].copy())
     touch, time = NO_TOUCH, math.nan
     if event.reason == "gap":
         touch, time = (
@@ -107,7 +109,7 @@ def _without_slow(
 
 
 def _primitive(
-    box: Box, sequence: Sequence, u: np.ndarray, touch: Touch, time: float, speed: float
+    box: Box, sequence: Any, u: np.ndarray, touch: Touch, time: float, speed: float
 ) -> tuple[Sequence, np.ndarray, Touch, float]:
     """Return the orbit that repeats or mirrors itself in a sequence, if it does, and where its flight touches."""
     n = len(sequence.supports)

@@ -20,9 +20,8 @@ from vibropipe.continuation.curve import CROSSING, FOLD
 from vibropipe.continuation.newton import DONE, GOES_ON, MAX_CORRECTIONS, fill_tangent, newton_step
 from vibropipe.orbits.branches.clearance import clearance, flight_clearance
 from vibropipe.orbits.branches.sequence import fill_equations, next_impact, restitution_at
-from vibropipe.orbits.branches.steps import (
+from vibropipe.orbits.law.steps import (
     DETERMINANT,
-    DIFFERENCE,
     DOUBLING,
     GAP,
     GAP_FLIGHT,
@@ -32,10 +31,10 @@ from vibropipe.orbits.branches.steps import (
     SPEED,
     TRACE,
     UNIT,
-    Room,
 )
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_offset, support_position
+from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.linear import steady_at
 from vibropipe.physics.load import forcing_period, has_second
@@ -43,10 +42,24 @@ from vibropipe.physics.saltation import product
 
 # Kinds of boundaries, as `Bifurcation` numbers them.
 FOLDS, FLIPS, PITCHFORKS, GRAZINGS = range(4)
+# Step of the central differences by both parameters, relative. It affects the speed of convergence and the tangent.
+DIFFERENCE = 1e-5
 # Step of the central differences of a condition, weighted. It affects the speed of convergence alone.
 CONDITION_DIFFERENCE = 1e-6
 # A touching flight is looked at up to this time before its touch, in forcing periods.
 BEFORE_TOUCH = 1e-7
+
+
+class Room(NamedTuple):
+    """Work arrays: a Jacobian without rows, and the coefficients of a flight."""
+
+    none: np.ndarray
+    c: np.ndarray
+
+
+def new_room() -> Room:
+    """Return work arrays of an orbit."""
+    return Room(np.zeros((0, 0)), np.zeros(DEGREE + 1))
 
 
 class Sought(NamedTuple):
@@ -259,7 +272,7 @@ def _finish(sought, u, weights, work, tangent, tests) -> None:
 def solve(sought, u, target, weights, work, tangent, tests) -> bool:
     """Correct u, in place, to the boundary in the plane work.border . u = target; return whether there is one.
 
-    Tangent (size,) and test functions (TESTS,) are filled; arguments as of `vibropipe.orbits.branches.steps.solve`.
+    Tangent (size,) and test functions (TESTS,) are filled; arguments as of `vibropipe.orbits.law.steps.solve`.
     """
     work.last[0] = math.inf
     for _ in range(MAX_CORRECTIONS):

@@ -8,10 +8,10 @@ from typing import NamedTuple
 from vibropipe.continuation.curve import FOLD, Point, Zero
 from vibropipe.continuation.follower import FIRST_LENGTH, Follower
 from vibropipe.continuation.path import LIMIT, Event, Path, Step, Wanted
-from vibropipe.orbits.branches.curve import UNRESOLVED_LENGTH, Curve, Problem
 from vibropipe.orbits.branches.parents import parent_ahead, reached_parent
-from vibropipe.orbits.branches.steps import DOUBLING, GAP, SPEED
 from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.law.curve import UNRESOLVED_LENGTH, LawCurve, Problem
+from vibropipe.orbits.law.steps import DOUBLING, GAP, SPEED
 
 # Step towards the parent at which what lies before it is found.
 PARENT_LENGTH = 1e-6
@@ -26,7 +26,7 @@ class Seed(NamedTuple):
 
     Attributes
     ----------
-    curve : Curve or None
+    curve : LawCurve or None
         None without impacts.
     point : Point or None
     value : float
@@ -37,7 +37,7 @@ class Seed(NamedTuple):
         Of the first step.
     """
 
-    curve: Curve | None
+    curve: LawCurve | None
     point: Point | None
     value: float
     signs: tuple[float, ...]
@@ -49,14 +49,14 @@ class Branch:
     """A branch: its points or, without impacts, its values of the parameter, in order; its events; why it ended."""
 
     problem: Problem
-    curve: Curve | None
+    curve: LawCurve | None
     points: list[Point]
     values: list[float]
     events: list[Event]
 
 
 def follow(
-    curve: Curve, start: Point, closes: bool = True, first_length: float = FIRST_LENGTH
+    curve: LawCurve, start: Point, closes: bool = True, first_length: float = FIRST_LENGTH
 ) -> Path:
     """Follow a branch from a point along its tangent until it ends or leaves the range of the parameter.
 
@@ -69,12 +69,12 @@ def follow(
 class BranchFollower(Follower):
     """Follows a branch of one impact sequence."""
 
-    curve: Curve
+    curve: LawCurve
     ends = (SPEED, GAP)
     turns = (FOLD, DOUBLING)
     jumps = True
 
-    def __init__(self, curve: Curve, start: Point, closes: bool, first_length: float) -> None:
+    def __init__(self, curve: LawCurve, start: Point, closes: bool, first_length: float) -> None:
         super().__init__(curve, start, closes, first_length)
         low, high = curve.problem.low, curve.problem.high
         inner = [Wanted(-1, value) for value in curve.problem.at if value not in (low, high)]

@@ -12,8 +12,9 @@ from typing import NamedTuple
 
 import numpy as np
 
+from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
-from vibropipe.orbits.branches.curve import Curve, Point, Problem
+from vibropipe.orbits.branches.curve import ImpactCurve
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.linear import (
     begin_struck,
@@ -23,17 +24,18 @@ from vibropipe.orbits.branches.linear import (
     speed_of_struck,
     touches_both,
 )
-from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.steps import (
+from vibropipe.orbits.branches.symmetry import primitive, whole_orbit
+from vibropipe.orbits.law.curve import LawCurve, Problem
+from vibropipe.orbits.law.law import Law, law_of_impacts
+from vibropipe.orbits.law.steps import (
     GAP,
     GAP_FLIGHT,
     GAP_SIDE,
     GAP_TIME,
-    SLOWEST,
+    SLOW_EVENT,
     SPEED,
     TRACE,
 )
-from vibropipe.orbits.branches.symmetry import primitive, whole_orbit
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
 # Largest number of impacts of a sequence.
@@ -61,7 +63,7 @@ class Touching(NamedTuple):
     problem : Problem
     speed : float
         Scale of impact velocities.
-    sequence : Sequence
+    sequence : Law
         Without impacts, mirrored if both supports are touched.
     u : (2n + 1,) float
     flight, support : int
@@ -72,7 +74,7 @@ class Touching(NamedTuple):
 
     problem: Problem
     speed: float
-    sequence: Sequence
+    sequence: Law
     u: np.ndarray
     flight: int
     support: int
@@ -130,7 +132,7 @@ def _touching_linear(problem: Problem, value: float) -> Touching:
     """Return the motion without impacts at a value of the parameter where it touches a support."""
     p = parameters_of(problem, value)
     support, time = linear_touch(p)
-    sequence = Sequence(1, int(touches_both(p)), np.zeros(0, np.int8))
+    sequence = law_of_impacts(1, int(touches_both(p)), np.zeros(0, np.int8))
     speed = speed_of_struck(p)
     return Touching(problem, speed, sequence, np.array([value]), -1, support, time % 1.0)
 
@@ -149,24 +151,24 @@ def _struck(touching: Touching, turns: int, side: int) -> list[Seed]:
     problem, sequence, n = touching.problem, touching.sequence, len(touching.sequence.supports)
     turn = np.arange(turns)
     is_flipped = (turn % 2 == 1) & (sequence.mirrored == 1)
-    signs, flips = np.where(is_flipped, -1.0, 1.0)[:, None], is_flipped[:, None]
+    signs = np.where(is_flipped, -1.0, 1.0)[:, None]
     shifts = (turn * sequence.span)[:, None]
     times, velocities = touching.u[:n] + shifts, touching.u[n : 2 * n] * signs
-    supports = np.where(flips, 3 - sequence.supports, sequence.supports)
+    images = [sequence.image(sequence.codes) if each else sequence.codes for each in is_flipped]
     at = side * n + touching.flight + 1
     support = 3 - touching.support if is_flipped[side] else touching.support
     times = np.insert(times.ravel(), at, touching.time + side * sequence.span)
     velocities = np.insert(velocities.ravel(), at, 0.0)
-    supports = np.insert(supports.ravel(), at, support).astype(np.int8)
+    codes = np.insert(np.concatenate(images), at, law_of_impacts(1, 0, [support]).codes, axis=0)
     m = sequence.m * turns if not sequence.mirrored or turns % 2 else sequence.m * turns // 2
-    struck = Sequence(m, sequence.mirrored * (turns % 2), supports)
+    struck = sequence.like(m, sequence.mirrored * (turns % 2), codes)
     u = np.concatenate([times, velocities, touching.u[-1:]])
     if struck.mirrored and not problem.symmetric:
         # The motion without impacts does not know that the supports differ.
         struck, u = whole_orbit(struck, u)
     if len(struck.supports) > MAX_SEQUENCE or m > MAX_MULTIPLE:
         return []
-    begun = begin_struck(Curve(problem, struck, touching.speed), u.tolist(), at)
+    begun = begin_struck(ImpactCurve(problem, struck, touching.speed), u.tolist(), at)
     if begun is None:
         return []
     curve, point = begun
@@ -183,24 +185,24 @@ def _linear_seeds(problem: Problem, value: float) -> list[Seed]:
     return [Seed(None, None, value, signs)] if signs else []
 
 
-def _settled_without(curve: Curve, point: Point) -> tuple[Curve, Point] | None:
+def _settled_without(curve: LawCurve, point: Point) -> tuple[LawCurve, Point] | None:
     """Return the orbit without the impact that has lost its speed, in its least number of periods."""
-    sequence, n, at = curve.sequence, len(curve.sequence.supports), int(point.tests[SLOWEST])
+    sequence, n, at = curve.sequence, len(curve.sequence.supports), int(point.tests[SLOW_EVENT])
     u = np.delete(point.u, [at, n + at])
-    shorter = Sequence(sequence.m, sequence.mirrored, np.delete(sequence.supports, at))
-    child = Curve(curve.problem, shorter, curve.speed)
+    shorter = sequence._replace(codes=np.delete(sequence.codes, at, axis=0))
+    child = curve.with_sequence(shorter)
     settled = child.settle(u)
     if settled is None:
         return None
     least, u = primitive(shorter, settled.u, child.weights, curve.problem.symmetric)
     if len(least.supports) == len(shorter.supports):
         return child, settled
-    child = Curve(curve.problem, least, curve.speed)
+    child = curve.with_sequence(least)
     settled = child.settle(u)
     return None if settled is None else (child, settled)
 
 
-def _without(curve: Curve, point: Point) -> list[Seed]:
+def _without(curve: LawCurve, point: Point) -> list[Seed]:
     """Return the branch without the impact that has lost its speed, in the directions in which it is a motion."""
     n, value = len(curve.sequence.supports), point.value
     is_still = np.abs(point.u[n : 2 * n]).max() < NO_SPEED * curve.speed

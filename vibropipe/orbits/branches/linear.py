@@ -7,8 +7,9 @@ import math
 
 import numpy as np
 
-from vibropipe.orbits.branches.curve import Curve, Point, Problem
-from vibropipe.orbits.branches.sequence import parameters_at
+from vibropipe.continuation.curve import Point
+from vibropipe.march.piece_log import HOME
+from vibropipe.orbits.law.curve import LawCurve, Problem, parameters_at
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
@@ -154,12 +155,12 @@ def speed_of_struck(p: Parameters) -> float:
     return max(2.0 * p.nu * amplitude, p.l)
 
 
-def begin_struck(curve: Curve, u: list[float], index: int) -> tuple[Curve, Point] | None:
+def begin_struck(curve: LawCurve, u: list[float], index: int) -> tuple[LawCurve, Point] | None:
     """Return a branch at its point where the impact `index` has no speed, with its tangent towards impacts."""
     n = len(curve.sequence.supports)
     start = curve.settle(np.array(u), n + index)
     if start is None:
         return None
-    if curve.sequence.supports[index] == 2:
+    if curve.sequence.codes[index, HOME] == 2:
         start = start.reversed()
     return curve, start

@@ -4,10 +4,10 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.continuation.curve import FOLD
-from vibropipe.orbits.branches.curve import Curve, Point
-from vibropipe.orbits.branches.steps import DETERMINANT, DOUBLING, TRACE
+from vibropipe.continuation.curve import FOLD, Point
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_difference
+from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, TRACE
 
 # Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
 PROBES = (1e-5, 1e-3, 0.05)
@@ -15,12 +15,12 @@ PROBES = (1e-5, 1e-3, 0.05)
 NEAR_PARENT, AT_PARENT = 0.2, 1e-9
 
 
-def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] | None:
+def parent_point(curve: LawCurve, point: Point, kind: str) -> tuple[LawCurve, Point] | None:
     """Return the parent of a doubled orbit, at its flip or pitchfork next to the orbit; None if there is none.
 
     Parameters
     ----------
-    curve, point : Curve, Point
+    curve, point : LawCurve, Point
         The doubled orbit.
     kind : str
         "flip" or "pitchfork".
@@ -37,15 +37,15 @@ def parent_point(curve: Curve, point: Point, kind: str) -> tuple[Curve, Point] |
     return None
 
 
-def child_point(parent: Curve, point: Point, by: np.ndarray) -> tuple[Curve, Point]:
+def child_point(parent: LawCurve, point: Point, by: np.ndarray) -> tuple[LawCurve, Point]:
     """Return a flip or pitchfork of a branch as the point of its doubled orbits, with its tangent along them.
 
     Parameters
     ----------
-    parent, point : Curve, Point
+    parent, point : LawCurve, Point
         The bifurcation.
     by : (2n + 1,) float
-        `Curve.doubling_vector` there.
+        `LawZeros.doubling_vector` there.
     """
     sequence, u, change = doubled(parent.sequence, point.u, by)
     child = parent.with_sequence(sequence)
@@ -57,12 +57,12 @@ def child_point(parent: Curve, point: Point, by: np.ndarray) -> tuple[Curve, Poi
     return child, child.point(u, change / length, tests)
 
 
-def parent_ahead(curve: Curve, point: Point, length: float) -> str:
+def parent_ahead(curve: LawCurve, point: Point, length: float) -> str:
     """Return of which kind the parent of doubled orbits is, if a step along the tangent leads past it.
 
     Parameters
     ----------
-    curve, point : Curve, Point
+    curve, point : LawCurve, Point
     length : float
         Weighted length of the step.
 
@@ -82,14 +82,14 @@ def parent_ahead(curve: Curve, point: Point, length: float) -> str:
     return "" if ahead is None or np.dot(now, ahead) > 0.0 else kind
 
 
-def reached_parent(curve: Curve, point: Point, kind: str) -> Point | None:
+def reached_parent(curve: LawCurve, point: Point, kind: str) -> Point | None:
     """Return the parent of doubled orbits as a point of their branch, if the branch reaches it next to a point.
 
     The equations of the doubled sequence are singular there, and steps fail: the parent's are not.
 
     Parameters
     ----------
-    curve, point : Curve, Point
+    curve, point : LawCurve, Point
     kind : str
         That of `parent_ahead`.
     """

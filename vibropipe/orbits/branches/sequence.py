@@ -18,7 +18,6 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.load import forcing_period
@@ -47,21 +46,6 @@ class Sequence(NamedTuple):
         """Length of the sequence in forcing periods."""
         return 0.5 * self.m if self.mirrored else float(self.m)
 
-    @property
-    def on_first(self) -> np.ndarray:
-        """Whether each impact is on support 1."""
-        return self.supports == 1
-
-    @property
-    def key(self) -> tuple[int, int, tuple[int, ...]]:
-        """What tells sequences apart: of the whole orbit, no matter which impact is listed first."""
-        supports = self.supports
-        if self.mirrored:
-            supports = np.concatenate([supports, self.image(supports)])
-        listed = supports.tolist()
-        turned = [(*listed[n:], *listed[:n]) for n in range(len(listed))]
-        return self.m, self.mirrored, min(turned, default=())
-
     def image(self, supports: np.ndarray) -> np.ndarray:
         """Return the mirror image of impacts."""
         return (3 - supports).astype(np.int8)
@@ -69,13 +53,6 @@ class Sequence(NamedTuple):
     def like(self, m: int, mirrored: int, supports: np.ndarray) -> Sequence:
         """Return another sequence."""
         return Sequence(m, mirrored, supports)
-
-
-@jit
-def parameters_at(values, along, value):
-    """Return the `Parameters` of values (1, parameters) with the parameter `along` set to a value, which is stored."""
-    values[0, along] = value
-    return row_parameters(values, 0)
 
 
 @jit

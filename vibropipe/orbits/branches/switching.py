@@ -2,19 +2,20 @@
 
 from __future__ import annotations
 
+from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
-from vibropipe.orbits.branches.curve import HIDDEN_LENGTH, Curve, Point
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.grazing import MAX_SEQUENCE, MIN_CHATTER_SPEED, seeds_at_grazing
 from vibropipe.orbits.branches.parents import child_point, parent_point
-from vibropipe.orbits.branches.steps import DOUBLING, SPEED
+from vibropipe.orbits.law.curve import HIDDEN_LENGTH, LawCurve
+from vibropipe.orbits.law.steps import DOUBLING, SPEED
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
 # First step away from a parent: both branches solve the equations of the doubled sequence, which are singular there.
 DOUBLED_LENGTH = 1e-2
 
 
-def _doubled_seeds(curve: Curve, point: Point, kind: str) -> list[Seed]:
+def _doubled_seeds(curve: LawCurve, point: Point, kind: str) -> list[Seed]:
     """Return the branches of doubled (or asymmetric) orbits that begin at a flip (or pitchfork)."""
     n = len(curve.sequence.supports)
     child, start = child_point(curve, point, curve.doubling_vector(point))

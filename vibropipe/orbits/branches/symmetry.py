@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.orbits.branches.sequence import Sequence
+from vibropipe.orbits.law.law import Law
 
 # Weighted difference of the halves of an orbit at which they count as equal. Where a branch of doubled orbits turns at
 # its parent the difference goes with the root of the error of the parameter.
@@ -13,9 +13,7 @@ EQUAL_HALVES = 1e-4
 SAME_PARTS = 1e-5
 
 
-def _halves(
-    sequence: Sequence, u: np.ndarray, mirrored: bool
-) -> tuple[np.ndarray, np.ndarray] | None:
+def _halves(sequence: Law, u: np.ndarray, mirrored: bool) -> tuple[np.ndarray, np.ndarray] | None:
     """Return both halves of times and velocities, the second moved (and mirrored) onto the first; None without."""
     n = len(sequence.supports)
     half = n // 2
@@ -31,13 +29,13 @@ def _halves(
 
 
 def halves_difference(
-    sequence: Sequence, u: np.ndarray, weights: np.ndarray, kind: str
+    sequence: Law, u: np.ndarray, weights: np.ndarray, kind: str
 ) -> np.ndarray | None:
     """Return the weighted difference of the halves of an orbit; None if their impact sequences differ.
 
     Parameters
     ----------
-    sequence : Sequence
+    sequence : Law
     u, weights : (2n + 1,) float
         Times, velocities and the parameter; weights of the unknowns.
     kind : str
@@ -53,7 +51,7 @@ def halves_difference(
 
 
 def halves_agree(
-    sequence: Sequence, u: np.ndarray, weights: np.ndarray, tolerance: float = EQUAL_HALVES
+    sequence: Law, u: np.ndarray, weights: np.ndarray, tolerance: float = EQUAL_HALVES
 ) -> str:
     """Return how the halves of an orbit agree: "flip" if it repeats, "pitchfork" if it mirrors itself, "" if not.
 
@@ -70,7 +68,7 @@ def halves_agree(
     return kind if difference is not None and np.abs(difference).max() < tolerance else ""
 
 
-def halved(sequence: Sequence, u: np.ndarray, kind: str) -> tuple[Sequence, np.ndarray]:
+def halved(sequence: Law, u: np.ndarray, kind: str) -> tuple[Law, np.ndarray]:
     """Return the sequence of half an orbit whose halves agree, and the mean of both halves with the parameter.
 
     Parameters
@@ -89,9 +87,7 @@ def halved(sequence: Sequence, u: np.ndarray, kind: str) -> tuple[Sequence, np.n
     return sequence.like(sequence.m // 2, 0, supports), mean
 
 
-def doubled(
-    sequence: Sequence, u: np.ndarray, by: np.ndarray
-) -> tuple[Sequence, np.ndarray, np.ndarray]:
+def doubled(sequence: Law, u: np.ndarray, by: np.ndarray) -> tuple[Law, np.ndarray, np.ndarray]:
     """Return the sequence of two turns of an orbit, its unknowns, and a perturbation that changes sign between them.
 
     Parameters
@@ -103,7 +99,7 @@ def doubled(
 
     Returns
     -------
-    sequence : Sequence
+    sequence : Law
     u, perturbation : (4n + 1,) float
     """
     n, sign = len(sequence.supports), -1.0 if sequence.mirrored else 1.0
@@ -116,7 +112,7 @@ def doubled(
     return whole, np.concatenate(later), np.concatenate(change)
 
 
-def whole_orbit(sequence: Sequence, u: np.ndarray) -> tuple[Sequence, np.ndarray]:
+def whole_orbit(sequence: Law, u: np.ndarray) -> tuple[Law, np.ndarray]:
     """Return the sequence of the whole orbit and its unknowns: both halves if it is mirrored."""
     if not sequence.mirrored:
         return sequence, u
@@ -125,8 +121,8 @@ def whole_orbit(sequence: Sequence, u: np.ndarray) -> tuple[Sequence, np.ndarray
 
 
 def primitive(
-    sequence: Sequence, u: np.ndarray, weights: np.ndarray, symmetric: bool
-) -> tuple[Sequence, np.ndarray]:
+    sequence: Law, u: np.ndarray, weights: np.ndarray, symmetric: bool
+) -> tuple[Law, np.ndarray]:
     """Return an orbit in its least number of periods, by half of its impacts if it is its own mirror image.
 
     Parameters
@@ -151,7 +147,7 @@ def primitive(
     return sequence, u
 
 
-def repeats(sequence: Sequence, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
+def repeats(sequence: Law, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
     """Return whether an orbit consists of a number of equal parts.
 
     Parameters

@@ -9,14 +9,15 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.continuation.path import Event, Path, both_ways, joined
-from vibropipe.orbits.branches.curve import Curve
-from vibropipe.orbits.branches.curve import Problem as Problem
+from vibropipe.orbits.branches.curve import ImpactCurve
 from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.grazing import siblings_at_grazing
 from vibropipe.orbits.branches.linear import follow_linear
-from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
+from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.curve import Problem as Problem
+from vibropipe.orbits.law.law import law_of_impacts
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.
@@ -30,7 +31,7 @@ L = 3
 Key = tuple[str, float, float, float]
 # What tells branches that begin at one grazing from each other: periods, whether the orbit is its own mirror image, and
 # the supports struck in turn, from whichever impact on.
-Law = tuple[int, int, tuple[int, ...]]
+Law = tuple[float, int, bytes]
 
 
 class Rules(NamedTuple):
@@ -88,12 +89,12 @@ def seed_of_orbit(
     n = len(supports)
     if n == 0:
         return Seed(None, None, float(u[-1]), signs)
-    sequence, speed = Sequence(m, 0, supports), float(np.abs(u[n : 2 * n]).max())
-    curve = Curve(problem, sequence, speed)
+    sequence, speed = law_of_impacts(m, 0, supports), float(np.abs(u[n : 2 * n]).max())
+    curve = ImpactCurve(problem, sequence, speed)
     kind = halves_agree(sequence, u, curve.weights, SETTLED_HALVES)
     if problem.symmetric and kind == "pitchfork":
         sequence, u = halved(sequence, u, kind)
-        curve = Curve(problem, sequence, speed)
+        curve = ImpactCurve(problem, sequence, speed)
     point = curve.settle(u)
     return None if point is None else Seed(curve, point, point.value, signs)
 
@@ -208,9 +209,9 @@ class _Known:
         )
 
 
-def _law(curve: Curve | None) -> Law:
+def _law(curve: LawCurve | None) -> Law:
     """Return what tells a branch from others that begin at the same grazing."""
-    return (1, 1, ()) if curve is None else curve.sequence.key
+    return (0.5, 1, b"") if curve is None else curve.sequence.key
 
 
 def _key(branch: Branch, event: Event) -> Key:

@@ -7,24 +7,39 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.continuation.curve import FOLD, Point
-from vibropipe.continuation.curve import Curve as Continued
+from vibropipe.continuation.curve import FOLD, Curve, Point, Zero
 from vibropipe.march.piece_log import CAUSE, FORM, HOME, RESTING, STICK, TURN
-from vibropipe.orbits.branches.curve import Curve, Problem
-from vibropipe.orbits.branches.sequence import parameters_at
-from vibropipe.orbits.branches.steps import SPEED
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.law import SECTION, Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.states import state_within
-from vibropipe.orbits.law.steps import N_TESTS, System, fill_at, fill_tests, solve
+from vibropipe.orbits.law.steps import (
+    DOUBLING,
+    GAP,
+    N_TESTS,
+    SPEED,
+    System,
+    fill_at,
+    fill_tests,
+    solve,
+)
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 
+# Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
+# they differ from zero where their argument is known to rounding.
+MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, SPEED: 1e-6, GAP: 1e-6}
+# A bifurcation is steep where DOUBLING changes by more than `STEEP` within a length on both sides. With its slope k,
+# doubled orbits bifurcate again at a distance of 1 / k. Their equations are those of the parent but for its square, so
+# that rounding blurs orbits by 1e-16 k and tests by 1e-16 k^2: what begins there cannot be followed from k = 1e6 on
+# (`HIDDEN_LENGTH`). From k = 1e8 on (`UNRESOLVED_LENGTH`) a branch ends, before the rounding of a length reaches the
+# distance of a fold from its flip, again 1 / k.
+HIDDEN_LENGTH, UNRESOLVED_LENGTH, STEEP = 1e-7, 1e-9, 0.2
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
 NO_BORDER = np.zeros((0, 0)), np.zeros(0)
@@ -37,6 +52,43 @@ class Scales(NamedTuple):
 
     size: float
     speed: float
+
+
+def parameters_at(values: np.ndarray, along: int, value: float) -> Any:
+    """Return the `Parameters` of values (1, parameters) with the one at `along` set to a value, which is stored."""
+    values[0, along] = value
+    return row_parameters(values, 0)
+
+
+class Problem(NamedTuple):
+    """What is followed.
+
+    Attributes
+    ----------
+    values : (parameters,) float
+        Parameters of the exciter.
+    along : int
+        Index of the parameter that varies.
+    low, high : float
+        Its range.
+    at : tuple of float
+        Its values at which points are wanted.
+    symmetric : bool
+        Whether the exciter is its own mirror image over the whole range.
+    max_length : float
+        Largest weighted length of a step.
+    effects : Effects
+        Of all exciters of the range.
+    """
+
+    values: np.ndarray
+    along: int
+    low: float
+    high: float
+    at: tuple[float, ...]
+    symmetric: bool
+    max_length: float
+    effects: Effects = ALL_EFFECTS
 
 
 class LawZeros(Curve):
@@ -74,6 +126,7 @@ class LawZeros(Curve):
         high: np.ndarray,
         max_length: float,
     ) -> None:
+        law = Law(np.ascontiguousarray(law.codes), float(law.span), int(law.mirrored))
         self.sequence, self.scales, self.marcher = law, scales, marcher
         self.effects = marcher.effects
         self.size, self.speed = size, speed = scales
@@ -83,7 +136,9 @@ class LawZeros(Curve):
         self.periodic = range(n)
         if kinds[0] == SECTION:
             weights[0], self.periodic = 1.0 / size, ()
-        Continued.__init__(self, np.append(weights, 1.0 / (high - low)), max_length)
+        super().__init__(np.append(weights, 1.0 / (high - low)), max_length)
+        # The cyclic system is eliminated in place of a dense matrix.
+        self.work = self.work._replace(matrix=np.zeros((0, 0)))
         names = [Parameters._fields[index] for index in along]
         columns = np.array([ALL_DIFFERENTIATED.index(name) for name in names])
         margins = np.zeros((of.KINDS + 1, 4))
@@ -93,7 +148,8 @@ class LawZeros(Curve):
             2.0 * high - low, np.zeros((n, 2)), new_blocks(n, len(along)), margins, size, speed,
         )  # fmt: skip
 
-    def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:  # noqa: D102
+    def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
+        """Return a point of this branch."""
         return Point(u, tangent, tests, self)
 
     def parameters_of(self, u: np.ndarray) -> Any:
@@ -105,9 +161,6 @@ class LawZeros(Curve):
         """Return the unknowns as an array (n, 2)."""
         n = len(self.sequence.codes)
         return np.ascontiguousarray(u[: 2 * n].reshape(2, n).T)
-
-    # The equations are compiled, Newton's method is not.
-    solve = Continued.solve
 
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
         self.marcher.rows += len(self.sequence.codes)
@@ -203,10 +256,28 @@ class LawZeros(Curve):
         fill_tests(self.system, self.system.blocks.polynomial, tests)
         return Point(u, tangent, tests, self)
 
-    def end_of(self, test: int, point: Point) -> tuple[str, str]:  # noqa: D102 - as Curve
+    def zero_of(self, point: Point, length: float, test: int) -> Zero | None:
+        """Return where in a step a test function is zero; None if it cannot be located, or is a jump."""
+        zero = super().zero_of(point, length, test)
+        if zero is None or abs(zero[1].tests[test]) <= MAX_TEST_LEFT[test]:
+            return zero
+        return zero if self.is_steep(point, zero[0], UNRESOLVED_LENGTH) else None
+
+    def is_steep(self, point: Point, at: float, within: float) -> bool:
+        """Return whether DOUBLING changes by more than `STEEP` within a length of a place of a step."""
+        before, after = self.advance(point, at - within), self.advance(point, at + within)
+        return (
+            before is not None
+            and after is not None
+            and abs(after.tests[DOUBLING] - before.tests[DOUBLING]) > STEEP
+        )
+
+    def end_of(self, test: int, point: Point) -> tuple[str, str]:
+        """Return of which kind the event is at which the orbit ceases to be a motion, and the reason to end there."""
         return "change", "speed" if test == SPEED else "gap"
 
-    def doubling_vector(self, point: Point) -> np.ndarray:  # noqa: D102 - as Curve
+    def doubling_vector(self, point: Point) -> np.ndarray:
+        """Return the perturbation (2 n + 1,) that changes sign over the law, where DOUBLING is zero."""
         n, blocks = len(self.sequence.codes), self.system.blocks
         self._fill(point.u)
         rest, x = np.ones((n, 2)), np.zeros((n, 2))
@@ -240,7 +311,8 @@ class LawCurve(LawZeros):
         self.marcher.rows += abs(fills) * len(self.sequence.codes)
         return Point(u, tangent, tests, self) if fills > 0 else None
 
-    def with_sequence(self, sequence: Any) -> LawCurve:  # noqa: D102 - as Curve
+    def with_sequence(self, sequence: Law) -> LawCurve:
+        """Return the branch of another law."""
         return LawCurve(self.problem, sequence, self.scales, self.marcher)
 
     def parameters(self, value: float) -> Any:

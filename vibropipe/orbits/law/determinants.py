@@ -16,19 +16,26 @@ from vibropipe.orbits.row import row_parameters
 def unit_and_doubling(before, at, rest):
     """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
 
-    The sum of both is the determinant of the blocks times 2 (1 + det M); it is 0 where a piece vanishes.
+    The sum of both is the determinant of the blocks times 2 (1 + det M), whose sign is taken from the blocks: next to
+    a grazing both determinants cancel.
     """
-    n = at.shape[0]
+    n, flips = at.shape[0], 1.0
     none, x = np.zeros((n, 2, 0)), np.zeros((n, 2))
     borders, corner, few = np.zeros((0, n, 2)), np.zeros((0, 0)), np.zeros(0)
-    sign, log = solve_cyclic(before, at, none, rest, -1.0, borders, corner, few, x, few)
-    other_sign, other = solve_cyclic(before, at, none, rest, 1.0, borders, corner, few, x, few)
-    top = max(log, other)
+    signs, logs = np.empty(2), np.empty(2)
+    for k in range(2):
+        wrap = 2.0 * k - 1.0
+        signs[k], logs[k] = solve_cyclic(before, at, none, rest, wrap, borders, corner, few, x, few)
+    for i in range(n):
+        flips = math.copysign(
+            flips, flips * (at[i, 0, 0] * at[i, 1, 1] - at[i, 0, 1] * at[i, 1, 0])
+        )
+    top = max(logs[0], logs[1])
     if not top > -math.inf:
         return 0.0, 0.0
-    one, two = math.exp(log - top), math.exp(other - top)
-    both, total = sign * one + other_sign * two, one + two
-    return math.copysign(two / total, other_sign * both), math.copysign(one / total, sign * both)
+    doubling, unit = math.exp(logs[0] - top), math.exp(logs[1] - top)
+    total = flips * (doubling + unit)
+    return signs[1] * unit / total, signs[0] * doubling / total
 
 
 @jit_allocating

@@ -23,11 +23,10 @@ from vibropipe.march.piece_log import (
     STICK,
     TURN,
 )
-from vibropipe.orbits.branches.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.states import state_within
-from vibropipe.orbits.law.steps import SLOW_EVENT
+from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.effects import Effects
 

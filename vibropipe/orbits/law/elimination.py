@@ -18,8 +18,11 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 
-# Columns of a panel: of x[i], x[i + 1], the last x, and the further unknowns, with the right-hand side behind them.
-OWN, NEXT, TOP, FURTHER = 0, 2, 4, 6
+# Columns of a panel: of x[i], x[i + 1], the last x, and the further unknowns, with the right-hand side behind them; and
+# its rows of one block and of the next. They are numpy integers because numba compiles another copy of a kernel for
+# each literal constant.
+OWN, NEXT, TOP, FURTHER = map(np.int64, (0, 2, 4, 6))
+FIRST, SECOND = map(np.int64, (0, 2))
 
 
 @jit
@@ -160,19 +163,19 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
         for i in range(n):
             for c in range(2):
                 border[j, i, c] = borders[j, i, c]
-    _load(panel, 0, at, by, rest, 0, OWN)
+    _load(panel, FIRST, at, by, rest, FIRST, OWN)
     for row in range(2):
         for c in range(2):
             panel[row, TOP + c] = wrap * before[0, row, c]
     sign, log = 1.0, 0.0
     for i in range(n - 1):
-        _load(panel, 2, at, by, rest, i + 1, NEXT)
+        _load(panel, SECOND, at, by, rest, i + 1, NEXT)
         for row in range(2):
             for c in range(2):
                 panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
                 panel[2 + row, OWN + c] = before[i + 1, row, c]
-        _reflect(panel, 0)
-        _reflect(panel, 1)
+        for column in range(2):
+            _reflect(panel, column)
         one, two = panel[0, 0], panel[1, 1]
         if one == 0.0 or two == 0.0:
             return 0.0, -math.inf

@@ -98,9 +98,9 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
         if law.mirrored == 1 and law.codes[last, HOME] == 0:
             sign = -1.0
     turns = end.t + later - start.t
-    if law.codes[i, CAUSE] == RELEASE:
+    if e.rest is not None and law.codes[i, CAUSE] == RELEASE:
         # No support presses the mass any more, whatever came before.
-        fill_release(e, p, law, i, end.t, columns, blocks)
+        fill_release(e.rest, e, p, law, i, end.t, columns, blocks)
         return turns
     if e.friction is not None and law.codes[last, FORM] == HELD:
         rest[i, 0], rest[i, 1] = start.y - sign * end.y, 0.0
@@ -134,8 +134,10 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
 
 
 @jit
-def fill_release(e, p, law, i, t, columns, blocks) -> None:
-    """Fill the row of a release, which fixes its time alone."""
+def fill_release(rest_effect, e, p, law, i, t, columns, blocks) -> None:
+    """Fill the row of a release, which fixes its time alone; compiled only with the effect."""
+    if rest_effect is None:
+        return
     before, at, by, rest, _c = blocks
     value, _stiffness, rate = hold_force(e, p, law, i, t)
     rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * p.friction, 0.0

@@ -12,7 +12,6 @@ from vibropipe.continuation.follower import FIRST_LENGTH
 from vibropipe.continuation.path import LIMIT, Event, Path
 from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT
 from vibropipe.orbits.branches.following import Branch, Seed, follow
-from vibropipe.orbits.branches.steps import GAP, SPEED
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.branches.tree import Rules
@@ -20,7 +19,7 @@ from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.edits import edits, law_from
 from vibropipe.orbits.law.law import SECTION, Law, without_events
-from vibropipe.orbits.law.steps import MARGIN
+from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
 
 # Lengths from the end of a law at which the next one is tried, and the largest distance of its first orbit from it.
 TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Iterable
 from typing import NamedTuple
 
 import numpy as np
@@ -86,6 +87,12 @@ class Law(NamedTuple):
             both = np.concatenate([self.codes, image])
             turned = [np.roll(both, -i, axis=0)[:n].tobytes() for i in range(2 * n)]
         return self.span, self.mirrored, min(turned)
+
+
+def law_of_impacts(m: int, mirrored: int, supports: Iterable[int]) -> Law:
+    """Return the law of an orbit that strikes rigid supports in turn, over its period or, if mirrored, half of it."""
+    codes = np.array([[IMPACT, FREE, support, 1] for support in supports], np.int8)
+    return Law(codes.reshape(-1, 4), 0.5 * m if mirrored else float(m), int(mirrored))
 
 
 def without_events(span: float, mirrored: int) -> Law:

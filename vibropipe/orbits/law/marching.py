@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -54,14 +55,15 @@ class Marcher:
     """
 
     def __init__(self, effects: Effects, work: int = MAX_CALL_WORK) -> None:
-        self.effects, self.rows = effects, 0
-        pieces = piece_log_of(effects, CAPACITY)
-        self.room = (
-            new_log(CAPACITY, CAPACITY, *pieces),
-            np.empty(DEGREE + 1),
-            new_grid_room(effects),
-        )
-        limit_work(self.room[0], 0, work)
+        self.effects, self.rows, self._work = effects, 0, work
+
+    @cached_property
+    def room(self) -> Any:
+        """Log, polynomial and room of a grid, for `march_pieces`."""
+        pieces = piece_log_of(self.effects, CAPACITY)
+        log = new_log(CAPACITY, CAPACITY, *pieces)
+        limit_work(log, 0, self._work)
+        return log, np.empty(DEGREE + 1), new_grid_room(self.effects)
 
     @property
     def is_spent(self) -> bool:

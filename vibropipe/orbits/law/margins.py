@@ -52,6 +52,8 @@ TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0
 TOUCHING = 1e-3
 # Of each margin: its value, the event or piece, the support, and the time in forcing periods.
 VALUE, AT, SIDE, TIME = range(4)
+# Orders of the derivatives of a polynomial.
+VELOCITY, ACCELERATION = map(np.int64, (1, 2))
 # Parts of a step in which a turning point is sought, bisections for it, and the most steps of one polynomial each.
 PARTS, BISECTIONS, MAX_STEPS = 4, 40, 1024.0
 # Secants and bisections for a turning point of a polynomial, and the share of its step at which it is found.
@@ -104,10 +106,10 @@ def fill_margins(e, p, law, u, c, margins) -> None:
             note(margins, SPAN, turns, i, NO_SIDE, start.t)
         if not turns > 0.0:
             continue
-        if law.codes[i, FORM] == RESTING:
-            of_rest(e, p, law, i, start, turns, c, margins)
+        if e.rest is not None and law.codes[i, FORM] == RESTING:
+            of_rest(e.rest, e, p, law, i, start, turns, c, margins)
         elif e.friction is not None and law.codes[i, FORM] == HELD:
-            of_held(e, p, law, i, start.y, start.t, turns, p.friction, margins)
+            of_held(e.friction, e, p, law, i, start.y, start.t, turns, margins)
         else:
             of_motion(e, p, law, i, start, turns, c, margins)
 
@@ -158,8 +160,10 @@ def of_turning_point(e, p, law, i, before, margins) -> None:
 
 
 @jit
-def of_held(e, p, law, i, y, t, turns, bound, margins) -> None:
-    """Note by how much a bound, of a stick the friction, exceeds the force on a held mass where the latter turns."""
+def of_held(effect, e, p, law, i, y, t, turns, margins) -> None:
+    """Note by how much the friction exceeds the force on a held mass where the latter turns; None: no effect, none."""
+    if effect is None:
+        return
     parts = int(np.ceil(turns * HELD_PARTS)) + 1
     length = turns / parts
     for part in range(parts):
@@ -178,20 +182,21 @@ def of_held(e, p, law, i, y, t, turns, bound, margins) -> None:
         value, stiffness, _rate = hold_force(e, p, law, i, low)
         force = value - stiffness * y
         if law.codes[i, FORM] == RESTING:
-            note(margins, HOLD, bound - force, i, NO_SIDE, low)
+            note(margins, HOLD, p.friction - force, i, NO_SIDE, low)
         else:
-            note(margins, HOLD, bound - abs(force), i, 1 if force > 0.0 else -1, low)
+            note(margins, HOLD, p.friction - abs(force), i, 1 if force > 0.0 else -1, low)
 
 
 @jit
-def of_rest(e, p, law, i, start, turns, c, margins) -> None:
+def of_rest(effect, e, p, law, i, start, turns, c, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
+    if effect is None:
+        return
     landing, share = landing_of(e, p, law, i, start.t, start.w, c)
     note(margins, SPAN, turns - landing, i, CHATTER, start.t)
     note(margins, SPAN, LONG_HOP - share, i, CHATTER, start.t)
     if landing < turns:
-        friction = p.friction
-        of_held(e, p, law, i, 0.0, start.t + landing, turns - landing, friction, margins)
+        of_held(effect, e, p, law, i, 0.0, start.t + landing, turns - landing, margins)
 
 
 @jit
@@ -275,15 +280,15 @@ def of_step(e, p, law, i, at, dt, c, margins) -> None:
     """Note the margins of one step of a piece, a polynomial, in parts in which its slope is monotonic."""
     direction, period = law.codes[i, DIRECTION], forcing_period(p)
     rubs = e.friction is not None and p.friction > 0.0 and direction != 0
-    if not rubs and abs(c[1]) > slope_rest(c, 1):
+    if not rubs and abs(c[1]) > slope_rest(c, VELOCITY):
         return  # the velocity keeps its sign
-    first = slope_of(c, 2, 0.0)
-    parts = 1 if abs(2.0 * c[2]) > slope_rest(c, 2) else PARTS
+    first = slope_of(c, ACCELERATION, 0.0)
+    parts = 1 if abs(2.0 * c[2]) > slope_rest(c, ACCELERATION) else PARTS
     for part in range(parts):
         low, high = part / parts, (part + 1) / parts
-        last, middle = slope_of(c, 2, high), high
+        last, middle = slope_of(c, ACCELERATION, high), high
         if first * last < 0.0:
-            middle = turning_point(c, 2, low, high)
+            middle = turning_point(c, ACCELERATION, low, high)
             if rubs and first * direction < 0.0:
                 speed = direction * velocity(c, DEGREE, middle, dt)
                 note(margins, SLIDE, speed, i, NO_SIDE, at + middle * dt / period)
@@ -296,10 +301,10 @@ def of_step(e, p, law, i, at, dt, c, margins) -> None:
 @jit
 def of_part(e, p, law, i, at, dt, c, low, high, margins) -> None:
     """Note the gap, or the depth in a contact, where a polynomial with a monotonic slope turns."""
-    first, home = slope_of(c, 1, low), np.int64(law.codes[i, HOME])
-    if not first * slope_of(c, 1, high) < 0.0:
+    first, home = slope_of(c, VELOCITY, low), np.int64(law.codes[i, HOME])
+    if not first * slope_of(c, VELOCITY, high) < 0.0:
         return
-    theta = turning_point(c, 1, low, high)
+    theta = turning_point(c, VELOCITY, low, high)
     y, time = displacement(c, DEGREE, theta), at + theta * dt / forcing_period(p)
     if e.soft is not None and law.codes[i, FORM] == CONTACT:
         if first > 0.0:

@@ -8,20 +8,8 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
-from vibropipe.continuation.curve import FOLD
-from vibropipe.continuation.newton import DONE, FAILED, MAX_CORRECTIONS, verdict
-from vibropipe.orbits.branches.steps import (
-    DETERMINANT,
-    DOUBLING,
-    GAP,
-    GAP_FLIGHT,
-    GAP_SIDE,
-    GAP_TIME,
-    SPEED,
-    TESTS,
-    TRACE,
-    UNIT,
-)
+from vibropipe.continuation.curve import FOLD, OWN_TESTS
+from vibropipe.continuation.newton import DONE, FAILED, GOES_ON, MAX_CORRECTIONS, verdict
 from vibropipe.orbits.law import margins as of
 from vibropipe.orbits.law.determinants import unit_and_doubling
 from vibropipe.orbits.law.elimination import solve_cyclic
@@ -31,6 +19,13 @@ from vibropipe.orbits.law.margins import fill_margins
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.effects import Effects
 
+# Test functions of a point beside FOLD (where the orbit of a branch folds) and CROSSING, which no law needs. DOUBLING:
+# det(D + 1) of the return map's derivative D, bounded (a flip; of a mirrored law a pitchfork). UNIT: det(D - 1) alike.
+# GAP: least distance from a support at a turning point, or another margin, as a pure number. SPEED: least impact
+# velocity towards its support, weighted. What follows says where.
+DOUBLING, UNIT, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, SLOWEST, TESTS = (
+    range(OWN_TESTS, OWN_TESTS + 11)
+)
 # Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event.
 MARGIN, SLOW_EVENT = TESTS, TESTS + 1
 N_TESTS = TESTS + 2
@@ -165,19 +160,24 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
     for i in range(n):
         borders[0, i, 0], borders[0, i, 1] = border[i], border[n + i]
     corner[0, 0] = border[2 * n]
-    previous, fills = math.inf, 0
-    for _ in range(MAX_CORRECTIONS):
+    rest, previous, said = blocks.rest, math.inf, GOES_ON
+    fills = 0
+    while fills <= MAX_CORRECTIONS:
         fills += 1
         if not fill_at(system, u):
             return -fills
         goal[0] = -target
         for k in range(u.size):
             goal[0] += border[k] * u[k]
+        if said == DONE:
+            rest, goal[0] = zeros, 1.0  # for the tangent
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, blocks.rest, 1.0, borders, corner, goal, x, q
+            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, goal, x, q
         )
         if sign == 0.0:
             return -fills
+        if said == DONE:
+            break
         change = abs(q[0]) * weights[2 * n]
         for i in range(n):
             change = max(change, abs(x[i, 0]) * weights[i], abs(x[i, 1]) * weights[n + i])
@@ -188,23 +188,14 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
             u[i] -= x[i, 0]
             u[n + i] -= x[i, 1]
         u[2 * n] -= q[0]
-        if said == DONE:
-            break
     else:
         return -fills
-    fills += 1
-    if not fill_at(system, u):
-        return -fills
-    goal[0] = 1.0
-    sign, _log = solve_cyclic(
-        blocks.before, blocks.at, blocks.by, zeros, 1.0, borders, corner, goal, x, q
-    )
     square = (q[0] * weights[2 * n]) ** 2
     for i in range(n):
         tangent[i], tangent[n + i] = x[i, 0], x[i, 1]
         square += (x[i, 0] * weights[i]) ** 2 + (x[i, 1] * weights[n + i]) ** 2
     tangent[2 * n] = q[0]
-    if sign == 0.0 or not 0.0 < square < math.inf:
+    if not 0.0 < square < math.inf:
         return -fills
     norm = math.sqrt(square)
     for k in range(u.size):

@@ -124,10 +124,10 @@ def boundary(
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
     symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
-    box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length)
-    rows = _settled(exciter, names, box, lines)
     ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
     effects = all_effects({**vars(exciter), **ends}, pieces=True)
+    box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length, effects)
+    rows = _settled(exciter, names, box, lines)
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]
         return boundary_dataset(box, find_boundaries(box, orbits, kinds))

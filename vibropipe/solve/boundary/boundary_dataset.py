@@ -93,7 +93,7 @@ def _label(box: Box, boundary: Boundary) -> Variables:
         return label_points(boundary)
     parameters = np.tile(box.values, (len(points), 1))
     parameters[:, box.along] = [point.u[-2:] for point in points]
-    sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
+    sequence: Any = ImpactSequence(1, 0, np.zeros(0, np.int8))
     unknowns = parameters[:, :1]
     n = len(curve.sequence.supports)
     if n == 0:
@@ -112,7 +112,8 @@ def _label(box: Box, boundary: Boundary) -> Variables:
 
 def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray) -> Variables:
     """Return the kept quantities of the orbits of one impact sequence."""
-    labelled = label_rows(solve_points(sequence, parameters, unknowns, 1), parameters)
+    results = solve_points(sequence.m, sequence.supports, parameters, unknowns, 1)
+    labelled = label_rows(results, parameters)
     return {name: labelled[name] for name in KEPT}
 
 

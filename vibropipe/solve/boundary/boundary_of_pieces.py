@@ -11,8 +11,8 @@ from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
-from vibropipe.orbits.branches.steps import DETERMINANT, TRACE
 from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.steps import DETERMINANT, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters

@@ -9,8 +9,8 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
+from vibropipe.orbits.law.curve import Problem
 from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
@@ -143,7 +143,7 @@ def branch(
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     follow = along, _direction(signs)
     reached = {**values, along: np.array(ends)}
-    effects = all_effects(reached, pieces=True)
+    effects = problem.effects
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
         return rest_dataset(
@@ -224,7 +224,11 @@ def _problem(
     symmetric = is_symmetric(exciter) and along in KEEP_SYMMETRY
     values = np.array(exciter.parameters())
     index = Parameters._fields.index(along)
-    return Problem(values, index, low, high, tuple(sorted(set(wanted))), symmetric, length), signs
+    reached = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
+    effects = all_effects({**reached, along: np.array([low, high])}, pieces=True)
+    wanted_values = tuple(sorted(set(wanted)))
+    problem = Problem(values, index, low, high, wanted_values, symmetric, length, effects)
+    return problem, signs
 
 
 def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:

@@ -8,11 +8,11 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.log import new_log
-from vibropipe.orbits.branches.curve import Problem
+from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.rows import write_points
-from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.orbits.law.curve import Problem
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
@@ -194,16 +194,18 @@ def _solve(
     branch: Branch, parameters: np.ndarray, harmonics: int, outputs: tuple[str, ...]
 ) -> RowResults:
     """Return the compacted results of the points of a branch."""
-    sequence = ImpactSequence(1, 0, np.zeros(0, np.int8))
-    unknowns = parameters[:, :1]
-    if branch.curve is not None:
-        wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
-        sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
-    return solve_points(sequence, parameters, unknowns, harmonics, outputs)
+    if branch.curve is None:
+        none = np.zeros(0, np.int8)
+        return solve_points(1, none, parameters, parameters[:, :1], harmonics, outputs)
+    wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
+    law, unknowns = wholes[0][0], np.array([u for _law, u in wholes])
+    supports = law.codes[:, HOME].copy()
+    return solve_points(law.m, supports, parameters, unknowns, harmonics, outputs)
 
 
 def solve_points(
-    sequence: ImpactSequence,
+    m: int,
+    supports: np.ndarray,
     parameters: np.ndarray,
     unknowns: np.ndarray,
     harmonics: int,
@@ -213,8 +215,10 @@ def solve_points(
 
     Parameters
     ----------
-    sequence : Sequence
-        The whole orbit, not mirrored.
+    m : int
+        Period multiple.
+    supports : (n,) int8
+        Supports struck in turn over the whole orbit.
     parameters : (points, parameters) array
     unknowns : (points, 2n + 1) array
         Times and velocities of the impacts, and one more number.
@@ -223,7 +227,7 @@ def solve_points(
     outputs : tuple of str
         Any of `OF_BRANCH`.
     """
-    n, rows, outputs = len(sequence.supports), len(parameters), computed(outputs)
+    n, rows, outputs = len(supports), len(parameters), computed(outputs)
     listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))
     # Derivatives follow from the impacts, requested or not.
     has_impacts = not {"impacts", "sensitivity"}.isdisjoint(outputs)
@@ -231,7 +235,7 @@ def solve_points(
     out = new_rows(rows, harmonics, outputs, listed if has_impacts else None, e)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
-        e, parameters, sequence.m, sequence.supports, unknowns, log, c,
+        e, parameters, m, supports, unknowns, log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
     if "impacts" in outputs:

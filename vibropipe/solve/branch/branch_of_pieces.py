@@ -8,10 +8,9 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.log import limit_work
-from vibropipe.orbits.branches.curve import Problem
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import Tree, follow_tree
-from vibropipe.orbits.law.curve import LawCurve, Scales
+from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
 from vibropipe.orbits.law.following import LAWS
 from vibropipe.orbits.law.marching import CAPACITY, Marcher
 from vibropipe.orbits.law.rows import write_piece_points

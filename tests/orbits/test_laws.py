@@ -9,7 +9,7 @@ import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, SLIP, STICK, TURN
 from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
 from vibropipe.orbits.law.edits import happenings, law_from
-from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.following import follow_laws
 from vibropipe.orbits.law.marching import Marcher
@@ -121,6 +121,21 @@ def test_elimination_is_the_dense_solution(n, k):
         solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
         np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=1e-9, atol=1e-11)
         assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 16])
+def test_elimination_of_several_right_hand_sides_is_that_of_each(n):
+    rng = np.random.default_rng(n)
+    before, at = rng.standard_normal((2, n, 2, 2))
+    rest, x = rng.standard_normal((n, 2, 5)), np.empty((n, 2, 5))
+    dense = np.zeros((2 * n, 2 * n))
+    for i in range(n):
+        rows, last = slice(2 * i, 2 * i + 2), 2 * ((i - 1) % n)
+        dense[rows, rows] += at[i]
+        dense[rows, last : last + 2] += before[i]
+    solve_columns(before, at, rest, x)
+    expected = np.linalg.solve(dense, rest.reshape(2 * n, 5))
+    np.testing.assert_allclose(x.reshape(2 * n, 5), expected, rtol=1e-9, atol=1e-11)
 
 
 def test_elimination_keeps_digits_of_what_grows_along_an_orbit():

@@ -20,7 +20,11 @@ SOFT = vp.Exciter(l=0.5, nu=0.9, f=1.0, h=0.2, k1=50.0, h1=1.0, k2=800.0, h2=0.5
 RUBBED = vp.Exciter(l=0.5, nu=1.3, f=1.2, h=0.1, delta=0.05, R1=0.6, k2=300.0, h2=2.0, friction=0.1)
 STICKING = vp.Exciter(l=0.4, nu=0.5, f=0.6, h=0.1, R1=0.5, R2=0.6, friction=0.15, f2=0.2, phi2=0.4)
 RESTING = vp.Exciter(l=1.0, nu=0.3, f=1.3, h=0.1, delta=0.1, R1=0.3, R2=0.5, friction=0.05)
+# At the phase 0 the mass rests on a support, or is held by friction.
+BEGINS_AT_REST = vp.Exciter(l=0.5, nu=0.27, f=1.5, load=1.3, h=0.1, R1=0.5, R2=0.5, friction=0.03)
+BEGINS_HELD = vp.Exciter(l=1.0, nu=0.82, f=1.5, h=0.1, delta=0.02, R1=0.7, R2=0.7, friction=0.7)
 CASES = {"soft": SOFT, "rubbed": RUBBED, "sticking": STICKING, "resting": RESTING}
+CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
 
 
 def steady(exciter: vp.Exciter, **options: float) -> xr.Dataset:
@@ -36,10 +40,12 @@ def apart(name: str, one: np.ndarray, two: np.ndarray) -> np.ndarray:
     return (moved + 0.5 * size) % size - 0.5 * size if name.endswith("_phase") else moved
 
 
-def differences(exciter: vp.Exciter, dataset: xr.Dataset, parameter: str) -> dict[str, np.ndarray]:
+def differences(
+    exciter: vp.Exciter, dataset: xr.Dataset, parameter: str, share: float = 3e-5
+) -> dict[str, np.ndarray]:
     """Return the derivatives of all quantities by differences of fourth order."""
     own = getattr(exciter, parameter)
-    step = 3e-5 * max(abs(own), 0.1)
+    step = share * max(abs(own), 0.1)
     x, v = float(dataset.displacement_strobe), float(dataset.velocity_strobe)
     slopes: dict[str, np.ndarray] = {}
     for factor, weight in ((1, 8), (-1, -8), (2, -1), (-2, 1)):
@@ -59,6 +65,8 @@ def differences(exciter: vp.Exciter, dataset: xr.Dataset, parameter: str) -> dic
         ("rubbed", ("nu", "f", "h", "R1", "load", "k2", "h2", "friction")),
         ("sticking", ("nu", "f", "h", "l", "R1", "R2", "friction", "f2", "phi2")),
         ("resting", ("nu", "f", "delta", "R1", "friction")),
+        ("begins at rest", ("nu", "f", "load", "R1", "friction")),
+        ("begins held", ("nu", "f", "h", "delta", "R2", "friction")),
     ],
 )
 def test_derivatives_are_those_of_neighbours(case: str, parameters: tuple[str, ...]) -> None:
@@ -79,6 +87,32 @@ def test_derivatives_are_those_of_neighbours(case: str, parameters: tuple[str, .
                 got[is_known], expected[is_known], rtol=0, atol=1e-6 * scale,
                 err_msg=f"{name} by {parameter}",
             )  # fmt: skip
+
+
+# Power of the scale of lengths with which quantities grow; the others have none.
+LENGTHS, SQUARES = ("displacement", "velocity", "impact_velocity"), ("energy",)
+OF_LENGTH = ["f", "l", "delta", "load", "f2", "friction"]
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_derivatives_are_homogeneous(case: str) -> None:
+    """Euler's theorem: all lengths and forces together scale the motion, exactly."""
+    dataset = steady(CASES[case])
+    for name in map(str, dataset):
+        if not name.endswith(SUFFIX):
+            continue
+        base = name.removesuffix(SUFFIX)
+        power = 2 if base.startswith(SQUARES) else 1 if base.startswith(LENGTHS) else 0
+        power = 0 if base.endswith("phase") else power
+        by = dataset[name].sel(parameter=[k for k in OF_LENGTH if k in dataset.parameter])
+        own = np.array([getattr(CASES[case], str(k)) for k in by.parameter.values])
+        terms = np.where(own == 0.0, 0.0, by.values * own)
+        expected = power * dataset[base].values if power else np.zeros(dataset[base].shape)
+        known = np.isfinite(terms).all(axis=-1) & np.isfinite(expected)
+        scale = 1.0 + np.abs(terms[known]).max(initial=0.0)
+        np.testing.assert_allclose(
+            terms.sum(axis=-1)[known], expected[known], rtol=0, atol=1e-10 * scale, err_msg=name
+        )
 
 
 def test_without_contact_they_are_those_of_a_rigid_exciter() -> None:
@@ -184,6 +218,15 @@ def random_exciter(seed: int) -> vp.Exciter:
             return exciter
 
 
+def test_multipliers_beside_a_grazing_have_derivatives() -> None:
+    exciter = random_exciter(25)
+    dataset = steady(exciter)
+    got = dataset.floquet_multiplier_sensitivity.sel(parameter="nu").values
+    expected = differences(exciter, dataset, "nu", 1e-6)["floquet_multiplier"]
+    assert abs(expected[0]) > 1000 * abs(dataset.floquet_multiplier.values[0])
+    np.testing.assert_allclose(got, expected, rtol=1e-7, atol=1e-10)
+
+
 @pytest.mark.parametrize("seed", range(8))
 def test_stated_errors_hold(seed: int) -> None:
     for name, ratio in error_ratios(random_exciter(seed)).items():
@@ -191,12 +234,12 @@ def test_stated_errors_hold(seed: int) -> None:
 
 
 @pytest.mark.slow
-def test_stated_errors_hold_for_400_exciters() -> None:
-    every = [error_ratios(random_exciter(seed)) for seed in range(400)]
+def test_stated_errors_hold_for_2000_exciters() -> None:
+    every = [error_ratios(random_exciter(seed)) for seed in range(2000)]
     for name in every[0]:
         ratios = np.array([each[name] for each in every])
         assert (ratios > 1.0).mean() <= 0.02, name
-        assert ratios.max() < 10.0, name
+        assert ratios.max() < 3.0, name
         # An error that is always far too large would pass as well.
         assert np.median(ratios) > 0.0005, name
 

@@ -206,3 +206,55 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
         q[c] = rhs[2 + c]
     _substitute_back(kept, x, q)
     return sign * last_sign, log + last_log
+
+
+@jit_allocating
+def solve_columns(before, at, rest, x) -> None:
+    """Solve a cyclic system without borders for some right-hand sides; NaN or inf where it is singular.
+
+    Parameters
+    ----------
+    before, at : (n, 2, 2) float
+    rest : (n, 2, sides) float
+        Right-hand sides.
+    x : (n, 2, sides) float
+        Filled with the solutions.
+    """
+    n, sides = rest.shape[0], rest.shape[2]
+    none, matrix, rhs = np.zeros((n, 2)), np.zeros((2, 2)), np.zeros(2)
+    kept, panel = np.zeros((n, 2, FURTHER + sides + 1)), np.zeros((4, FURTHER + sides + 1))
+    _load(panel, FIRST, at, rest, none, FIRST, OWN)
+    for row in range(2):
+        for c in range(2):
+            panel[row, TOP + c] = before[0, row, c]
+    for i in range(n - 1):
+        _load(panel, SECOND, at, rest, none, i + 1, NEXT)
+        for row in range(2):
+            for c in range(2):
+                panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
+                panel[2 + row, OWN + c] = before[i + 1, row, c]
+        for column in range(2):
+            _reflect(panel, column)
+        for row in range(2):
+            for c in range(panel.shape[1]):
+                kept[i, row, c] = panel[row, c]
+                if c >= TOP:
+                    panel[row, c] = panel[2 + row, c]
+            for c in range(2):
+                panel[row, OWN + c] = panel[2 + row, NEXT + c]
+    for side in range(sides):
+        for row in range(2):
+            rhs[row] = panel[row, FURTHER + side]
+            for c in range(2):
+                matrix[row, c] = panel[row, OWN + c] + panel[row, TOP + c]
+        _solve_dense(matrix, rhs)
+        x[n - 1, 0, side], x[n - 1, 1, side] = rhs[0], rhs[1]
+        for i in range(n - 2, -1, -1):
+            for row in range(1, -1, -1):
+                own = kept[i, row]
+                total = own[FURTHER + side]
+                for c in range(2):
+                    total -= own[NEXT + c] * x[i + 1, c, side] + own[TOP + c] * x[n - 1, c, side]
+                if row == 0:
+                    total -= own[1] * x[i, 1, side]
+                x[i, row, side] = total / own[row]

@@ -13,7 +13,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import (
     CAUSE,
     DIRECTION,
@@ -21,6 +21,7 @@ from vibropipe.march.piece_log import (
     HELD,
     HOME,
     RELEASE,
+    RESTING,
 )
 from vibropipe.orbits.law.law import is_contact, trivial_order
 from vibropipe.orbits.law.states import (
@@ -78,9 +79,10 @@ class Blocks(NamedTuple):
     polynomial: np.ndarray
 
 
-def new_blocks(n: int, k: int) -> Blocks:
-    """Return blocks for n events and k parameters."""
-    before, at = np.zeros((2, n, 2, 2))
+@jit_allocating
+def new_blocks(n, k):
+    """Return `Blocks` for n events and k parameters."""
+    before, at = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
     return Blocks(before, at, np.zeros((n, 2, k)), np.zeros((n, 2)), np.empty(DEGREE + 1))
 
 
@@ -102,14 +104,20 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
         # No support presses the mass any more, whatever came before.
         fill_release(e.rest, e, p, law, i, end.t, columns, blocks)
         return turns
-    if e.friction is not None and law.codes[last, FORM] == HELD:
-        rest[i, 0], rest[i, 1] = start.y - sign * end.y, 0.0
-        before[i, 0, 0], before[i, 0, 1] = start.y_0, start.y_1
+    may_stay = e.friction is not None or e.rest is not None
+    if may_stay and law.codes[last, FORM] in (HELD, RESTING):
+        # A rest is at the support, whatever came before.
+        kept = 1.0 if law.codes[last, FORM] == HELD else 0.0
+        rest[i, 0], rest[i, 1] = kept * start.y - sign * end.y, 0.0
+        before[i, 0, 0], before[i, 0, 1] = kept * start.y_0, kept * start.y_1
         at[i, 0, 0], at[i, 0, 1] = -sign * end.y_0, -sign * end.y_1
         before[i, 1, 0], before[i, 1, 1], at[i, 1, 0], at[i, 1, 1] = 0.0, 0.0, 0.0, 1.0
         for j in range(columns.size):
             y, _w = departure_by(e, p, law, last, u, columns[j])
-            by[i, 0, j], by[i, 1, j] = y - sign * arrival_by(e, p, law, i, u, columns[j]), 0.0
+            by[i, 0, j], by[i, 1, j] = (
+                kept * y - sign * arrival_by(e, p, law, i, u, columns[j]),
+                0.0,
+            )
         return turns
     order, row = trivial_order(law, i), 0 if is_contact(law.codes[i, CAUSE]) else 1
     if order > 0 and abs(turns) < TINY:
@@ -171,6 +179,16 @@ def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> No
             to_y + free.c * dy + free.s * dw - sign * arrival_by(e, p, law, i, u, columns[j])
         )
         by[i, 1, j] = to_w + free.ds * dw - k * free.s * dy
+
+
+@jit
+def row_power(law, i, t):
+    """Return what both equations of row i are divided by, of a piece of the length t in tau."""
+    order = trivial_order(law, i)
+    if order > 1 and abs(t) < SHORTEST:
+        t = math.copysign(SHORTEST, t)
+    power = t**order
+    return (power, 1.0) if is_contact(law.codes[i, CAUSE]) else (1.0, power)
 
 
 @jit

@@ -16,7 +16,7 @@ from vibropipe.orbits.law.marching import CAPACITY, Marcher
 from vibropipe.orbits.law.rows import write_piece_points
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
-from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
+from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces
 from vibropipe.physics.effects import Effects, has_soft_support
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.limits import MAX_CALL_WORK

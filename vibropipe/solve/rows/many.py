@@ -26,7 +26,7 @@ from vibropipe.orbits.row import (
 )
 from vibropipe.orbits.samples import sample_row, sample_sections
 from vibropipe.orbits.sensitivity.errors import with_errors
-from vibropipe.orbits.sensitivity.pieces.rows import with_errors_of_pieces
+from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces
 from vibropipe.orbits.sensitivity.rows import (
     differentiate_rows,
     with_impact_derivatives,

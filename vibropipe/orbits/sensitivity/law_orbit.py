@@ -1,0 +1,251 @@
+"""How an orbit of linear pieces changes by parameters and by rounding: the equations of its law, solved once for all.
+
+The section is the first event of the law, and each logged piece ends in one of its rows. A parameter changes the rows
+at fixed unknowns, and so does the rounding of a piece: all are right-hand sides of one cyclic system.
+"""
+
+from __future__ import annotations
+
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating
+from vibropipe.march.piece_log import (
+    AT,
+    BEGIN,
+    CAUSE,
+    CONTACT,
+    DIRECTION,
+    FORM,
+    HELD,
+    HOME,
+    LEAVE,
+    PIECES,
+    RESTING,
+    SPAN,
+    STICK,
+    TOUCH,
+    TURN,
+    W_END,
+    Y_END,
+    W,
+    Y,
+)
+from vibropipe.march.piece_state import coefficients
+from vibropipe.orbits.law.elimination import solve_columns
+from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks, row_power
+from vibropipe.orbits.law.law import Law, is_contact
+from vibropipe.orbits.law.states import (
+    arrival,
+    arrival_by,
+    departure,
+    departure_by,
+    reference_of,
+    sign_of,
+)
+from vibropipe.orbits.piece_terms import load_of_piece
+from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP, random_sign
+from vibropipe.orbits.sensitivity.flights import SINGULAR
+from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.derivatives import F2, FRICTION, K1, N_OF_PIECES, PHI2
+from vibropipe.physics.load import forcing_period, largest_force
+from vibropipe.physics.saltation import product
+from vibropipe.physics.stiffness import piece_rate, stiffness_of
+
+# Rows of the changes of a state: of its time in forcing periods, its displacement and its velocity.
+TIME, PLACE, RATE = range(3)
+
+
+class VariedOrbit(NamedTuple):
+    """An orbit by its law, and its changes.
+
+    Attributes
+    ----------
+    law : Law
+        Its first event is the section.
+    u : (n, 2) float
+        Unknowns of its equations.
+    du : (n, 2, k + SAMPLES) float
+        Their derivatives by k parameters, and samples of their errors.
+    blocks : Blocks
+        Of the equations.
+    columns : (k,) int64
+        The parameters.
+    return_map : tuple of 4 floats
+        Derivative of the return map of the section.
+    """
+
+    law: Law
+    u: np.ndarray
+    du: np.ndarray
+    blocks: Blocks
+    columns: np.ndarray
+    return_map: tuple[float, float, float, float]
+
+
+@jit_allocating
+def columns_of(e, p):
+    """Return the parameters by which a motion has derivatives: not by the stiffness of a rigid support.
+
+    By a friction that is absent it has one to one side only.
+    """
+    columns = np.arange(N_OF_PIECES)
+    is_by = columns >= 0
+    for support in (1, 2):
+        is_by[K1 + support - 1] = stiffness_of(p, support) > 0.0
+    is_by[FRICTION] = p.friction > 0.0
+    is_by[F2] = is_by[PHI2] = e.second_harmonic is not None
+    return columns[is_by]
+
+
+@jit_allocating
+def law_of_log(p, pieces, m):
+    """Return the law of the logged pieces of an orbit of m periods, its unknowns, and whether it is smooth there."""
+    n = pieces.counts[PIECES]
+    codes, u, logged, values = (
+        pieces.codes[:n].copy(),
+        np.zeros((n, 2)),
+        pieces.codes,
+        pieces.values,
+    )
+    is_smooth, home = codes[0, CAUSE] == BEGIN, codes[0, HOME]
+    for i in range(1, n):
+        if is_contact(codes[i, CAUSE]):
+            home = codes[i, HOME]
+    for i in range(n):
+        cause, there = codes[i, CAUSE], codes[i, HOME]
+        if is_contact(cause):
+            home = there
+            velocity = to_velocity(logged[i - 1, HOME], values[i - 1, W_END])
+            approach = -sign_of(home) * velocity
+            is_smooth = is_smooth and (-approach if cause == LEAVE else approach) > 0.0
+            u[i, 0], u[i, 1] = values[i, AT], velocity
+            continue
+        # Laws count from the support last met.
+        codes[i, HOME] = home
+        own = sign_of(there) * values[i, Y]
+        if there != home:
+            own += reference_of(p, there) - reference_of(p, home)
+            codes[i, DIRECTION] *= np.int8(sign_of(there) * sign_of(home))
+        if i == 0:
+            u[0, 0], u[0, 1] = own, to_velocity(there, values[0, W])
+        else:
+            u[i, 0], u[i, 1] = values[i, AT], own if cause in (TURN, STICK) else 0.0
+        is_smooth = is_smooth and cause != TOUCH
+    return Law(codes, float(m), 0), u, is_smooth
+
+
+@jit
+def transfer(blocks, i):
+    """Return the derivative (t11, t12, t21, t22) of the unknowns of event i by those of the event before."""
+    a, b = blocks.at[i], blocks.before[i]
+    share = -1.0 / (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])
+    return (
+        share * (a[1, 1] * b[0, 0] - a[0, 1] * b[1, 0]),
+        share * (a[1, 1] * b[0, 1] - a[0, 1] * b[1, 1]),
+        share * (a[0, 0] * b[1, 0] - a[1, 0] * b[0, 0]),
+        share * (a[0, 0] * b[1, 1] - a[1, 0] * b[0, 1]),
+    )
+
+
+@jit
+def return_map(blocks):
+    """Return the derivative of the return map of the first event, the product of all transfers."""
+    m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
+    for j in range(blocks.at.shape[0]):
+        i = (j + 1) % blocks.at.shape[0]
+        t11, t12, t21, t22 = transfer(blocks, i)
+        m11, m12, m21, m22 = product(t11, t12, t21, t22, m11, m12, m21, m22)
+    return m11, m12, m21, m22
+
+
+@jit
+def add_rounding(e, p, pieces, i, power, by) -> None:
+    """Add what piece i, and the event that ends it, round to the samples of its row.
+
+    power : (2,), which its equations are divided by; by : (2, SAMPLES) float
+    """
+    form, values = pieces.codes[i, FORM], pieces.values
+    if form in (HELD, RESTING):
+        return
+    stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], form == CONTACT)
+    _sigma, load = load_of_piece(e, p, pieces, i)
+    y, w = abs(values[i, Y]) + abs(values[i, Y_END]), abs(values[i, W]) + abs(values[i, W_END])
+    short = min(values[i, SPAN], 1.0 / piece_rate(stiffness, damping))
+    push = abs(load) + largest_force(p) + stiffness * y
+    # The phase of the end is rounded with the phase itself.
+    late = 0.5 * ULP * (0.5 + abs(values[i, AT])) * forcing_period(p)
+    last_y, last_w = abs(values[i, Y_END]), abs(values[i, W_END])
+    last_push = abs(load) + largest_force(p) + stiffness * last_y + damping * last_w
+    by_y = ULP * (y + short * (w + short * push)) + late * last_w
+    by_w = ULP * (w + short * push) + late * last_push
+    for s in range(SAMPLES):
+        k = 2 * (SAMPLES * i + s)
+        by[0, s] += random_sign(k) * by_y / power[0]
+        by[1, s] += random_sign(k + 1) * by_w / power[1]
+
+
+@jit_allocating
+def vary_orbit(e, p, pieces, m, closing, columns):
+    """Return the `VariedOrbit` of the logged pieces of an orbit, and whether it is isolated and smooth.
+
+    Parameters
+    ----------
+    e, p : Effects, Parameters
+    pieces : PieceLog
+    m : int
+        Period multiple.
+    closing : float
+        Distance by which the orbit fails to close; it enters the samples.
+    columns : (k,) int64
+        Parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`.
+    """
+    law, u, is_smooth = law_of_log(p, pieces, m)
+    n, k = u.shape[0], columns.size
+    blocks = new_blocks(n, k + SAMPLES)
+    fill_blocks(e, p, law, u, columns, blocks)
+    for i in range(n):
+        after = (i + 1) % n
+        power = row_power(law, after, pieces.values[i, SPAN])
+        add_rounding(e, p, pieces, i, power, blocks.by[after, :, k:])
+    for s in range(SAMPLES):
+        blocks.by[0, 0, k + s] += random_sign(7921 + s) * closing
+        blocks.by[0, 1, k + s] += random_sign(104731 + s) * closing
+    m11, m12, m21, m22 = return_map(blocks)
+    determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
+    scale = 1.0 + abs(m11 + m22) + abs(m11 * m22 - m12 * m21)
+    du = np.zeros(blocks.by.shape)
+    solve_columns(blocks.before, blocks.at, -blocks.by, du)
+    varied = VariedOrbit(law, u, du, blocks, columns, (m11, m12, m21, m22))
+    return varied, is_smooth and abs(determinant) > SINGULAR * scale
+
+
+@jit
+def fill_arrival(e, p, orbit, i, changes) -> None:
+    """Fill the derivatives (3, k) of the state just before event i, in its frame."""
+    state, du = arrival(e, p, orbit.law, i, orbit.u), orbit.du[i]
+    for j in range(orbit.columns.size):
+        by = arrival_by(e, p, orbit.law, i, orbit.u, orbit.columns[j])
+        changes[TIME, j] = state.timed * du[0, j]
+        changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + by
+        changes[RATE, j] = state.w_1 * du[1, j]
+
+
+@jit
+def fill_departure(e, p, orbit, i, changes) -> None:
+    """Fill the derivatives (3, k) of the state just after event i, in the frame of its piece."""
+    state, du = departure(e, p, orbit.law, i, orbit.u), orbit.du[i]
+    for j in range(orbit.columns.size):
+        y, w = departure_by(e, p, orbit.law, i, orbit.u, orbit.columns[j])
+        changes[TIME, j] = state.timed * du[0, j]
+        changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + y
+        changes[RATE, j] = state.w_1 * du[1, j] + w
+
+
+@jit
+def ends_of_piece(e, p, orbit, i):
+    """Return the states at the start and at the end of piece i, and its span in forcing periods."""
+    law, n = orbit.law, orbit.u.shape[0]
+    start, end = departure(e, p, law, i, orbit.u), arrival(e, p, law, (i + 1) % n, orbit.u)
+    return start, end, end.t + (law.span if i == n - 1 else 0.0) - start.t

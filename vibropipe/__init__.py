@@ -30,6 +30,8 @@ _FACE = {
     "open_study": "vibropipe.store",
     "table": "vibropipe.store",
     "plot": "vibropipe.jobs.plot",
+    "prove": "vibropipe.proof.face",
+    "prove_all": "vibropipe.proof.face",
     "to_physical": "vibropipe.solve.physical",
 }
 __all__ = [
@@ -49,6 +51,8 @@ __all__ = [
     "one_sided_orbit_boundaries",
     "open_study",
     "plot",
+    "prove",
+    "prove_all",
     "simulate",
     "steady_state",
     "sweep",
@@ -65,6 +69,7 @@ if TYPE_CHECKING:
 
     from vibropipe.jobs.plot import plot
     from vibropipe.physics.exciter import Exciter, ParameterError
+    from vibropipe.proof.face import prove, prove_all
     from vibropipe.solve.basins.attractors import attractors
     from vibropipe.solve.basins.basins import basins
     from vibropipe.solve.boundary.boundary import boundary

@@ -43,6 +43,8 @@ GIVEN = (*PARAMETERS, *STARTS, "tau_bar")
 MASS_RATIOS = [
     name for name, each in PARAMETERS.items() if each.physical and each.physical.dimension == "mass"
 ]
+# Values of parameters, each in the unit of its own.
+OF_PARAMETERS = {"within", "counterexample"}
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
 # Attributes with goals, `impact_velocity_max_1 < 0.8; ...`, and the parts of one.
@@ -254,6 +256,9 @@ def _sensitivities_in_si(
         if name.endswith(SENSITIVITY_SUFFIX):
             changed[name] = variable * shares
             changed[name].attrs = variable.attrs
+    for name in OF_PARAMETERS & variables.keys():
+        changed[name] = variables[name] * xr.Variable(parameter.dims, units)
+        changed[name].attrs = variables[name].attrs
     covariance = variables.get("parameter_covariance")
     if covariance is not None:
         factors_of_both = xr.Variable(covariance.dims, np.outer(units, units))

@@ -9,19 +9,19 @@ from typing import Self
 DESIGN_SAMPLES, DESIGNS = (8, 10**6), (1, 100)
 
 
-class _Result(IntEnum):
+class Reasoned(IntEnum):
     """A result; `reason` says it in words, as a clause."""
 
     reason: str
 
-    def __new__(cls, code: int, reason: str = "") -> Self:
+    def __new__(cls, code: int, reason: str = "") -> Self:  # noqa: D102
         member = int.__new__(cls, code)
         member._value_ = code
         member.reason = reason
         return member
 
 
-class DesignResult(_Result):
+class DesignResult(Reasoned):
     """Whether all that is wanted of a design holds, or what keeps it from holding."""
 
     MET = 0, "all that is wanted holds"
@@ -31,7 +31,7 @@ class DesignResult(_Result):
     NOT_REACHED = 4, "the motion from the start settles elsewhere: give another start"
 
 
-class ToleranceResult(_Result):
+class ToleranceResult(Reasoned):
     """Whether the parameters of a design have tolerances, or why they have none."""
 
     FOUND = 0

@@ -17,6 +17,7 @@ from vibropipe.words.bifurcations import Bifurcation, BranchEnd, Meeting
 from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
 from vibropipe.words.exciter import PARAMETERS, source_of
 from vibropipe.words.measurements import Outcome, Passed
+from vibropipe.words.proofs import Proved, ProvedStable, Why
 from vibropipe.words.regimes import Chaos, Regime
 from vibropipe.words.status import Status
 from vibropipe.words.units import DIMENSIONS
@@ -49,6 +50,9 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "tolerance_result": _members(ToleranceResult),
     "fit_result": _members(FitResult),
     "parameter_result": _members(FoundResult),
+    "proved": _members(Proved),
+    "proved_stable": _members(ProvedStable),
+    "why": _members(Why),
 }
 """Names of integer values."""
 

@@ -40,6 +40,8 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_measured": ("measured {}", True),
     "_fitted": ("fitted {}", True),
     "_noise": ("noise of {}", True),
+    "_low": ("lower bound of {}, proved", True),
+    "_high": ("upper bound of {}, proved", True),
     "_misfit": ("root mean square misfit of {}", True),
 }
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"

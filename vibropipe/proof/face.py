@@ -1,0 +1,173 @@
+"""The functions `prove` and `prove_all`: theorems on orbits, as labelled datasets."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping, Sequence
+from typing import TYPE_CHECKING, Any
+
+from vibropipe.physics.effects import all_effects
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.limits import HARMONICS
+from vibropipe.solve.checks import check_whole
+
+if TYPE_CHECKING:
+    import xarray as xr
+
+# Parts of a box, or intervals, that are examined at most.
+PARTS, PARTS_LIMITS = 2000, (1, 10**7)
+INTERVALS = 100_000
+MAX_MULTIPLE = 100
+
+
+def prove(
+    orbit: Exciter | xr.Dataset,
+    within: Mapping[str, float] | None = None,
+    harmonics: int = 3,
+    parts: int = PARTS,
+    largest: bool = False,
+) -> xr.Dataset:
+    """Prove that an orbit exists, is the only one nearby and is a motion, for every exciter within tolerances.
+
+    Balls, which certainly contain a number, take the place of numbers (python-flint, the extra `proof`). What is proved
+    holds of eqs. (5), (6) and not only of their rounding; docs/proof.md tells how. Supports are rigid.
+
+    Parameters
+    ----------
+    orbit : Exciter or xarray.Dataset
+        An exciter, whose motion from rest settles on the orbit; or one row of a steady state, a sweep, a branch or an
+        orbit in closed form, stable or not.
+    within : mapping of str to float, optional
+        How far parameters may be off, either way, all at once: any of nu, f, h, l, delta, R1, R2, load, f2, phi2.
+        Without it the exciter alone is meant, its parameters exact doubles.
+    harmonics : int
+        Number of harmonics, from 1 to 1,000.
+    parts : int
+        Parts of the box, and exciters in it, that are examined at most.
+    largest : bool
+        Also seek how much larger, or smaller, `within` may be. Takes some ten times as long.
+
+    Returns
+    -------
+    xarray.Dataset
+        proved, why
+            proved: each exciter within the tolerances has exactly one orbit of this law nearby, which depends
+            continuously on the parameters; no flight leaves the supports; it has no shorter period; and its stability
+            is `proved_stable` throughout. disproved: `counterexample` is an exciter within the tolerances whose orbit
+            of the same family leaves the supports, or has the other stability. undecided: neither. `why` names what is
+            not proved, or disproved.
+        proved_stable
+            stable (both multipliers within the unit circle), unstable or undecided.
+        <name>_low, <name>_high
+            Bounds over all these exciters, rounded outwards to the last digit, NaN unless proved: impact_phase,
+            impact_velocity (impact), displacement_mean, displacement_strobe, velocity_strobe, displacement_amplitude
+            (harmonic), trace and determinant of the derivative of the return map, spectral_radius. A phase may lie
+            below 0 or above 1, counted from the start of `impact_period`. An amplitude at resonance without damping,
+            which the impacts do not determine, is only bounded by 4 l/pi.
+        uniqueness_radius
+            No exciter has another orbit of this law all of whose impacts are nearer than this: their phases in forcing
+            periods, their velocities in shares of the largest one.
+        period_multiple, impacts_per_orbit (support), impact_support, impact_period (impact)
+            The law.
+        parts
+            Parts and exciters examined.
+        within, counterexample (parameter)
+            The tolerances, and the parameters of the counterexample, NaN if there is none. Only with `within`.
+        largest
+            With `largest`, the largest factor of `within` found for which all is proved, to 5 %; else 1, or NaN if it
+            is not proved.
+
+        The attribute `statement` is what was found, as a sentence.
+
+    Raises
+    ------
+    ParameterError
+        If the motion is no orbit, or has rests, no impacts, soft supports or friction, or an argument is out of range.
+    ModuleNotFoundError
+        If python-flint is not installed.
+
+    References
+    ----------
+    R. Krawczyk, Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201.
+    W. Tucker, Validated Numerics, Princeton University Press 2011.
+    F. Johansson, Arb: efficient arbitrary-precision midpoint-radius interval arithmetic, IEEE Transactions on Computers
+    66 (2017) 1281-1292.
+    """
+    from vibropipe.proof.given import check_within, given_orbit
+    from vibropipe.proof.statement import prove_orbit
+
+    check_whole("harmonics", harmonics, HARMONICS)
+    check_whole("parts", parts, PARTS_LIMITS)
+    given = given_orbit(orbit)
+    tolerances = None if within is None else check_within(given.exciter, within)
+    return prove_orbit(given, tolerances, harmonics, parts, largest)
+
+
+def prove_all(
+    exciter: Exciter,
+    law: Sequence[int] = (1, 1, 1),
+    harmonics: int = 3,
+    parts: int = INTERVALS,
+) -> xr.Dataset:
+    """Prove which orbits of a law an exciter has: exactly these, stable or not.
+
+    The length of one flight decides: the equations are linear in all else. Branch and bound over all of its values
+    leaves out none [1]_; docs/proof.md tells how. Needs python-flint, the extra `proof`.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        With rigid supports, f other than 0 and f2 = 0; its parameters are exact doubles.
+    law : sequence of int
+        (m, p1, p2): forcing periods, up to 100, and impacts on each support: (m, 1, 1), (m, 1, 0) or (m, 0, 1).
+    harmonics : int
+        Number of harmonics, from 1 to 1,000.
+    parts : int
+        Intervals that are examined at most.
+
+    Returns
+    -------
+    xarray.Dataset
+        Over `orbit`, what `prove` returns of each; orbits that differ by whole forcing periods are one.
+
+        proved, why
+            proved: these are all orbits of the law. undecided: these orbits exist, and there may be others.
+
+        The attribute `statement` is what was found, as a sentence. It says nothing of other laws, of rests and chatter.
+
+    Raises
+    ------
+    ParameterError
+        If the law or the exciter is none of those above.
+    ModuleNotFoundError
+        If python-flint is not installed.
+
+    References
+    ----------
+    .. [1] R. E. Moore, R. B. Kearfott, M. J. Cloud, Introduction to Interval Analysis, SIAM 2009.
+    """
+    from vibropipe.proof.statement import prove_every
+
+    check_whole("harmonics", harmonics, HARMONICS)
+    check_whole("parts", parts, PARTS_LIMITS)
+    exciter.check_frequency()
+    all_effects(vars(exciter))
+    if exciter.f == 0.0:
+        raise ParameterError(
+            "f", exciter.f, must="must not be 0: the orbits have the period of the force"
+        )
+    if exciter.f2 != 0.0:
+        raise ParameterError("f2", exciter.f2, must="must be 0: the force must have one harmonic")
+    return prove_every(exciter, _check_law(law), harmonics, parts)
+
+
+def _check_law(law: Any) -> tuple[int, int, int]:
+    """Return a law (m, p1, p2) that is known, or raise a ParameterError."""
+    allowed = "(m, 1, 1), (m, 1, 0) or (m, 0, 1) with a whole number m of forcing periods"
+    try:
+        m, p1, p2 = law
+    except (TypeError, ValueError):
+        raise ParameterError("law", law, allowed) from None
+    check_whole("law", m, (1, MAX_MULTIPLE))
+    if (p1, p2) not in ((1, 1), (1, 0), (0, 1)):
+        raise ParameterError("law", law, allowed)
+    return int(m), int(p1), int(p2)

@@ -1,0 +1,161 @@
+"""Whether an orbit is a motion: no flight leaves the supports before its end.
+
+A flight falls away from its support as long as its velocity certainly has one sign, and approaches the next one
+likewise; between these two stretches bisection keeps it clear of both supports. On each stretch |x''| is bounded by
+Picard's inequality, and x, x' by their Taylor polynomials from its middle.
+"""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+from vibropipe.proof.balls import arb, round_down, round_up
+from vibropipe.proof.flights import Flights
+from vibropipe.proof.orbit import Flight, Orbit, flights_of
+
+# Shortest stretch that is looked at, in forcing periods: of one exciter and of a box, which is split instead.
+SHORTEST, SHORTEST_OF_BOX = 2.0**-30, 2.0**-12
+# Stretches of a flight that are looked at; h = 1000 takes some 1e4.
+MAX_STRETCHES = 20_000
+# A stretch is too long for Picard's inequality where this share is not left.
+MIN_SHARE = 0.25
+
+
+class Stretch(NamedTuple):
+    """What certainly holds on a stretch of a flight.
+
+    Attributes
+    ----------
+    rate, acceleration : ball
+        x' and x'' on it.
+    below_1, above_2 : bool
+        Whether it is clear of support 1, and of support 2.
+    x : ball
+        In its middle.
+    """
+
+    rate: Any
+    acceleration: Any
+    below_1: bool
+    above_2: bool
+    x: Any
+
+    def is_clear_of(self, support: int) -> bool:
+        """Return whether the mass is certainly not at a support."""
+        return self.below_1 if support == 1 else self.above_2
+
+
+class FlightMotion:
+    """The motion of a flight over the times since its departure, in forcing periods."""
+
+    def __init__(self, model: Flights, flight: Flight) -> None:
+        self.model, self.flight = model, flight
+        self.x = model.position[flight.support]
+        self.v = -(model.restitution[flight.support] * flight.velocity)
+        duration = flight.end - flight.start
+        self.least, self.longest = round_down(duration), round_up(duration)
+
+    def look(self, low: float, high: float) -> Stretch:
+        """Return what holds from `low` to `high`."""
+        model, c = self.model, arb((low + high) / 2)
+        x, v = model.fly(self.flight.start, c, self.x, self.v)
+        r = ((arb(high) - c).max(c - arb(low)) * model.period).upper()
+        share = 1 - (model.h + r) * r
+        if not share > MIN_SHARE:
+            unknown = arb(0, arb.pos_inf())
+            return Stretch(unknown, unknown, False, False, x)
+        bound = ((model.force_bound + abs(x) + (model.h + r) * abs(v)) / share).upper()
+        around = x + v * arb(0, r) + arb(0, bound * r * r / 2)
+        rate = v + arb(0, bound * r)
+        time = self.flight.start + c + arb(0, r) / model.period
+        acceleration = model.force(time) - around - model.h * rate
+        below, above = around < model.position[1], around > model.position[2]
+        return Stretch(rate, acceleration, bool(below), bool(above), x)
+
+    def leaves(self, shortest: float) -> bool | None:
+        """Return False: it certainly stays between the supports; True: it leaves; None: undecided."""
+        if not self.least > 0:
+            return True if self.longest < 0 else None
+        first, last, count = self._monotone(shortest)
+        stack = [(first, last)] if first < last else []
+        while stack:
+            low, high = stack.pop()
+            count += 1
+            stretch = self.look(low, high)
+            if stretch.below_1 and stretch.above_2:
+                continue
+            if low > 0 and high < self.least:
+                x, (b1, b2) = stretch.x, (self.model.position[1], self.model.position[2])
+                if x > b1 or x < b2:
+                    return True
+            if high - low < shortest or count > MAX_STRETCHES:
+                return None
+            middle = (low + high) / 2
+            stack += [(low, middle), (middle, high)]
+        return False
+
+    def _monotone(self, shortest: float) -> tuple[float, float, int]:
+        """Return until when it certainly falls away, from when it certainly approaches, and the stretches looked at."""
+        first, last, count = 0.0, self.longest, 0
+        for departs in (True, False):
+            support = self.flight.support if departs else self.flight.next_support
+            towards = 1 if support == 1 else -1
+            step = self.longest / 8
+            while step > shortest and first < last and count < MAX_STRETCHES:
+                low = first if departs else max(last - step, first)
+                high = min(first + step, last) if departs else last
+                stretch = self.look(low, high)
+                count += 1
+                moves = stretch.rate * towards < 0 if departs else stretch.rate * towards > 0
+                # without restitution it departs at velocity 0, pulled away
+                is_pulled = departs and low == 0.0 and stretch.acceleration * towards < 0
+                if (moves or is_pulled) and stretch.is_clear_of(3 - support):
+                    first, last, step = (
+                        (high, last, 2 * step) if departs else (first, low, 2 * step)
+                    )
+                else:
+                    step /= 4
+        return first, last, count
+
+
+def leaves_supports(orbit: Orbit) -> bool | None:
+    """Return False: a proved orbit is a motion over all its box; True: nowhere in the box; None: undecided."""
+    for support, v in zip(orbit.law.supports, orbit.tube[orbit.n :], strict=True):
+        towards = v if support == 1 else -v
+        if not towards > 0:
+            return True if towards < 0 else None
+    model = Flights(orbit.box.balls)
+    shortest = SHORTEST_OF_BOX if orbit.box.directions else SHORTEST
+    undecided = False
+    for _i, _j, flight in flights_of(orbit.law, orbit.tube):
+        verdict = FlightMotion(model, flight).leaves(shortest)
+        if verdict:
+            return True
+        undecided = undecided or verdict is None
+    return None if undecided else False
+
+
+def is_minimal(orbit: Orbit) -> bool | None:
+    """Return whether the orbit repeats after no fewer forcing periods: True, False (it does) or None, undecided.
+
+    An orbit of m periods that also is one of m/q, q prime, is its own image under a shift by m/q and by n/q impacts.
+    """
+    m, n, supports = orbit.law.m, orbit.n, orbit.law.supports
+    for q in range(2, m + 1):
+        if m % q or any(q % d == 0 for d in range(2, q)):
+            continue
+        if n % q or supports != supports[n // q :] + supports[: n // q]:
+            continue
+        by, image = n // q, []
+        for i in range(n):
+            j = (i + by) % n
+            image.append(orbit.tube[j] + (m if j < i else 0) - arb(m) / q)
+        image += [orbit.tube[n + (i + by) % n] for i in range(n)]
+        if all(a.overlaps(b) for a, b in zip(image, orbit.tube, strict=True)):
+            return None if not _is_unique(orbit, image) else False
+    return True
+
+
+def _is_unique(orbit: Orbit, other: list[Any]) -> bool:
+    """Return whether other unknowns lie where the orbit is the only one."""
+    return all(a.contains(b) for a, b in zip(orbit.tube_of(orbit.unique), other, strict=True))

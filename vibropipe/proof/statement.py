@@ -1,0 +1,308 @@
+"""What is proved as labelled datasets, with a sentence that states it."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.exciter import Exciter
+from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
+from vibropipe.proof.certificate import (
+    MAX_MOVED_BY_ROUNDING,
+    Certificate,
+    Claim,
+    Part,
+    examine,
+    largest_factor,
+)
+from vibropipe.proof.every import Found, all_orbits
+from vibropipe.proof.flights import NAMES
+from vibropipe.proof.given import Given, first_out_of_range
+from vibropipe.proof.orbit import Box, Law
+from vibropipe.proof.values import amplitudes, spectral_radius, stability
+from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.words.proofs import Proved, ProvedStable, Why
+from vibropipe.words.vocabulary import describe
+from vibropipe.words.wording import series
+
+# Quantities with bounds, and their dimensions.
+BOUNDED: Mapping[str, tuple[str, ...]] = {
+    "impact_phase": ("impact",),
+    "impact_velocity": ("impact",),
+    "displacement_mean": (),
+    "displacement_strobe": (),
+    "velocity_strobe": (),
+    "displacement_amplitude": ("harmonic",),
+    "trace": (),
+    "determinant": (),
+    "spectral_radius": (),
+}
+AMPLITUDE = ("displacement_amplitude_low", "displacement_amplitude_high")
+# Numbers in a sentence have so many digits.
+DIGITS = 6
+
+
+@dataclass
+class Outcome:
+    """How the proof of an orbit ended; the arguments are those of the dataset of `prove`."""
+
+    proved: Proved
+    why: Why
+    examined: int = 1
+    parts: list[Part] = field(default_factory=list)
+    counterexample: Mapping[str, float] = field(default_factory=dict)
+    largest: float = math.nan
+
+
+def prove_orbit(
+    given: Given,
+    within: Mapping[str, float] | None,
+    harmonics: int,
+    limit: int,
+    seek_largest: bool,
+) -> xr.Dataset:
+    """Return the dataset of `prove`; arguments are checked."""
+    with ctx.workprec(BITS):
+        nominal = balls_of(given.exciter)
+        claim = Claim(Law(given.m, given.supports), None, harmonics)
+        guess = [*given.times, *given.velocities]
+        start = examine(Box(nominal), claim, guess, MAX_MOVED_BY_ROUNDING)
+        if start.why is Why.NONE and start.values is not None:
+            outcome = Outcome(Proved.PROVED, Why.NONE, parts=[start])
+            claim.is_stable = stability(start.values)
+            if within:
+                box = _Tolerances(given.exciter, nominal, within, claim, start, limit)
+                outcome = box.outcome(seek_largest)
+        else:
+            known = {name: getattr(given.exciter, name) for name in within or ()}
+            is_refuted = start.refuted
+            verdict = Proved.DISPROVED if is_refuted else Proved.UNDECIDED
+            outcome = Outcome(verdict, start.why, counterexample=known if is_refuted else {})
+        return _orbit_dataset(given, within, harmonics, claim, outcome)
+
+
+def balls_of(exciter: Exciter) -> dict[str, Any]:
+    """Return the parameters of an exciter, which are exact doubles."""
+    return {name: arb(float(getattr(exciter, name))) for name in NAMES}
+
+
+@dataclass
+class _Tolerances:
+    """The box of an exciter within tolerances, and all larger and smaller ones of its shape."""
+
+    exciter: Exciter
+    nominal: Mapping[str, Any]
+    within: Mapping[str, float]
+    claim: Claim
+    start: Part
+    limit: int
+
+    def attempt(self, factor: float) -> Certificate:
+        """Try to prove the claim over a box."""
+        off = {name: arb(most) * arb(factor) for name, most in self.within.items()}
+        certificate = Certificate(self.nominal, off, self.claim, self.start.orbit, self.limit)
+        certificate.prove()
+        return certificate
+
+    def proves(self, factor: float) -> bool:
+        """Return whether the claim is proved over a box, all of whose exciters exist."""
+        is_in_range = not first_out_of_range(self.exciter, self.within, factor)
+        return is_in_range and self.attempt(factor).tree is not None
+
+    def outcome(self, seek_largest: bool) -> Outcome:
+        """Return how the proof over the box ended."""
+        tried = self.attempt(1.0)
+        outcome = Outcome(Proved.UNDECIDED, tried.why, tried.examined)
+        if tried.tree is not None:
+            outcome.proved, outcome.largest = Proved.PROVED, 1.0
+            outcome.parts = tried.tree.leaves()
+        elif tried.counterexample is not None:
+            outcome.proved, outcome.counterexample = Proved.DISPROVED, tried.counterexample
+        if seek_largest:
+            outcome.largest = largest_factor(self.proves, tried.tree is not None)
+        return outcome
+
+
+def prove_every(
+    exciter: Exciter, law: tuple[int, int, int], harmonics: int, limit: int
+) -> xr.Dataset:
+    """Return the dataset of `prove_all`; arguments are checked."""
+    with ctx.workprec(BITS):
+        nominal = balls_of(exciter)
+        found = all_orbits(nominal, law, harmonics, limit)
+        orbits = [_of_orbit(part, nominal["l"], harmonics) for part in found.parts]
+    n = law[1] + law[2]
+    sizes = {"orbit": len(orbits), "impact": n, "harmonic": harmonics}
+    dims: dict[str, tuple[str, ...]] = {"impact_support": ("impact",), "impact_period": ("impact",)}
+    dims |= {f"{name}_{end}": of for name, of in BOUNDED.items() for end in ("low", "high")}
+    dims |= {"proved_stable": (), "uniqueness_radius": ()}
+    variables: dict[str, Any] = {}
+    for name, inner in dims.items():
+        shape = [sizes[dim] for dim in ("orbit", *inner)]
+        values = np.array([each[name] for each in orbits]).reshape(shape)
+        kind = np.int8 if name in ("impact_support", "proved_stable") else None
+        variables[name] = (("orbit", *inner), values.astype(kind) if kind else values)
+    verdict = Proved.PROVED if found.why is Why.NONE else Proved.UNDECIDED
+    variables |= _scalars(verdict, found.why, found.looked, law)
+    attrs = {"statement": _every_statement(law, found)}
+    return _described(exciter, variables, harmonics, attrs, orbit=np.arange(len(orbits)))
+
+
+def _orbit_dataset(
+    given: Given,
+    within: Mapping[str, float] | None,
+    harmonics: int,
+    claim: Claim,
+    outcome: Outcome,
+) -> xr.Dataset:
+    """Return the dataset of `prove`."""
+    half_width = arb(given.exciter.l)
+    if within:
+        half_width = half_width + arb(within.get("l", 0.0))
+    parts = [_of_orbit(part, half_width, harmonics) for part in outcome.parts]
+    supports, n = np.array(given.supports, np.int8), len(given.supports)
+    sizes = {"impact": n, "harmonic": harmonics}
+    variables: dict[str, Any] = {
+        "impact_support": ("impact", supports),
+        "impact_period": ("impact", np.floor(given.times).astype(np.int64)),
+    }
+    for name, dims in BOUNDED.items():
+        nothing = np.full([sizes[dim] for dim in dims], np.nan)
+        for end, pick in (("low", np.min), ("high", np.max)):
+            values = [part[f"{name}_{end}"] for part in parts]
+            variables[f"{name}_{end}"] = (dims, pick(values, axis=0) if parts else nothing)
+    radius = min((part["uniqueness_radius"] for part in parts), default=math.nan)
+    counts = [int((supports == support).sum()) for support in (1, 2)]
+    variables |= {
+        "proved_stable": ((), np.int8(_stable_code(claim.is_stable))),
+        "uniqueness_radius": ((), radius),
+        **_scalars(outcome.proved, outcome.why, outcome.examined, (given.m, *counts)),
+    }
+    coords = {}
+    if within:
+        coords["parameter"] = list(within)
+        wrong = [outcome.counterexample.get(name, math.nan) for name in within]
+        variables |= {
+            "within": ("parameter", list(within.values())),
+            "counterexample": ("parameter", wrong),
+            "largest": ((), outcome.largest),
+        }
+    attrs = {"statement": _statement(within, claim, counts, outcome)}
+    return _described(given.exciter, variables, harmonics, attrs, **coords)
+
+
+def _of_orbit(part: Part, half_width: Any, harmonics: int) -> dict[str, Any]:
+    """Return bounds of a proved orbit, its law and its radius of uniqueness."""
+    orbit, values = part.orbit, part.values
+    assert values is not None
+    n = orbit.n
+    periods = [math.floor(float(t.mid())) for t in orbit.u[:n]]
+    balls = {
+        "impact_phase": [t - period for t, period in zip(orbit.tube[:n], periods, strict=True)],
+        "impact_velocity": orbit.tube[n:],
+        "displacement_mean": values.mean,
+        "displacement_strobe": values.displacement,
+        "velocity_strobe": values.velocity,
+        "displacement_amplitude": amplitudes(values),
+        "trace": values.trace,
+        "determinant": values.determinant,
+        "spectral_radius": spectral_radius(values),
+    }
+    bounds: dict[str, Any] = {
+        "impact_support": list(orbit.law.supports),
+        "impact_period": periods,
+        "proved_stable": _stable_code(stability(values)),
+        "uniqueness_radius": round_down(orbit.uniqueness_radius()),
+    }
+    for end, rounded in (("low", round_down), ("high", round_up)):
+        for name, ball in balls.items():
+            is_list = isinstance(ball, list)
+            bounds[f"{name}_{end}"] = [rounded(a) for a in ball] if is_list else rounded(ball)
+    # no motion between supports has an amplitude above that of a square wave, 4 l/pi
+    most, low, high = (round_up(4 * half_width / arb.pi()), *AMPLITUDE)
+    bounds[low] = [max(0.0, a) if a == a else 0.0 for a in bounds[low]]
+    bounds[high] = [min(most, a) if a == a else most for a in bounds[high]]
+    return bounds
+
+
+def _stable_code(is_stable: bool | None) -> ProvedStable:
+    return ProvedStable.UNDECIDED if is_stable is None else ProvedStable(int(is_stable))
+
+
+def _scalars(proved: Proved, why: Why, examined: int, law: Sequence[int]) -> dict[str, Any]:
+    """Return the variables that all proofs have."""
+    m, *impacts = law
+    return {
+        "proved": ((), np.int8(proved)),
+        "why": ((), np.int8(why)),
+        "parts": ((), examined),
+        "period_multiple": ((), m),
+        "impacts_per_orbit": ("support", np.array(impacts, float)),
+    }
+
+
+def _described(
+    exciter: Exciter,
+    variables: Mapping[str, Any],
+    harmonics: int,
+    attrs: Mapping[str, str],
+    **coords: Any,
+) -> xr.Dataset:
+    """Return variables as a dataset with the parameters of the exciter and the words of all quantities."""
+    from flint import __version__ as flint_version
+
+    scalars = {name: ((), value) for name, value in exciter.stated().items()}
+    index = {"support": np.array([1, 2], np.int8), "harmonic": np.arange(1, harmonics + 1)}
+    origin = origin_attrs(all_effect_names(vars(exciter)), "none: proved by balls")
+    origin["method"] = f"balls of {BITS} bits (python-flint {flint_version})"
+    dataset = xr.Dataset(dict(variables), {**scalars, **index, **coords}, {**origin, **attrs})
+    return describe(dataset)
+
+
+def _statement(
+    within: Mapping[str, float] | None, claim: Claim, counts: Sequence[int], outcome: Outcome
+) -> str:
+    """Return what was found of an orbit as a sentence."""
+    name = f"orbit ({claim.law.m}; {counts[0]}, {counts[1]})"
+    box = series([f"{key} +- {most:g}" for key, most in (within or {}).items()])
+    who = f"Every exciter with {box}" if box else "This exciter"
+    if outcome.proved is Proved.PROVED:
+        word = "a stable motion" if claim.is_stable else "an unstable motion"
+        return f"{who} has exactly one {name} nearby, and it is {word}."
+    if outcome.proved is Proved.DISPROVED:
+        places = series(
+            [f"{key} = {value:.{DIGITS}g}" for key, value in outcome.counterexample.items()]
+        )
+        where = f"of the exciter with {places}" if places else "of this exciter"
+        what = {
+            Why.MOTION: "leaves the supports",
+            Why.STABILITY: f"is {'unstable' if claim.is_stable else 'stable'}",
+            Why.PERIOD: "has a shorter period",
+        }[outcome.why]
+        return f"The {name} {where} {what}."
+    return f"Undecided: not proved {outcome.why.reason}."
+
+
+def _every_statement(law: tuple[int, int, int], found: Found) -> str:
+    """Return what was found of all orbits of a law as a sentence."""
+    m, p1, p2 = law
+    stable = sum(stability(part.values) is True for part in found.parts if part.values is not None)
+    name, n = f"({m}; {p1}, {p2})", len(found.parts)
+    how_many = f"{n} orbits {name}" if n > 1 else f"{'one' if n else 'no'} orbit {name}"
+    which = (
+        f", {'stable' if stable else 'unstable'}"
+        if n == 1
+        else f", {stable} of them stable"
+        if n
+        else ""
+    )
+    if found.why is Why.NONE:
+        return f"This exciter has {'exactly ' if n else ''}{how_many}{which}."
+    least = f"at least {how_many}{which}" if n else f"{how_many} that was found"
+    return f"This exciter has {least}; not proved {found.why.reason}."

@@ -1,0 +1,35 @@
+"""How a proof ended."""
+
+from __future__ import annotations
+
+from enum import IntEnum
+
+from vibropipe.words.designs import Reasoned
+
+
+class Proved(IntEnum):
+    """Whether a statement is proved, or disproved by a counterexample."""
+
+    UNDECIDED = 0
+    PROVED = 1
+    DISPROVED = 2
+
+
+class ProvedStable(IntEnum):
+    """Which stability of an orbit is proved."""
+
+    UNDECIDED = -1
+    UNSTABLE = 0
+    STABLE = 1
+
+
+class Why(Reasoned):
+    """What of a statement is not proved, or is disproved."""
+
+    NONE = 0, "nothing"
+    EXISTENCE = 1, "that the orbit exists and is the only one nearby"
+    MOTION = 2, "that no flight leaves the supports"
+    PERIOD = 3, "that the orbit has no shorter period"
+    STABILITY = 4, "on which side of the unit circle the multipliers lie"
+    FAMILY = 5, "that the orbits of all parts are one family"
+    PARTS = 6, "with the parts that were allowed"

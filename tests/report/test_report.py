@@ -108,6 +108,17 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
     assert rows["d"].words == "dry friction"
     assert drawing_of(soft)["soft"] == [True, False]
     assert drawing_of(soft)["symbols"]["supports"] == ["k₁", "R₂"]
+    assert not drawing_of(soft)["housing"]
+    assert model_line(soft).text.startswith("ẍ + hẋ + x = f sin ντ")
+
+
+def test_supports_of_a_housing_that_slides_are_no_ground(solved):
+    _, _, datasets = solved
+    sliding = {"a": datasets["symmetric"].assign_coords(mass_ratio=0.4, housing_friction_1=0.1)}
+    assert drawing_of(sliding)["housing"]
+    assert model_line(sliding).text.startswith("(ẍ + Ẍ) + hẋ + x = f sin ντ")
+    rows = {row.symbol: row.words for row in side_of(sliding).rows}
+    assert rows["d₁"] == "friction along x"
 
 
 def test_parameters_in_si_have_their_units(solved):

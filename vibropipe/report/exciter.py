@@ -121,7 +121,7 @@ def force_text(datasets: Datasets, has_units: bool) -> str:
 
 
 def drawing_of(datasets: Datasets) -> dict[str, Any]:
-    """Return what the drawing shows: soft supports, friction, a load, and the symbols of spring, damper and force."""
+    """Return what the drawing shows: soft supports, friction, a load, a housing, and symbols."""
     has_units = any("C" in data.variables for data in datasets.values())
     soft = [has_value(name, datasets) for name in of_calls("soft")]
     stiffness = ("C₁", "C₂") if has_units else ("k₁", "k₂")
@@ -129,6 +129,7 @@ def drawing_of(datasets: Datasets) -> dict[str, Any]:
         "soft": soft,
         "friction": has_value("friction", datasets),
         "load": has_value("load", datasets),
+        "housing": has_value("mass_ratio", datasets),
         "symbols": {
             "stiffness": "C" if has_units else "1",
             "damping": "H" if has_units else "h",

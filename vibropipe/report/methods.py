@@ -75,10 +75,13 @@ def largest_residual(dataset: xr.Dataset) -> float:
 
 def model_line(datasets: Datasets) -> Line:
     """Return the line on the model, with the effects that a scene of the study has."""
-    symbols = drawing_of(datasets)["symbols"]
-    left, force = "ẍ + hẋ + x", "f sin ντ"
+    drawing = drawing_of(datasets)
+    symbols, rate = drawing["symbols"], "ẍ"
+    if drawing["housing"]:
+        rate = "(ẍ + Ẍ)"  # X of the housing
+    left, force = f"{rate} + hẋ + x", "f sin ντ"
     if symbols["stiffness"] == "C":
-        left, force = "mẍ + Hẋ + Cx", "F sin ωt"
+        left, force = f"m{rate} + Hẋ + Cx", "F sin ωt"
     text = f"{left} = {force if symbols['force'] else '0'} between the supports"
     is_rigid = any(not all(drawing_of({name: data})["soft"]) for name, data in datasets.items())
     ends = ["an impact turns the velocity and multiplies it by R"] if is_rigid else []

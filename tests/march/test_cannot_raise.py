@@ -94,7 +94,7 @@ def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
         "march.loop.march_repeatedly",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
         "solve.motion.conservative_motion._sample", "solve.motion.linear_motion._sample", "physics.conservative.arc",
-        "orbits.law.steps.solve", "orbits.boundaries.system.solve",
+        "orbits.law.steps.solve",
         "continuation.newton.predict", "orbits.branches.rows.write_points",
     ):  # fmt: skip
         assert f"vibropipe.{needed}" in functions

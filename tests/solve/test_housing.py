@@ -410,3 +410,32 @@ def test_without_a_housing_its_parameters_are_refused_in_words() -> None:
 def test_calls_that_do_not_compute_it_refuse_it_in_words(call: Any, name: str) -> None:
     with pytest.raises(vp.ParameterError, match=f"{name}: must .*(housing|not computed)"):
         call()
+
+
+def test_a_capsule_goes_the_way_that_was_measured() -> None:
+    # A capsule without supports, driven by pulses of the share 0.3 of a period; its speed was measured by others
+    # over the period (ms, mm/s, positive against x). The force is cut to two harmonics, and the damping is not known.
+    mass, hull, stiffness, damping, friction, force = 0.074, 0.193, 256.23, 2.0, 0.71, 1.25
+    periods = np.array([30, 40, 50, 60, 65, 70, 90, 95, 100, 105, 110, 115])
+    measured = [1.0, 2.2, 5.7, 7.1, 7.3, 7.0, -18.7, -25.2, -35.2, -32.9, -24.2, -28.3]
+    eigenfrequency = math.sqrt(stiffness / mass)
+    nu = 2e3 * math.pi / periods / eigenfrequency
+    speeds = []
+    for share in (0.3, 0.7):
+        first, second = (
+            2.0 * force * math.sin(k * math.pi * share) / (k * math.pi) for k in (1, 2)
+        )
+        lengths = dict.fromkeys(("housing_friction_1", "housing_friction_2"), friction)
+        lengths = {name: 1e3 * value / stiffness for name, value in lengths.items()}
+        capsule = vp.Exciter(
+            l=1e3, nu=1.0, f=1e3 * first / stiffness, f2=1e3 * second / stiffness,
+            phi2=-0.5 * math.pi, h=damping / math.sqrt(mass * stiffness), mass_ratio=mass / hull,
+            **lengths,
+        )  # fmt: skip
+        rows = vp.sweep(capsule, over={"nu": nu[::-1]})
+        assert (rows.status == Status.OK).all()
+        speeds.append(-rows.housing_velocity_mean.values[::-1] * eigenfrequency)
+    ratio = speeds[0] / measured
+    assert ((ratio > 0.3) & (ratio < 1.3)).all()
+    # Pulses of the share 0.7 have the same harmonics but for a sign: what two harmonics leave out was measured.
+    np.testing.assert_allclose(speeds[1], -speeds[0], atol=1e-9)

@@ -127,7 +127,9 @@ def _two_nodes(one: complex, other: complex, t: float) -> complex:
     if abs(delta) < NEAR:
         total = complex(1.0, 0.0)
         for n in range(16, 0, -1):
-            total = 1.0 + delta * total / (n + 2)
+            # By its parts: a division of complex numbers may raise.
+            more = delta * total
+            total = complex(1.0 + more.real / (n + 2), more.imag / (n + 2))
         return 0.5 * t * t * _exponential(one * t) * total
     change = other - one
     return divide(_exponential(other * t) - _exponential(one * t) * (1.0 + delta), change * change)
@@ -158,7 +160,7 @@ def harmonic_motion(
         return _harmonic_series(stiffness, damping, w, t)
     root = math.sqrt(stiffness)
     y, _rate = force_response(damping / root, w / root, turns, root * t, root * s)
-    return y / stiffness
+    return complex(y.real / stiffness, y.imag / stiffness)
 
 
 @jit
@@ -244,7 +246,7 @@ def _rate_series(stiffness, damping, w, t):
 def _square_motion_series(stiffness, damping, w, t):
     """Return 1/((s - i w) q^2) at a short time."""
     iw, total, g = complex(0.0, w), complex(0.0, 0.0), complex(1.0, 0.0)
-    e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, t**4 / 24.0
+    e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, (t * t) * (t * t) / 24.0
     for n in range(TERMS):
         total += g * term
         e, before = -damping * e - stiffness * before, e

@@ -136,7 +136,7 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
             flight = flight_of(e, p, law, last, start.t, longer)
     fill_derivatives(e, p, law, i, u, flight, (start, end), sign, columns, blocks)
     if order > 0:
-        divide_row(i, row, flight.t**order, columns, blocks)
+        divide_row(i, row, power_of(flight.t, order), columns, blocks)
     fill_times(i, p, (start, end), slopes, turns, columns, blocks)
     return turns
 
@@ -182,12 +182,21 @@ def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> No
 
 
 @jit
+def power_of(t, order):
+    """Return t to a power of 0 or more; compiled, t**order may raise."""
+    power = 1.0
+    for _ in range(order):
+        power *= t
+    return power
+
+
+@jit
 def row_power(law, i, t):
     """Return what both equations of row i are divided by, of a piece of the length t in tau."""
     order = trivial_order(law, i)
     if order > 1 and abs(t) < SHORTEST:
         t = math.copysign(SHORTEST, t)
-    power = t**order
+    power = power_of(t, order)
     return (power, 1.0) if is_contact(law.codes[i, CAUSE]) else (1.0, power)
 
 
@@ -229,7 +238,7 @@ def divided(e, flight, start, row, order, c):
         value, rate = y, w
         if row == 1:
             value, rate = w, acceleration_of(flight, force_at_end(flight), y, w)
-        return value / t**order, (rate - order * value / t) / t**order
+        return value / power_of(t, order), (rate - order * value / t) / power_of(t, order)
     piece_taylor(
         c, start.y, start.w, flight.force, flight.load, flight.stiffness, flight.damping,
         flight.nu, t, e.second_harmonic,
@@ -239,7 +248,7 @@ def divided(e, flight, start, row, order, c):
         term = c[n] if row == 0 else n * c[n]
         total += term
         slope += (n - lowest) * term
-    power = t**lowest
+    power = power_of(t, lowest)
     return total / power, slope / power / t
 
 

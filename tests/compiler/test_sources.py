@@ -101,7 +101,7 @@ def test_a_solving_process_imports_hashed_modules_only():
     imported = set(done.stdout.split())
     assert "vibropipe.solve.accuracy.row_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
-    codes = "measurements", "bifurcations", "designs"
+    codes = "measurements", "bifurcations", "designs", "proofs"
     named = {f"vibropipe.words.{name}" for name in codes}
     assert imported - set(closure(SOLVERS)) == {"vibropipe", *WORDS} | named
 

@@ -64,12 +64,17 @@ def test_a_bad_argument_is_named_with_its_value(name: str, value: Any) -> None:
     assert str(value) in str(error.value)
 
 
-@pytest.mark.parametrize("solver", [{}, {"method": "newmark", "steps_per_period": 10**6}])
-def test_a_march_that_would_take_days_is_refused(solver: dict[str, Any]) -> None:
+# A step whose force is computed counts as four, and many steps of a period have no table.
+@pytest.mark.parametrize(
+    ("solver", "most"),
+    [({}, r"6e\+08"), ({"method": "newmark", "steps_per_period": 10**6}, r"1\.5e\+08")],
+)
+def test_a_march_that_would_take_days_is_refused(solver: dict[str, Any], most: str) -> None:
     exciter = vp.Exciter(l=0.5, nu=1e4, f=2.0, h=0.1)
     with pytest.raises(
         vp.ParameterError,
-        match=r"tau_end: must be reached in at most 6e\+08 steps of the march, got 1000000000.0 with \S+ steps",
+        match=f"tau_end: must be reached in at most {most} steps of the march, got 1000000000.0 with "
+        r"\S+ steps",
     ):
         vp.simulate(exciter, tau_end=1e9, v0=2.0, samples_per_period=0, **solver)
 

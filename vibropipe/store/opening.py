@@ -1,4 +1,4 @@
-"""A whole study opened lazily, as a tree in which rows are chosen."""
+"""A whole study opened lazily."""
 
 from __future__ import annotations
 
@@ -9,53 +9,12 @@ from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING
 
-import xarray as xr
-
 from vibropipe.store.atomic import StoreError, check_intact, scenes_of
 from vibropipe.store.files import REPORT, files_in, open_lazily, selected_attributes
-from vibropipe.store.table import RAGGED, table
 from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
-    import pandas as pd
-
-
-class StudyTree(xr.DataTree):
-    """A tree of datasets, a scene each, as `open_study` returns it.
-
-    The methods of `xarray.Dataset` with the same names would repeat every impact for each point of the grid.
-    """
-
-    __slots__ = ()
-
-    def where(self, condition: xr.DataArray, drop: bool = False) -> xr.Dataset:
-        """Return the quantities of a scene where a condition holds, NaN elsewhere.
-
-        Parameters
-        ----------
-        condition : xarray.DataArray
-            Truth values over dimensions of the grid, or over those of listed events (`impact`, ...).
-        drop : bool
-            Whether to leave out values of a coordinate at which the condition holds nowhere; the condition is then
-            computed.
-
-        Returns
-        -------
-        xarray.Dataset
-            The quantities over the grid, as lazy as before; over events if the condition is.
-        """
-        dataset = self.to_dataset()
-        events = set(condition.dims) & set(RAGGED)
-        if events:
-            over = [name for name, values in dataset.items() if events & set(values.dims)]
-            selected = dataset[over]
-        else:
-            selected = dataset.drop_dims([dim for dim in RAGGED if dim in dataset.dims])
-        return selected.where(condition.compute() if drop else condition, drop=drop)
-
-    def to_dataframe(self) -> pd.DataFrame:
-        """Return the points of a scene as a table (see `vibropipe.table`)."""
-        return table(self)
+    import xarray as xr
 
 
 # Attribute of datasets: the scenes of the study that they were made from. Attribute of an opened study: other datasets
@@ -80,7 +39,7 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     xarray.DataTree
         One group per scene with its dimensions, its quantities in dask chunks, their units in the attribute `units`
         ("1": non-dimensional) and the provenance in its attributes. A group has the methods `where` and `to_dataframe`
-        (`vibropipe.store.opening.StudyTree`), which leave ragged impacts out. Closing the tree closes all files. The
+        (`vibropipe.store.tree.StudyTree`), which leave ragged impacts out. Closing the tree closes all files. The
         attribute `left_out` of the tree, if there is one, names the other datasets.
 
     Raises
@@ -93,6 +52,8 @@ def open_study(folder: str | PathLike[str]) -> xr.DataTree:
     ----------
     CF Conventions, section 9.3.3, contiguous ragged array representation (the lists of impacts).
     """
+    from vibropipe.store.tree import StudyTree
+
     if Path(folder).is_file():
         raise StoreError(
             f"{folder}: must be the folder of a study, got a file: open it with vp.load"

@@ -174,4 +174,4 @@ def test_an_unforced_kernel_holds_no_sine() -> None:
     end = (Instant(2, 0, 0.0), new_log(64, 64), None, np.empty(DEGREE + 1), 100)
     assert not holds_a_sine(march, unforced, 0.0, State, *end)
     assert holds_a_sine(march, ALL_EFFECTS, 1.0, State, *end)
-    assert holds_a_sine(departure_mode, ALL_EFFECTS, 1.0, 1, 0.5, 0.1)
+    assert holds_a_sine(departure_mode, ALL_EFFECTS, 1.0, 1, 0.5, 0.1, None)

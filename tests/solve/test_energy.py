@@ -18,7 +18,7 @@ from vibropipe.solve.motion.energy import work_of_flights
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import ENERGIES, quantity
 
-TERMS = [name for name in ENERGIES if name != "energy_friction"]
+TERMS = [name for name in ENERGIES if not quantity(name).effect]
 MOTIONS = independent.MOTIONS
 
 

@@ -163,22 +163,23 @@ def write_contact_derivatives(orbit, out, row, first) -> None:
     """Write the derivatives of phases and velocities of contacts, and of the largest velocity on each support."""
     if out.impact_count[row] != contacts_of(orbit.law):
         return
-    listed, fastest = first, (-1, -1)
+    listed = first
     for i in range(orbit.u.shape[0]):
         if not begins_contact(orbit.law, i):
             continue
         for part in range(2):
             for j in range(orbit.columns.size):
                 out.d_impacts[listed, part, orbit.columns[j]] = orbit.du[i, part, j]
-        side, speed = out.impact_support[listed] - 1, abs(out.impact_velocity[listed])
-        if fastest[side] < 0 or speed > abs(out.impact_velocity[fastest[side]]):
-            fastest = (listed, fastest[1]) if side == 0 else (fastest[0], listed)
         listed += 1
     for side in range(2):
-        if fastest[side] >= 0:
-            sign = 1.0 if out.impact_velocity[fastest[side]] > 0.0 else -1.0
+        fastest, speed = -1, -1.0
+        for impact in range(first, listed):
+            if out.impact_support[impact] == side + 1 and abs(out.impact_velocity[impact]) > speed:
+                fastest, speed = impact, abs(out.impact_velocity[impact])
+        if fastest >= 0:
+            sign = 1.0 if out.impact_velocity[fastest] > 0.0 else -1.0
             for k in orbit.columns:
-                out.d_velocity_max[row, side, k] = sign * out.d_impacts[fastest[side], 1, k]
+                out.d_velocity_max[row, side, k] = sign * out.d_impacts[fastest, 1, k]
 
 
 @jit_allocating

@@ -227,9 +227,8 @@ def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
     """Write a tolerance, less what the nominal value is rounded by where it is shown, and rounded down."""
     value, tolerance = nominal(dataset, name, row), float(dataset[f"{name}_tolerance"].values[row])
     rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
-    if (
-        rounding < UNSEEN * tolerance
-    ):  # else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01
+    if rounding < UNSEEN * tolerance:
+        # Else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01.
         rounding = 0.0
     # What is short of a digit by rounding alone, as that of a deviation that is given, has it.
-    return at_least(max(0.0, tolerance - rounding) * (1.0 + 1e-9), DIGITS)
+    return at_least(max(tolerance - rounding, 0.0) * (1.0 + 1e-9), DIGITS)

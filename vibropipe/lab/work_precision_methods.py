@@ -94,7 +94,7 @@ def failed(outcome: Outcome) -> MethodResult:
 
 def effects_of_motion(motion: BenchmarkMotion) -> Effects:
     """Return all effects that the kernels of a motion have."""
-    return all_effects(vars(motion.exciter), pieces=True)
+    return all_effects(vars(motion.exciter), pieces=True, housing=True)
 
 
 def exact(motion: BenchmarkMotion) -> Candidate:

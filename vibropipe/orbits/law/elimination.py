@@ -96,6 +96,39 @@ def _load(panel, row, at, by, rest, i, column) -> None:
 
 
 @jit
+def _begin(panel, before, at, by, rest, wrap) -> None:
+    """Fill the first two rows of a panel with the first block row, whose block `before` acts on the last x."""
+    _load(panel, FIRST, at, by, rest, FIRST, OWN)
+    for row in range(2):
+        for c in range(2):
+            panel[row, TOP + c] = wrap * before[0, row, c]
+
+
+@jit
+def _reduce(panel, before, at, by, rest, i) -> None:
+    """Join block row i + 1 to what is left of the rows before it, and eliminate x[i] from it."""
+    _load(panel, SECOND, at, by, rest, i + 1, NEXT)
+    for row in range(2):
+        for c in range(2):
+            panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
+            panel[2 + row, OWN + c] = before[i + 1, row, c]
+    for column in range(2):
+        _reflect(panel, column)
+
+
+@jit
+def _carry(panel, kept, i) -> None:
+    """Keep the two rows that give x[i], and carry the others on as those of x[i + 1]."""
+    for row in range(2):
+        for c in range(panel.shape[1]):
+            kept[i, row, c] = panel[row, c]
+            if c >= TOP:
+                panel[row, c] = panel[2 + row, c]
+        for c in range(2):
+            panel[row, OWN + c] = panel[2 + row, NEXT + c]
+
+
+@jit
 def _reduce_borders(panel, border, ends, matrix, rhs, i) -> None:
     """Eliminate x[i] from the borders by the first two rows of a panel."""
     k = border.shape[0]
@@ -163,19 +196,10 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
         for i in range(n):
             for c in range(2):
                 border[j, i, c] = borders[j, i, c]
-    _load(panel, FIRST, at, by, rest, FIRST, OWN)
-    for row in range(2):
-        for c in range(2):
-            panel[row, TOP + c] = wrap * before[0, row, c]
+    _begin(panel, before, at, by, rest, wrap)
     sign, log = 1.0, 0.0
     for i in range(n - 1):
-        _load(panel, SECOND, at, by, rest, i + 1, NEXT)
-        for row in range(2):
-            for c in range(2):
-                panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
-                panel[2 + row, OWN + c] = before[i + 1, row, c]
-        for column in range(2):
-            _reflect(panel, column)
+        _reduce(panel, before, at, by, rest, i)
         one, two = panel[0, 0], panel[1, 1]
         if one == 0.0 or two == 0.0:
             return 0.0, -math.inf
@@ -183,13 +207,7 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
         sign *= math.copysign(1.0, one) * math.copysign(1.0, two)
         log += math.log(abs(one)) + math.log(abs(two))
         _reduce_borders(panel, border, ends, matrix, rhs, i)
-        for row in range(2):
-            for c in range(panel.shape[1]):
-                kept[i, row, c] = panel[row, c]
-                if c >= TOP:
-                    panel[row, c] = panel[2 + row, c]
-            for c in range(2):
-                panel[row, OWN + c] = panel[2 + row, NEXT + c]
+        _carry(panel, kept, i)
     for row in range(2):
         rhs[row] = panel[row, FURTHER + k]
         for c in range(2):
@@ -223,25 +241,10 @@ def solve_columns(before, at, rest, x) -> None:
     n, sides = rest.shape[0], rest.shape[2]
     none, matrix, rhs = np.zeros((n, 2)), np.zeros((2, 2)), np.zeros(2)
     kept, panel = np.zeros((n, 2, FURTHER + sides + 1)), np.zeros((4, FURTHER + sides + 1))
-    _load(panel, FIRST, at, rest, none, FIRST, OWN)
-    for row in range(2):
-        for c in range(2):
-            panel[row, TOP + c] = before[0, row, c]
+    _begin(panel, before, at, rest, none, 1.0)
     for i in range(n - 1):
-        _load(panel, SECOND, at, rest, none, i + 1, NEXT)
-        for row in range(2):
-            for c in range(2):
-                panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
-                panel[2 + row, OWN + c] = before[i + 1, row, c]
-        for column in range(2):
-            _reflect(panel, column)
-        for row in range(2):
-            for c in range(panel.shape[1]):
-                kept[i, row, c] = panel[row, c]
-                if c >= TOP:
-                    panel[row, c] = panel[2 + row, c]
-            for c in range(2):
-                panel[row, OWN + c] = panel[2 + row, NEXT + c]
+        _reduce(panel, before, at, rest, none, i)
+        _carry(panel, kept, i)
     for side in range(sides):
         for row in range(2):
             rhs[row] = panel[row, FURTHER + side]

@@ -1,4 +1,4 @@
-"""The determinants of the cyclic system of a law, whose zeros are folds and doublings, and their derivatives."""
+"""The return map of a law, and the determinants of its cyclic system, whose zeros are folds and doublings."""
 
 from __future__ import annotations
 
@@ -6,10 +6,47 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit_allocating
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks
 from vibropipe.orbits.row import row_parameters
+from vibropipe.physics.saltation import product
+
+
+@jit
+def less_inverse_times(a, b11, b12, b21, b22):
+    """Return -a^-1 b of 2 x 2 matrices as its elements by rows; b by its elements."""
+    share = -1.0 / (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])
+    return (
+        share * (a[1, 1] * b11 - a[0, 1] * b21),
+        share * (a[1, 1] * b12 - a[0, 1] * b22),
+        share * (a[0, 0] * b21 - a[1, 0] * b11),
+        share * (a[0, 0] * b22 - a[1, 0] * b12),
+    )
+
+
+@jit
+def transfer(blocks, i):
+    """Return the derivative of the unknowns of event i by those of the event before, as its elements by rows."""
+    before = blocks.before[i]
+    return less_inverse_times(blocks.at[i], before[0, 0], before[0, 1], before[1, 0], before[1, 1])
+
+
+@jit
+def return_map(blocks):
+    """Return the derivative of the return map of the first event, as its elements by rows, and its determinant.
+
+    The determinant is a product: that of the elements would cancel next to a grazing.
+    """
+    m11, m12, m21, m22, determinant = 1.0, 0.0, 0.0, 1.0, 1.0
+    for j in range(blocks.at.shape[0]):
+        i = (j + 1) % blocks.at.shape[0]
+        t11, t12, t21, t22 = transfer(blocks, i)
+        m11, m12, m21, m22 = product(t11, t12, t21, t22, m11, m12, m21, m22)
+        a, b = blocks.at[i], blocks.before[i]
+        determinant *= b[0, 0] * b[1, 1] - b[0, 1] * b[1, 0]
+        determinant /= a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+    return (m11, m12, m21, m22), determinant
 
 
 @jit_allocating

@@ -11,7 +11,7 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.continuation.curve import FOLD, OWN_TESTS
 from vibropipe.continuation.newton import DONE, FAILED, GOES_ON, MAX_CORRECTIONS, verdict
 from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.determinants import unit_and_doubling
+from vibropipe.orbits.law.determinants import return_map, unit_and_doubling
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import Blocks, fill_blocks
 from vibropipe.orbits.law.law import Law
@@ -86,22 +86,6 @@ def fill_at(system, u) -> bool:
     return total < math.inf
 
 
-@jit
-def return_map(before, at):
-    """Return trace and determinant of the derivative of the return map: of the product of -at[i]^-1 before[i]."""
-    m11, m12, m21, m22, determinant = 1.0, 0.0, 0.0, 1.0, 1.0
-    for i in range(at.shape[0]):
-        a, b, c, d = at[i, 0, 0], at[i, 0, 1], at[i, 1, 0], at[i, 1, 1]
-        e, f, g, h = before[i, 0, 0], before[i, 0, 1], before[i, 1, 0], before[i, 1, 1]
-        one = a * d - b * c
-        p11, p12 = (b * g - d * e) / one, (b * h - d * f) / one
-        p21, p22 = (c * e - a * g) / one, (c * f - a * h) / one
-        m11, m21 = p11 * m11 + p12 * m21, p21 * m11 + p22 * m21
-        m12, m22 = p11 * m12 + p12 * m22, p21 * m12 + p22 * m22
-        determinant *= (e * h - f * g) / one
-    return m11 + m22, determinant
-
-
 @jit_allocating
 def fill_tests(system, c, tests) -> None:
     """Fill the test functions (N_TESTS,) of the orbit of `events`, whose blocks are filled, but FOLD.
@@ -110,7 +94,8 @@ def fill_tests(system, c, tests) -> None:
     """
     blocks, margins = system.blocks, system.margins
     tests[UNIT], tests[DOUBLING] = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
-    tests[TRACE], tests[DETERMINANT] = return_map(blocks.before, blocks.at)
+    (m11, _m12, _m21, m22), tests[DETERMINANT] = return_map(blocks)
+    tests[TRACE] = m11 + m22
     p = row_parameters(system.values, 0)
     fill_margins(system.e, p, system.law, system.events, c, margins)
     tests[SPEED] = min(margins[of.SPEED, of.VALUE] / system.speed, 1.0)

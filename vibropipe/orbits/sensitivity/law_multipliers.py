@@ -13,11 +13,12 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import FORM, HELD, RESTING
+from vibropipe.orbits.law.determinants import less_inverse_times, transfer
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.states import flight_of
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.orbits.row import row_parameters
-from vibropipe.orbits.sensitivity.law_orbit import ends_of_piece, transfer
+from vibropipe.orbits.sensitivity.law_orbit import ends_of_piece
 from vibropipe.orbits.sensitivity.multipliers import DOUBLE
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED, H1, H2, K1, K2, NU, H
 from vibropipe.physics.exciter import Parameters
@@ -90,13 +91,7 @@ def transfer_slope(blocks, slopes, i, t):
     b12 = db[0, 1] + da[0, 0] * t12 + da[0, 1] * t22
     b21 = db[1, 0] + da[1, 0] * t11 + da[1, 1] * t21
     b22 = db[1, 1] + da[1, 0] * t12 + da[1, 1] * t22
-    share = -1.0 / (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])
-    return (
-        share * (a[1, 1] * b11 - a[0, 1] * b21),
-        share * (a[1, 1] * b12 - a[0, 1] * b22),
-        share * (a[0, 0] * b21 - a[1, 0] * b11),
-        share * (a[0, 0] * b22 - a[1, 0] * b12),
-    )
+    return less_inverse_times(a, b11, b12, b21, b22)
 
 
 @jit

@@ -33,6 +33,7 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients
+from vibropipe.orbits.law.determinants import return_map
 from vibropipe.orbits.law.elimination import solve_columns
 from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks, row_power
 from vibropipe.orbits.law.law import Law, is_contact
@@ -50,7 +51,6 @@ from vibropipe.orbits.sensitivity.flights import SINGULAR
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.derivatives import F2, FRICTION, K1, N_OF_PIECES, PHI2
 from vibropipe.physics.load import forcing_period, largest_force
-from vibropipe.physics.saltation import product
 from vibropipe.physics.stiffness import piece_rate, stiffness_of
 
 # Rows of the changes of a state: of its time in forcing periods, its displacement and its velocity.
@@ -137,30 +137,6 @@ def law_of_log(p, pieces, m):
 
 
 @jit
-def transfer(blocks, i):
-    """Return the derivative (t11, t12, t21, t22) of the unknowns of event i by those of the event before."""
-    a, b = blocks.at[i], blocks.before[i]
-    share = -1.0 / (a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0])
-    return (
-        share * (a[1, 1] * b[0, 0] - a[0, 1] * b[1, 0]),
-        share * (a[1, 1] * b[0, 1] - a[0, 1] * b[1, 1]),
-        share * (a[0, 0] * b[1, 0] - a[1, 0] * b[0, 0]),
-        share * (a[0, 0] * b[1, 1] - a[1, 0] * b[0, 1]),
-    )
-
-
-@jit
-def return_map(blocks):
-    """Return the derivative of the return map of the first event, the product of all transfers."""
-    m11, m12, m21, m22 = 1.0, 0.0, 0.0, 1.0
-    for j in range(blocks.at.shape[0]):
-        i = (j + 1) % blocks.at.shape[0]
-        t11, t12, t21, t22 = transfer(blocks, i)
-        m11, m12, m21, m22 = product(t11, t12, t21, t22, m11, m12, m21, m22)
-    return m11, m12, m21, m22
-
-
-@jit
 def add_rounding(e, p, pieces, i, power, by) -> None:
     """Add what piece i, and the event that ends it, round to the samples of its row.
 
@@ -212,7 +188,7 @@ def vary_orbit(e, p, pieces, m, closing, columns):
     for s in range(SAMPLES):
         blocks.by[0, 0, k + s] += random_sign(7921 + s) * closing
         blocks.by[0, 1, k + s] += random_sign(104731 + s) * closing
-    m11, m12, m21, m22 = return_map(blocks)
+    (m11, m12, m21, m22), _determinant = return_map(blocks)
     determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
     scale = 1.0 + abs(m11 + m22) + abs(m11 * m22 - m12 * m21)
     du = np.zeros(blocks.by.shape)

@@ -15,7 +15,6 @@ from vibropipe.march.piece_log import (
     BEGIN,
     CAUSE,
     CONTACT,
-    DIRECTION,
     ENTER,
     FORM,
     FREE,
@@ -35,10 +34,9 @@ from vibropipe.march.piece_log import (
     W,
     Y,
 )
-from vibropipe.march.piece_state import coefficients
 from vibropipe.march.state import restitution_of
+from vibropipe.orbits.piece_terms import terms_of
 from vibropipe.physics.contact import frame_at
-from vibropipe.physics.friction import friction_of
 from vibropipe.physics.housing import (
     STANDS,
     momentum_rate,
@@ -102,21 +100,15 @@ def coupling_in(log) -> Coupling:
 @jit
 def field_of(e, p, pieces, i, y, w, turn) -> Field:
     """Return the rates in piece i at (y, w) in its frame and a phase in turns."""
-    home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
-    way, share = pieces.housing.way[i], momentum_share(p)
-    frame = frame_at(e, p, home)
-    rate = frame.sigma * momentum_rate(p, way)
-    if form in (HELD, RESTING):
+    home, way = pieces.codes[i, HOME], pieces.housing.way[i]
+    rate = frame_at(e, p, home).sigma * momentum_rate(p, way)
+    if pieces.codes[i, FORM] in (HELD, RESTING):
         return Field(0.0, 0.0, rate)
-    stiffness, damping = coefficients(e, p, home, form == CONTACT)
-    force = frame.load - rate - friction_of(e, p) * pieces.codes[i, DIRECTION]
+    terms, second = terms_of(e, p, pieces, i), e.second_harmonic
+    acceleration = terms.load - terms.stiffness * y - terms.damping * w
     if e.forcing is not None:
-        second = e.second_harmonic
-        force += force_value(force_at(p, frame.sigma, turn, second), second)
-    acceleration = force - stiffness * y - damping * w
-    if way == STANDS:
-        return Field(w, acceleration, share * acceleration)
-    return Field(w, (1.0 + p.mass_ratio) * acceleration, rate)
+        acceleration += terms.factor * force_value(force_at(p, terms.sigma, turn, second), second)
+    return Field(w, acceleration, momentum_share(p) * acceleration if way == STANDS else rate)
 
 
 @jit
@@ -211,11 +203,8 @@ def jacobian_with_housing(e, p, pieces):
         constrain(p, pieces, i, total)
         form = pieces.codes[i, FORM]
         if form in (FREE, CONTACT):
-            stiffness, damping = coefficients(e, p, pieces.codes[i, HOME], form == CONTACT)
-            slides = log.way[i] != STANDS
-            inertia = 1.0 + p.mass_ratio if slides else 1.0
-            span = pieces.values[i, SPAN]
-            e11, e12, e21, e22 = piece_flow(inertia * stiffness, inertia * damping, span)
+            terms = terms_of(e, p, pieces, i)
+            e11, e12, e21, e22 = piece_flow(terms.stiffness, terms.damping, pieces.values[i, SPAN])
             for column in range(3):
                 y, w = total[0, column], total[1, column]
                 total[0, column] = e11 * y + e12 * w

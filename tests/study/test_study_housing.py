@@ -62,3 +62,31 @@ def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
     exciter = scene.resolved_exciter()
     assert exciter["housing_friction_2"] == 4.0 / 8e3
     assert exciter["housing_load"] == 1.0 / 8e3
+
+
+@pytest.mark.parametrize(
+    ("old", "new", "said"),
+    [
+        (
+            "M: 0.5 kg, ",
+            "",
+            "physical.D1: must be left out without M, the mass of the housing, which is fixed "
+            "then, got '1.5 N'",
+        ),
+        (
+            "kind: sweep, over: {M: [0.5 kg, 1 kg]}",
+            "kind: branch, along: {omega: {from: 40 Hz, to: 50 Hz}}",
+            "physical.M: must be left out: a housing that slides is not computed here, got '0.5 kg'",
+        ),
+        (
+            "}}}",
+            "}, outputs: [power]}}",
+            "outputs: must be left out with M above 0: it is not computed for a housing that slides",
+        ),
+    ],
+)
+def test_with_units_faults_are_told_in_the_words_of_the_file(old: str, new: str, said: str) -> None:
+    text = UNITS.replace(old, new).replace("over: {M: [0.5 kg, 1 kg]", "over: {F: [10 N, 20 N]")
+    with pytest.raises(StudyError) as refused:
+        study_of_text(text, "s")
+    assert said in str(refused.value)

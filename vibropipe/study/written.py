@@ -7,6 +7,7 @@ from collections.abc import Collection, Iterable
 from dataclasses import replace
 from typing import Any
 
+from vibropipe.physics.si import NO_HOUSING, WITHOUT_MASS
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.key_text import entry, quoted
@@ -33,7 +34,10 @@ def without_slips(
     return renamed, problems
 
 
-_OF_SUPPORT = re.compile(r"\b[kh][12]\b")
+_NAMES = re.compile(r"\b([kh][12]|mass_ratio)\b")
+# Keys of `physical` that call for others, or that some kinds of scenes refuse.
+OF_HOUSING = ("M", "D1", "D2", "P")
+OF_OTHERS = ("H1", "H2", *OF_HOUSING)
 
 
 def both_paths(paths: Iterable[KeyPath]) -> frozenset[KeyPath]:
@@ -58,17 +62,19 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     if path[-2:-1] == ("tolerance",) and name in NAMES and problem.allowed == POSITIVE.text:
         return replace(problem, path=path, allowed=UnitRule(name, KEYS[name][0], POSITIVE).allowed)
     if path == problem.path or not in_physical:
-        return replace(problem, path=path, must=_OF_SUPPORT.sub(_renamed_part, problem.must))
+        return replace(problem, path=path, must=_NAMES.sub(_renamed_part, problem.must))
     number, quantity = PARAMETERS[NAMES[name]].range.text, UnitRule(name).allowed
     allowed, must = (text.replace(number, quantity) for text in (problem.allowed, problem.must))
-    if name in ("H1", "H2"):  # its damping may be the study's
+    if name in OF_OTHERS:  # its value may be the study's
         given = entry(tree, path) or entry(tree, path[-2:])
         problem = replace(problem, found=describe(given) if given else problem.found)
-    return replace(problem, path=path, allowed=allowed, must=_OF_SUPPORT.sub(_renamed_part, must))
+    if name in OF_HOUSING:
+        must = must.replace(NO_HOUSING, WITHOUT_MASS).replace("must be 0:", "must be left out:")
+    return replace(problem, path=path, allowed=allowed, must=_NAMES.sub(_renamed_part, must))
 
 
 def _renamed_part(match: re.Match[str]) -> str:
-    """Return stiffness or damping of a support in a message by its name with units."""
+    """Return a parameter in a message by its name with units."""
     return WRITTEN[match[0]]
 
 

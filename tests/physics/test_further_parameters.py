@@ -157,7 +157,7 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
         "newmark": lambda: vp.simulate(e, 1.0, method="newmark", steps_per_period=100),
         "steady_state": lambda: vp.steady_state(e),
         "sweep": lambda: vp.sweep(base, {name: [0.0, value]}),
-        "boundary": lambda: vp.boundary(base, "fold", ("nu", name), ((1, 2), (0.0, value))),
+        "boundary": lambda: vp.boundary(e, "fold", ("nu", "f"), ((1, 2), (0.1, 0.2))),
         "basins": lambda: vp.basins(e, grid, grid),
         "one_sided_orbit": lambda: vp.one_sided_orbit(e, 1, 1),
         "amplitude_frequency": lambda: vp.amplitude_frequency(e, 0.1),

@@ -122,7 +122,7 @@ def test_what_a_motion_settles_on_is_among_them():
         assert found.proved == Proved.PROVED
         off = abs(found.displacement_mean_low - row.displacement_mean)
         off += abs(found.velocity_strobe_low - row.velocity_strobe)
-        nearest = int(off.argmin())
+        nearest = int(off.values.argmin())
         assert off[nearest] < 1e-10
         assert found.proved_stable[nearest] == ProvedStable.STABLE
     assert settled >= 4

@@ -10,7 +10,8 @@ import pytest
 from long_orbits import _fly
 
 from vibropipe.proof.balls import BITS, Jet, arb, ctx, entire, round_down, round_up, seed, sinhc
-from vibropipe.proof.flights import NAMES, Flights
+from vibropipe.proof.flights import Flights
+from vibropipe.words.proofs import BOXED
 
 EXCITER = {"nu": 1.3, "f": 0.7, "h": 0.2, "l": 0.5, "delta": 0.1, "R1": 0.7, "R2": 0.6}
 EXCITER |= {"load": 0.05, "f2": 0.3, "phi2": 0.4}
@@ -27,7 +28,7 @@ def _precision():
 
 
 def balls(values):
-    return {name: arb(values[name]) for name in NAMES}
+    return {name: arb(values[name]) for name in BOXED}
 
 
 def integrated(values, start, turns, x, v):

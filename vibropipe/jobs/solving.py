@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import time
 from collections.abc import Mapping, Sequence
+from importlib.util import find_spec
 from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
@@ -13,6 +14,7 @@ from vibropipe.jobs.plan import as_cut, check_cut, plan_scene, record
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.certificate import REFUSED
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
@@ -31,6 +33,7 @@ from vibropipe.store.opening import SCENES
 from vibropipe.store.shards import ROW_RANGE_ATTRS
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
+from vibropipe.words.proofs import MISSING
 from vibropipe.words.regimes import Regime
 
 if TYPE_CHECKING:
@@ -178,10 +181,13 @@ def is_of(path: str | Path, wanted: Mapping[str, str], cut: str | None = None) -
     if not Path(path).is_file():
         return False
     try:
-        found = selected_attributes(path, [*wanted, FIRST_ROW])
+        found = selected_attributes(path, [*wanted, FIRST_ROW, REFUSED])
         is_shard = found.pop(FIRST_ROW, None) is not None
+        # what a proof needs may be there now
+        lacked = MISSING in str(found.pop(REFUSED, "")) and find_spec("flint") is not None
         return (
             found == wanted
+            and not lacked
             and is_shard == (cut is not None)
             and (cut == read_sidecar(path).get(CUT))
         )

@@ -15,12 +15,12 @@ import math
 from collections.abc import Iterable, Sequence
 from typing import Any
 
+from vibropipe.words.proofs import MISSING
+
 try:
     from flint import acb, arb, arb_mat, ctx
 except ModuleNotFoundError:
-    raise ModuleNotFoundError(
-        "python-flint: is required for proofs and not installed: pip install 'vibropipe[proof]'"
-    ) from None
+    raise ModuleNotFoundError(f"{MISSING}: pip install 'vibropipe[proof]'") from None
 
 __all__ = ["acb", "arb", "arb_mat", "ctx"]
 

@@ -16,6 +16,7 @@ if TYPE_CHECKING:
 # Parts of a box, or intervals, that are examined at most.
 PARTS, PARTS_LIMITS = 2000, (1, 10**7)
 INTERVALS = 100_000
+STRETCHES = 0, 10_000
 MAX_MULTIPLE = 100
 
 
@@ -25,6 +26,7 @@ def prove(
     harmonics: int = 3,
     parts: int = PARTS,
     largest: bool = False,
+    stretches: int = 0,
 ) -> xr.Dataset:
     """Prove that an orbit exists, is the only one nearby and is a motion, for every exciter within tolerances.
 
@@ -45,6 +47,8 @@ def prove(
         Parts of the box, and exciters in it, that are examined at most.
     largest : bool
         Also seek how much larger, or smaller, `within` may be. Takes some ten times as long.
+    stretches : int
+        Equal stretches of the orbit, up to 10,000, on each of which the displacement gets bounds; 0 for none.
 
     Returns
     -------
@@ -60,9 +64,10 @@ def prove(
         <name>_low, <name>_high
             Bounds over all these exciters, rounded outwards to the last digit, NaN unless proved: impact_phase,
             impact_velocity (impact), displacement_mean, displacement_strobe, velocity_strobe, displacement_amplitude
-            (harmonic), trace and determinant of the derivative of the return map, spectral_radius. A phase may lie
-            below 0 or above 1, counted from the start of `impact_period`. An amplitude at resonance without damping,
-            which the impacts do not determine, is only bounded by 4 l/pi.
+            (harmonic), trace and determinant of the derivative of the return map, spectral_radius; with `stretches`
+            displacement (phase), from each fraction of the orbit to the next. A phase of an impact may lie below 0 or
+            above 1, counted from the start of `impact_period`. An amplitude at resonance without damping, which the
+            impacts do not determine, is only bounded by 4 l/pi.
         uniqueness_radius
             No exciter has another orbit of this law all of whose impacts are nearer than this: their phases in forcing
             periods, their velocities in shares of the largest one.
@@ -97,9 +102,10 @@ def prove(
 
     check_whole("harmonics", harmonics, HARMONICS)
     check_whole("parts", parts, PARTS_LIMITS)
+    check_whole("stretches", stretches, STRETCHES)
     given = given_orbit(orbit)
     tolerances = None if within is None else check_within(given.exciter, within)
-    return prove_orbit(given, tolerances, harmonics, parts, largest)
+    return prove_orbit(given, tolerances, harmonics, parts, largest, stretches)
 
 
 def prove_all(

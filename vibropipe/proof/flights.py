@@ -24,8 +24,6 @@ from vibropipe.proof.balls import (
     total,
 )
 
-# The parameters on which a motion between rigid supports depends.
-NAMES = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
 # |h^2/4 - 1| below which the eigenvalues of the free motion count as equal: their root has no derivative at h = 2.
 MIN_SQUARE = 0.0625
 
@@ -45,7 +43,7 @@ class Flights:
     Parameters
     ----------
     p : mapping of str to ball or jet
-        Values of all of `NAMES`.
+        Values of all of `words.proofs.BOXED`.
 
     Attributes
     ----------

@@ -11,12 +11,12 @@ import xarray as xr
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import check_keys, number_within
-from vibropipe.proof.flights import NAMES
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import exciter_of, section_of
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.proofs import BOXED
 from vibropipe.words.records import POSITIVE
 
 # The time of a proof grows with the cube of the impacts in the end; 28 took half a second.
@@ -102,7 +102,7 @@ def _impacts(row: xr.Dataset, exciter: Exciter, m: int, n: int) -> tuple[Any, An
 
 def check_within(exciter: Exciter, within: Mapping[str, float]) -> dict[str, float]:
     """Return how far parameters may be off, or raise a ParameterError."""
-    check_keys("within", within, NAMES)
+    check_keys("within", within, BOXED)
     checked = {name: number_within(f"within.{name}", within[name], POSITIVE) for name in within}
     name = first_out_of_range(exciter, checked)
     if name:

@@ -7,6 +7,7 @@ Picard's inequality, and x, x' by their Taylor polynomials from its middle.
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 from vibropipe.proof.balls import arb, round_down, round_up
@@ -17,6 +18,8 @@ from vibropipe.proof.orbit import Flight, Orbit, flights_of
 SHORTEST, SHORTEST_OF_BOX = 2.0**-30, 2.0**-12
 # Stretches of a flight that are looked at; h = 1000 takes some 1e4.
 MAX_STRETCHES = 20_000
+# More than phases are off by rounding, in forcing periods.
+ROUNDING = 2.0**-40
 # A stretch is too long for Picard's inequality where this share is not left.
 MIN_SHARE = 0.25
 
@@ -30,8 +33,8 @@ class Stretch(NamedTuple):
         x' and x'' on it.
     below_1, above_2 : bool
         Whether it is clear of support 1, and of support 2.
-    x : ball
-        In its middle.
+    x, around : ball
+        Displacement from the equilibrium in its middle, and on it.
     """
 
     rate: Any
@@ -39,6 +42,7 @@ class Stretch(NamedTuple):
     below_1: bool
     above_2: bool
     x: Any
+    around: Any
 
     def is_clear_of(self, support: int) -> bool:
         """Return whether the mass is certainly not at a support."""
@@ -63,14 +67,14 @@ class FlightMotion:
         share = 1 - (model.h + r) * r
         if not share > MIN_SHARE:
             unknown = arb(0, arb.pos_inf())
-            return Stretch(unknown, unknown, False, False, x)
+            return Stretch(unknown, unknown, False, False, x, unknown)
         bound = ((model.force_bound + abs(x) + (model.h + r) * abs(v)) / share).upper()
         around = x + v * arb(0, r) + arb(0, bound * r * r / 2)
         rate = v + arb(0, bound * r)
         time = self.flight.start + c + arb(0, r) / model.period
         acceleration = model.force(time) - around - model.h * rate
         below, above = around < model.position[1], around > model.position[2]
-        return Stretch(rate, acceleration, bool(below), bool(above), x)
+        return Stretch(rate, acceleration, bool(below), bool(above), x, around)
 
     def leaves(self, shortest: float) -> bool | None:
         """Return False: it certainly stays between the supports; True: it leaves; None: undecided."""
@@ -133,6 +137,31 @@ def leaves_supports(orbit: Orbit) -> bool | None:
             return True
         undecided = undecided or verdict is None
     return None if undecided else False
+
+
+def displacement_bounds(orbit: Orbit, stretches: int) -> tuple[list[float], list[float]]:
+    """Return bounds of the displacement of a proved motion over equal stretches of its orbit, from the section on.
+
+    On each stretch they hold for every flight that may be under way, which ends at a support.
+    """
+    model, m = Flights(orbit.box.balls), orbit.law.m
+    load = orbit.box.balls["load"]
+    floor, ceiling = round_down(model.position[2] + load), round_up(model.position[1] + load)
+    lows, highs = [math.inf] * stretches, [-math.inf] * stretches
+    for _i, _j, flight in flights_of(orbit.law, orbit.tube):
+        motion = FlightMotion(model, flight)
+        earliest, latest = round_down(flight.start), round_up(flight.start)
+        for n in range(stretches):
+            first = math.floor(-(latest + motion.longest) / m)
+            for turn in range(first, math.ceil(1 - earliest / m) + 1):
+                low = max((n / stretches - turn) * m - latest - ROUNDING, 0.0)
+                high = min(((n + 1) / stretches - turn) * m - earliest + ROUNDING, motion.longest)
+                if low <= high:
+                    x = motion.look(low, high).around + load
+                    is_known = bool(x.is_finite())
+                    lows[n] = min(lows[n], max(round_down(x), floor) if is_known else floor)
+                    highs[n] = max(highs[n], min(round_up(x), ceiling) if is_known else ceiling)
+    return lows, highs
 
 
 def is_minimal(orbit: Orbit) -> bool | None:

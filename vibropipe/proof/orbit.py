@@ -124,8 +124,8 @@ class Orbit:
         What the radii of unknowns are shares of: a forcing period, the largest velocity.
     moved : float
         How far the guess was off, as a share of the scale; inf if Newton's method failed.
-    radius, unique : list of ball
-        Once proved: radii of the tubes that the orbit lies in, and in which there is no other.
+    radius, held, unique : list of ball
+        Once proved: radii of the tubes that the orbit lies in, that it was found in, and in which there is no other.
     share : list of float
         Of each direction, what the width of the box adds to the residual of Krawczyk's test.
     tube : list of ball
@@ -140,7 +140,7 @@ class Orbit:
         self.share = [0.0] * len(box.directions)
         self.moved = self._refine()
         self.radius: list[Any] = []
-        self.unique: list[Any] = []
+        self.held: list[Any] = []
         self.tube: list[Any] = []
 
     def _refine(self) -> float:
@@ -205,7 +205,7 @@ class Orbit:
         return k, inside
 
     def prove(self) -> bool:
-        """Prove that the orbit exists, by a radius that grows until K lies inside, and how far it is the only one."""
+        """Prove that the orbit exists, by a radius that grows until K lies inside."""
         if self.moved == math.inf:
             return False
         radius = [(s * RADIUS).upper() for s in self.scale]
@@ -221,17 +221,17 @@ class Orbit:
             radius = [(magnitude(a) * 1.25 + s * RADIUS).upper() for a, s in grown]
         else:
             return False
-        self.radius = [magnitude(a) for a in k]
-        self._find_uniqueness(radius)
+        self.radius, self.held = [magnitude(a) for a in k], radius
         self.tube = self.tube_of(self.radius)
         return True
 
-    def _find_uniqueness(self, radius: list[Any]) -> None:
-        """Set the largest tube found in which Krawczyk's test holds; its shape follows the image of the last one."""
-        self.unique = radius
-        shares = [a / s for a, s in zip(radius, self.scale, strict=True)]
+    @functools.cached_property
+    def unique(self) -> list[Any]:
+        """Radii of the largest tube found in which Krawczyk's test holds; its shape follows the image of the last."""
+        unique = self.held
+        shares = [a / s for a, s in zip(unique, self.scale, strict=True)]
         size = max(shares, key=float)
-        shape = [a / size for a in radius]
+        shape = [a / size for a in unique]
         if not self.box.directions:  # the radius of rounding says nothing of the shape
             size, shape = arb(2.0**-40), self.scale
         factor, found = 4.0, False
@@ -239,7 +239,7 @@ class Orbit:
             trial = [(a * size * factor).upper() for a in shape]
             k, inside = self.krawczyk(trial)
             if inside:
-                self.unique, size, found = trial, size * factor, True
+                unique, size, found = trial, size * factor, True
                 images = [magnitude(a) / s for a, s in zip(k, self.scale, strict=True)]
                 top = max(images, key=float)
                 if float(top) > 0:
@@ -249,6 +249,7 @@ class Orbit:
                 factor = factor**0.5
             else:
                 break
+        return unique
 
     def uniqueness_radius(self) -> Any:
         """Return a ball of the share of the scale within which there is certainly no other orbit of this law."""

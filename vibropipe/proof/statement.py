@@ -22,12 +22,12 @@ from vibropipe.proof.certificate import (
     largest_factor,
 )
 from vibropipe.proof.every import Found, all_orbits
-from vibropipe.proof.flights import NAMES
 from vibropipe.proof.given import Given, first_out_of_range
+from vibropipe.proof.motion import displacement_bounds
 from vibropipe.proof.orbit import Box, Law
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.words.proofs import Proved, ProvedStable, Why
+from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import series
 
@@ -66,6 +66,7 @@ def prove_orbit(
     harmonics: int,
     limit: int,
     seek_largest: bool,
+    stretches: int,
 ) -> xr.Dataset:
     """Return the dataset of `prove`; arguments are checked."""
     with ctx.workprec(BITS):
@@ -84,12 +85,28 @@ def prove_orbit(
             is_refuted = start.refuted
             verdict = Proved.DISPROVED if is_refuted else Proved.UNDECIDED
             outcome = Outcome(verdict, start.why, counterexample=known if is_refuted else {})
-        return _orbit_dataset(given, within, harmonics, claim, outcome)
+        tubes = [displacement_bounds(part.orbit, stretches) for part in outcome.parts]
+        dataset = _orbit_dataset(given, within, harmonics, claim, outcome)
+        return _with_tube(dataset, given.m, tubes, stretches) if stretches else dataset
+
+
+def _with_tube(
+    dataset: xr.Dataset, m: int, tubes: Sequence[tuple[list[float], list[float]]], stretches: int
+) -> xr.Dataset:
+    """Add bounds of the displacement, those of all parts, over stretches of the orbit."""
+    nothing = np.full(stretches, np.nan)
+    low, high = zip(*tubes, strict=True) if tubes else ([nothing], [nothing])
+    tube = {
+        "displacement_low": ("phase", np.min(low, axis=0)),
+        "displacement_high": ("phase", np.max(high, axis=0)),
+    }
+    phases = {"phase": np.arange(stretches) / stretches}
+    return describe(dataset.assign(tube).assign_coords(phases))
 
 
 def balls_of(exciter: Exciter) -> dict[str, Any]:
     """Return the parameters of an exciter, which are exact doubles."""
-    return {name: arb(float(getattr(exciter, name))) for name in NAMES}
+    return {name: arb(float(getattr(exciter, name))) for name in BOXED}
 
 
 @dataclass

@@ -12,6 +12,7 @@ from vibropipe.solve.physical import is_physical
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
+from vibropipe.words.proofs import PREFIX
 from vibropipe.words.quantities import FLAGS, QUANTITIES
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import EVENTS
@@ -73,7 +74,8 @@ def table(
         dataset = dataset.to_dataset()
     if "accuracy" in dataset.dims and dataset.sizes["method"] * dataset.sizes["setting"] == 1:
         dataset = dataset.squeeze(["method", "setting"])  # no race, but what is asked
-    dataset = _with_gaps(dataset)
+    proof = [name for name in dataset.variables if str(name).startswith(PREFIX)]
+    dataset = _with_gaps(dataset.drop_vars(proof))  # of one orbit, not of rows
     grid = _grid_dims(dataset)
     columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
     sizes = [values.size for values in columns.values()]

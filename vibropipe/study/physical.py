@@ -43,8 +43,8 @@ BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
-# Mappings by parameter: grids, where a branch begins and ends, ranges, and standard deviations.
-VARIED = ("over", "along", "vary", "tolerance")
+# Mappings by parameter: grids, where a branch begins and ends, ranges, standard deviations, and limits of a proof.
+VARIED = ("over", "along", "vary", "tolerance", "within")
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
 GOALS = ("target", "subject_to", "allow", MEASURED, "noise")
@@ -54,6 +54,7 @@ STAND_INS: dict[str, Any] = {
     "along": {"from": STAND_IN, "to": STAND_IN},
     "vary": [STAND_IN, 2 * STAND_IN],
     "tolerance": STAND_IN,
+    "within": STAND_IN,
 }
 
 _BOUND = re.compile(r"([<>])=?([^<>,]+)")

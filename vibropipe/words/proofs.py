@@ -1,10 +1,16 @@
-"""How a proof ended."""
+"""What a proof is about, and how it ended."""
 
 from __future__ import annotations
 
 from enum import IntEnum
 
 from vibropipe.words.designs import Reasoned
+
+BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
+"""The parameters on which a motion between rigid supports depends, those of the boxes of a proof."""
+PREFIX = "proof_"
+"""Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""
+MISSING = "python-flint: is required for proofs and not installed"
 
 
 class Proved(IntEnum):

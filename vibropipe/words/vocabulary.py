@@ -11,6 +11,7 @@ from collections.abc import Container, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
 
+from vibropipe.words.proofs import PREFIX
 from vibropipe.words.quantities import QUANTITIES, Quantity
 from vibropipe.words.units import plain_units
 
@@ -113,12 +114,16 @@ def quantity(name: str) -> Quantity:
     """Return the table's entry of a quantity.
 
     name : name of a variable. `<name>_error` is the error estimate of `<name>`, in its units; so are others of
-        `SUFFIXES`. `<name>_sensitivity` is its derivative by each parameter, in its units over those of the parameter
+        `SUFFIXES`. `<name>_sensitivity` is its derivative by each parameter, in its units over those of the parameter.
+        `proof_<name>` is the same of the proof in the dataset of a scene
     Raises KeyError if the table has no such quantity.
     """
     entry = VOCABULARY.get(name)
     if entry is not None:
         return entry
+    if name.startswith(PREFIX):
+        entry = quantity(name.removeprefix(PREFIX))
+        return replace(entry, dims=tuple(map(of_proof, entry.dims)), sample_dimension=None)
     base_name, suffix = split_suffix(name)
     base = VOCABULARY.get(base_name)
     if base is not None and suffix == SENSITIVITY_SUFFIX:
@@ -135,6 +140,11 @@ def quantity(name: str) -> Quantity:
         si={},
     )
     return entry if has_units else replace(entry, units="1", dimension="")
+
+
+def of_proof(name: str) -> str:
+    """Return the name, in the dataset of a scene, of a variable or a dimension of its proof."""
+    return name if name == "support" else f"{PREFIX}{name}"
 
 
 def split_suffix(name: str) -> tuple[str, str]:

@@ -16,6 +16,13 @@ from vibropipe.scenes.keys.checks import EXCITER, TOGETHER, Check, check_vary, c
 from vibropipe.scenes.keys.effects import VariedScene
 from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
+from vibropipe.scenes.keys.proofs import (
+    PROVE,
+    ProveKey,
+    proof_seconds,
+    prove_key,
+    with_picture,
+)
 from vibropipe.scenes.keys.values import (
     DECIMAL_COMMA,
     Interval,
@@ -87,13 +94,13 @@ class DesignFigure(FigureOptions):
     """Options of the pictures of designs."""
 
     pictures: Annotated[
-        list[Literal["sketch", "designs", "front", "tornado", "sensitivities"]],
+        list[Literal["sketch", "designs", "front", "tornado", "sensitivities", "certificate"]],
         AfterValidator(each_once),
     ] = Field(
         default=[],
         description="Pictures: design 1 to scale, all designs beside each other, the Pareto front, what each parameter "
-        "alone does within its tolerance, or the share that each has in the spread (default: sketch and designs; front "
-        "and designs of two quantities to be least).",
+        "alone does within its tolerance, the share that each has in the spread, or the certificate (default: sketch "
+        "and designs; front and designs of two quantities to be least; of a scene with `prove` the certificate, too).",
     )
 
 
@@ -139,12 +146,14 @@ class DesignScene(VariedScene):
     designs: Annotated[int, NumberRange(*DESIGNS, whole=True)] = Field(
         default=8, description="Largest number of designs; a front has up to 16."
     )
+    prove: ProveKey = prove_key("design 1")
 
     @model_validator(mode="after")
     def _with_pictures(self) -> Self:
         if not self.figure.pictures:
             first: Literal["front", "sketch"] = "front" if len(self.minimise) == 2 else "sketch"
             self.figure.pictures.extend((first, "designs"))
+        with_picture(self, "sketch")
         return self
 
     @property
@@ -198,6 +207,7 @@ CHECKS = (
         ),
         _goals,
     ),
+    PROVE,
 )
 
 
@@ -216,7 +226,8 @@ def plan(scene: DesignScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene),
+        seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene)
+        + proof_seconds(scene.prove),
         bytes=HEAD_BYTES + scene.designs * steady_bytes(OF_STEADY_STATE, 3),
         is_foreseen=False,
     )

@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.parts import DASH
+from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
 from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
@@ -37,7 +38,7 @@ from vibropipe.words.vocabulary import held_name
 
 # Centimetres: from the middle to a support, or to an equilibrium beyond it; the wall; lines of the table.
 REACH, WALL, LINE = 3.2, 0.7, 0.4
-MIDDLE, CENTRED, TABLE = 6.4, 8.2, 11.2
+MIDDLE, CENTRED, TABLE = 6.4, 8.2, 10.6
 FEW_LINES = 5  # of the table, beside the mass
 MASS = 1.1
 NAMES_DRAWN = ("l", "delta", "R1", "R2", "k1", "k2", "C1", "C2", "h1", "h2", "H1", "H2")
@@ -139,7 +140,7 @@ def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:
     """Write how far each parameter may be off beside what the workshop holds; red where that is too wide."""
     tight = held_too_wide(dataset, 0)
     given = dataset.attrs.get("scatter") == "given"
-    columns = ((TABLE + 2.9, "may be off by"), (WIDE - 0.05, "workshop" if given else "assumed"))
+    columns = ((TABLE + 3.0, "may be off by"), (WIDE - 0.05, "workshop" if given else "assumed"))
     has_found = bool(toleranced(dataset))
     for x, head in columns[0 if has_found else 1 :]:
         ax.text(x, 2.35, head, ha="right", weight="bold", fontsize=SMALL)
@@ -260,4 +261,5 @@ PICTURES = (
     ),
     TORNADO,
     SENSITIVITIES,
+    CERTIFICATE_PICTURE,
 )

@@ -16,6 +16,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.report.parts import (
     DASH,
+    MAX_ANSWERS,
     MAX_ROWS,
     Answer,
     Datasets,
@@ -25,6 +26,13 @@ from vibropipe.report.parts import (
     of_each,
     tables_of_each,
 )
+from vibropipe.scenes.certificate import proof_of
+from vibropipe.scenes.certificate_page import (
+    bounds_of,
+    bounds_table,
+    certificate_answer,
+    is_proved,
+)
 from vibropipe.scenes.design.data import (
     ends_of,
     goals,
@@ -33,8 +41,10 @@ from vibropipe.scenes.design.data import (
     is_front,
     is_met,
     numbers,
+    off_allowed,
     struck_texts,
     varied,
+    wanted_parts,
 )
 from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.ranking import shown_parts
@@ -49,7 +59,7 @@ from vibropipe.scenes.design.workshop import (
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
-from vibropipe.words.wording import count
+from vibropipe.words.wording import count, series
 
 MOST_QUANTITIES = 3  # of a table
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
@@ -124,6 +134,8 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     if is_front(dataset):
         return answers_of_front(dataset)
     found = [makeable(dataset) if has_yield(dataset) else reached(dataset)]
+    if (told := certificate(dataset)) is not None:
+        found.append(told)
     # Targets are met: what is bounded or least tells more.
     parts, limit = shown_parts(dataset), nearest_limit_text(dataset)
     if parts and not np.isfinite(parts[0].end(dataset, "target")):
@@ -137,7 +149,30 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
         found.append(Answer(lost))
     elif has_spread(dataset) and (texts := leading(dataset)):
         found.append(Answer(f"Most of the spread of {texts[0]}."))
-    return found
+    return found[:MAX_ANSWERS]
+
+
+def certificate(dataset: xr.Dataset) -> Answer | None:
+    """Return what is proved of design 1, and of its goals for all these exciters; None if that is not asked."""
+    told, proof = certificate_answer(dataset), proof_of(dataset)
+    if told is None or proof is None or not is_proved(proof):
+        return told
+    kept: dict[bool, list[str]] = {True: [], False: []}
+    for part in wanted_parts(dataset):
+        bounds = bounds_of(proof, part.variable, part.label)
+        if bounds is None:
+            continue
+        target, off = part.end(dataset, "target"), off_allowed(dataset, part)
+        ends = [part.end(dataset, "lower"), part.end(dataset, "upper")]
+        if np.isfinite(target) and off > 0:
+            ends = [np.fmax(ends[0], target - off), np.fmin(ends[1], target + off)]
+        if np.isfinite(ends).any():
+            is_kept = not (bounds[0] < ends[0] or bounds[1] > ends[1])
+            kept[is_kept].append(part.words(dataset))
+    texts = [f"All of them keep what is wanted of the {series(kept[True])}."] if kept[True] else []
+    if kept[False]:
+        texts.append(f"It is not proved that all keep what is wanted of the {series(kept[False])}.")
+    return Answer(told.lead, " ".join([told.rest, *texts]))
 
 
 def missed(dataset: xr.Dataset) -> Answer:
@@ -192,7 +227,7 @@ def ranges(dataset: xr.Dataset, free: list[str]) -> list[Row]:
 
 answers, tables = (
     of_each(answers_of_scene),
-    tables_of_each(designs_table, tolerances_table, units_table),
+    tables_of_each(designs_table, tolerances_table, units_table, bounds_table),
 )
 REPORT = ReportPart(
     "Designs",

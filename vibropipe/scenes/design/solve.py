@@ -8,8 +8,12 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.scenes.certificate import REFUSED, with_certificate
 from vibropipe.solve.design.face import design
 from vibropipe.solve.physical import stored
+from vibropipe.solve.rebuild import exciter_of
+from vibropipe.solve.rows.steady import steady_state
+from vibropipe.words.designs import DesignResult
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
@@ -25,4 +29,11 @@ def solve(scene: DesignScene, progress: Progress | None = None) -> xr.Dataset:
         dataset = design(
             Exciter(**scene.resolved_exciter()), **scene.arguments(), progress=progress
         )
-    return stored(dataset, scene.mass_and_stiffness)
+    whole = stored(dataset, scene.mass_and_stiffness)
+    if scene.prove is None:
+        return whole
+    if int(dataset["design_result"][0]) != DesignResult.MET:
+        return whole.assign_attrs({REFUSED: "no design was found that keeps all that is wanted"})
+    first = exciter_of(dataset.isel(design=0))
+    orbit = steady_state(first, x0=scene.start.x0, v0=scene.start.v0, outputs=("impacts",))
+    return with_certificate(whole, scene.prove, orbit, scene.mass_and_stiffness)

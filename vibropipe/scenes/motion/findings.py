@@ -13,6 +13,7 @@ from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
 from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
+from vibropipe.scenes.certificate_page import certificate_answer
 from vibropipe.scenes.motion.captions import seen_text
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
@@ -60,10 +61,16 @@ def answers(datasets: Datasets) -> Answers:
     """Return the answers on one motion, or on all motions together."""
     if len(datasets) == 1:
         ((name, dataset),) = datasets.items()
-        found = [motion_answer(dataset), *exponent_answers(datasets), hardest_answer(datasets)]
+        found = [
+            motion_answer(dataset),
+            certificate_answer(dataset),
+            *exponent_answers(datasets),
+            hardest_answer(datasets),
+        ]
         return {name: [answer for answer in found if answer][:MAX_ANSWERS]}
     found = [
         steady_answer(datasets),
+        *map(certificate_answer, datasets.values()),
         *exponent_answers(datasets),
         hardest_answer(datasets),
         mean_answer(datasets),

@@ -4,9 +4,9 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, Field
+from pydantic import AfterValidator, Field, model_validator
 
 from vibropipe.physics.limits import MAX_SAMPLES, MAX_TAU, SAMPLES_PER_PERIOD, max_march_steps
 from vibropipe.scenes.costs import (
@@ -35,6 +35,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem
+from vibropipe.scenes.keys.proofs import PROVE, ProveKey, proof_seconds, prove_key, with_picture
 from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange, TextRule
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
@@ -46,12 +47,15 @@ class MotionFigure(FigureOptions):
     """Options of the pictures of a motion."""
 
     pictures: Annotated[
-        list[Literal["panels", "impacts", "portrait", "section", "spectrum", "energy"]],
+        list[
+            Literal["panels", "impacts", "portrait", "section", "spectrum", "energy", "certificate"]
+        ],
         AfterValidator(each_once),
     ] = Field(
         default=[],
         description="Pictures: curves over tau, impact velocities over tau, the phase portrait, the Poincaré section, "
-        "the spectrum or the energy (default: curves or impact velocities, as fits).",
+        "the spectrum, the energy or the certificate (default: curves or impact velocities, as fits; of a scene with "
+        "`prove` the certificate, too).",
     )
     together: Annotated[list[Name], Field(max_length=5), AfterValidator(each_once)] = Field(
         default=[],
@@ -98,6 +102,12 @@ class MotionScene(ForcedScene):
         default=list(MOTION_DEFAULT), description="Quantities to compute and store."
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
+    prove: ProveKey = prove_key("the steady state")
+
+    @model_validator(mode="after")
+    def _draw_certificate(self) -> Self:
+        with_picture(self, "panels" if has_samples(self) else "impacts")
+        return self
 
     def tau_span(self) -> tuple[float, float]:
         """Return tau at the start and at the end of the record."""
@@ -189,6 +199,7 @@ CHECKS = (
     ),
     Check((*EFFECTS.reads, ("tau_end",), ("settle_periods",)), EFFECTS.problems),
     Check((("figure",), ("outputs",), ("samples_per_period",)), _figure),
+    PROVE,
 )
 
 
@@ -208,7 +219,8 @@ def plan(scene: MotionScene) -> Work:
         rows=1,
         method=_method(scene),
         outputs=tuple(scene.outputs),
-        seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP) * slowness(scene),
+        seconds=periods * (SECONDS_PER_PERIOD + steps * SECONDS_PER_STEP) * slowness(scene)
+        + proof_seconds(scene.prove),
         bytes=stored,
     )
 

@@ -25,6 +25,7 @@ from vibropipe.figures.text import (
     width_in_digits,
     with_units,
 )
+from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.balance import ENERGY, SPECTRUM
 from vibropipe.scenes.motion.captions import (
@@ -262,4 +263,5 @@ PICTURES = (
     SECTION,
     SPECTRUM,
     ENERGY,
+    CERTIFICATE_PICTURE,
 )

@@ -20,7 +20,8 @@ from vibropipe.figures.text import (
     scalar_parameters,
     with_units,
 )
-from vibropipe.report.parts import DASH, Datasets, Line, Table, symbol
+from vibropipe.report.parts import DASH, Datasets, Line, Table, symbol, tables_of_each
+from vibropipe.scenes.certificate_page import bounds_table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.motion.findings import (
     DIGITS,
@@ -208,4 +209,9 @@ def question(datasets: Datasets) -> str:
     return "How do these motions differ?"
 
 
-REPORT = ReportPart("Motions", question, answers, steady_tables, accuracy_lines)
+def tables(datasets: Datasets) -> list[Table]:
+    """Return the tables of motions: their steady states, and the bounds of proofs."""
+    return [*steady_tables(datasets), *tables_of_each(bounds_table)(datasets)]
+
+
+REPORT = ReportPart("Motions", question, answers, tables, accuracy_lines)

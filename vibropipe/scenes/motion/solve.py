@@ -9,6 +9,7 @@ import xarray as xr
 from vibropipe.physics.effects import resolve_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_text
+from vibropipe.scenes.certificate import with_certificate
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.checks import span_in_turns
 from vibropipe.solve.motion.run import MotionRequest
@@ -51,7 +52,11 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
     # The start of the transient, not of the record.
     start = exciter.check_start(scene.start.x0, scene.start.v0)
     motion = motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
-    return stored(motion, scene.mass_and_stiffness)
+    whole = stored(motion, scene.mass_and_stiffness)
+    if scene.prove is None:
+        return whole
+    orbit = steady_state(exciter, x0=scene.start.x0, v0=scene.start.v0, outputs=("impacts",))
+    return with_certificate(whole, scene.prove, orbit, scene.mass_and_stiffness)
 
 
 def periods_to_march(scene: MotionScene) -> tuple[int, int]:

@@ -1,0 +1,66 @@
+"""The proof of an orbit in the dataset of its scene, under names with a prefix."""
+
+from __future__ import annotations
+
+from typing import TYPE_CHECKING
+
+import xarray as xr
+
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.physical import stored
+from vibropipe.words.proofs import PREFIX
+from vibropipe.words.vocabulary import of_proof
+
+if TYPE_CHECKING:
+    from vibropipe.physics.exciter import Exciter
+    from vibropipe.scenes.keys.proofs import Prove
+
+# Attributes: what was found, or why nothing was tried to prove; by which arithmetic.
+STATEMENT, REFUSED, METHOD = f"{PREFIX}statement", f"{PREFIX}refused", f"{PREFIX}method"
+# Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s.
+STRETCHES, PARTS = 256, 1000
+
+
+def with_certificate(
+    dataset: xr.Dataset,
+    prove: Prove | None,
+    orbit: Exciter | xr.Dataset,
+    mass_and_stiffness: tuple[float, float] | None,
+) -> xr.Dataset:
+    """Add the proof of an orbit to the dataset of a scene, as it is stored; what cannot be proved is said there.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of the scene, in SI if its study has units.
+    prove : Prove or None
+        The key of the scene; None changes nothing.
+    orbit : Exciter or xarray.Dataset
+        As of `vibropipe.prove`, without units.
+    mass_and_stiffness : (float, float) or None
+        Of the study.
+    """
+    if prove is None:
+        return dataset
+    from vibropipe.proof.face import prove as proved
+
+    try:
+        proof = proved(orbit, prove.limits() or None, parts=PARTS, stretches=STRETCHES)
+    except (ParameterError, ModuleNotFoundError) as error:
+        return dataset.assign_attrs({REFUSED: f"{error}"})
+    attrs = {STATEMENT: proof.attrs["statement"], METHOD: proof.attrs["method"]}
+    proof = stored(proof, mass_and_stiffness).drop_vars(["m", "C"], errors="ignore")
+    names = {str(name): of_proof(str(name)) for name in (*proof.variables, *proof.dims)}
+    renamed = proof.rename({old: new for old, new in names.items() if old != new})
+    return dataset.merge(renamed, compat="no_conflicts", join="exact").assign_attrs(attrs)
+
+
+def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
+    """Return the proof in the dataset of a scene under its own names, as of `prove`; None if there is none."""
+    if STATEMENT not in dataset.attrs:
+        return None
+    kept = [str(name) for name in dataset.variables if str(name).startswith(PREFIX)]
+    others = [name for name in dataset.coords if name not in (*kept, "support")]
+    proof = dataset[kept].drop_vars(others, errors="ignore")
+    names = [name for name in (*kept, *map(str, proof.dims)) if name.startswith(PREFIX)]
+    return proof.rename({name: name.removeprefix(PREFIX) for name in names})

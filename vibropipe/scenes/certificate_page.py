@@ -1,0 +1,287 @@
+"""The certificate of an orbit in a report: the sentence, the tube of all motions, bounds, and what is not claimed."""
+
+from __future__ import annotations
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+from matplotlib.figure import Figure
+
+from vibropipe.figures.canvas import BODY, SMALL, axes, new_canvas, panel, support_bands
+from vibropipe.figures.claims import at_least, outwards
+from vibropipe.figures.palette import EXACT, INK, SUPPORT_MARKERS, SUPPORT_TEXT
+from vibropipe.figures.text import (
+    axis_label,
+    format_number,
+    in_brackets,
+    plain_symbol_of,
+    with_units,
+)
+from vibropipe.report.parts import Answer, Table
+from vibropipe.scenes.certificate import METHOD, REFUSED, proof_of
+from vibropipe.scenes.keys.proofs import CERTIFICATE
+from vibropipe.scenes.kind import Picture
+from vibropipe.solve.shown_units import shown_factor
+from vibropipe.words.proofs import Proved, ProvedStable, Why
+from vibropipe.words.wording import series
+
+LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube
+RIGHT_LEFT, RIGHT = 12.2, 3.6  # cm, of the velocities
+TEXT_HIGH = 1.0  # cm, of a figure without a tube
+ROOM = 0.12  # of the distance between the supports, beyond each of them
+NOT_CLAIMED = (
+    "Not claimed: that no other motion coexists, that the motion settles on this one from a given start, and that the "
+    "equations describe the machine."
+)
+
+
+def has_certificate(dataset: xr.Dataset) -> bool:
+    """Return whether a certificate was asked for."""
+    return REFUSED in dataset.attrs or proof_of(dataset) is not None
+
+
+def is_proved(proof: xr.Dataset | None) -> bool:
+    """Return whether all was proved."""
+    return proof is not None and int(proof["proved"]) == Proved.PROVED
+
+
+def law_text(proof: xr.Dataset) -> str:
+    """Write the law of an orbit: (1; 1, 1)."""
+    counts = ", ".join(f"{n:g}" for n in proof["impacts_per_orbit"].values)
+    return f"({int(proof['period_multiple'])}; {counts})"
+
+
+def limits_text(proof: xr.Dataset) -> str:
+    """Write how far each parameter may be off; empty for the exciter alone."""
+    if "within" not in proof:
+        return ""
+    return series(
+        f"{plain_symbol_of(proof[name])} ± {with_units(proof[name], format_number(off))}"
+        for name, off in of_parameters(proof, "within").items()
+    )
+
+
+def of_parameters(proof: xr.Dataset, variable: str) -> dict[str, float]:
+    """Return a variable over parameters, each value in the unit in which that parameter is shown."""
+    names, values = proof["parameter"].values.tolist(), proof[variable].values.tolist()
+    return {
+        name: value * shown_factor(str(proof[name].attrs["units"]))
+        for name, value in zip(names, values, strict=True)
+    }
+
+
+def title_certificate(dataset: xr.Dataset) -> str:
+    """Return the title: what is certain."""
+    proof = proof_of(dataset)
+    if proof is None:
+        return "Nothing is proved"
+    who = "Every exciter within the tolerances" if "within" in proof else "The exciter"
+    if int(proof["proved"]) == Proved.DISPROVED:
+        which = "An exciter within the tolerances" if "within" in proof else "The exciter"
+        return f"Disproved: {which[0].lower()}{which[1:]} does not keep the orbit {law_text(proof)}"
+    if not is_proved(proof):
+        whether = "each exciter within the tolerances" if "within" in proof else "the exciter"
+        return f"Not decided: whether {whether} keeps the orbit {law_text(proof)}"
+    kept = "keeps" if int(proof["proved_stable"]) == ProvedStable.STABLE else "has, unstable,"
+    return f"Proved: {who[0].lower()}{who[1:]} {kept} the orbit {law_text(proof)}"
+
+
+def certificate_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return the certificate as an answer; None if none was asked for."""
+    proof = proof_of(dataset)
+    if proof is None:
+        reason = dataset.attrs.get(REFUSED)
+        return Answer("Nothing is proved.", f"{reason}." if reason else "") if reason else None
+    lead, limits = f"{title_certificate(dataset)}.", limits_text(proof)
+    if is_proved(proof):
+        struck = series([text for text in (struck_text(proof, n) for n in (1, 2)) if text])
+        return Answer(
+            lead, f"With {limits}, it strikes {struck}." if limits else f"It strikes {struck}."
+        )
+    return Answer(lead, why_text(proof))
+
+
+def struck_text(proof: xr.Dataset, support: int) -> str:
+    """Write how hard a support is struck; empty if it is not."""
+    low, high = speeds(proof, support)
+    if not low.size:
+        return ""
+    first, last = outwards(float(low.min()), float(high.max()))
+    unit = proof["impact_velocity_low"]
+    return f"support {support} with {first} to {with_units(unit, last)}"
+
+
+def speeds(proof: xr.Dataset, support: int) -> tuple[np.ndarray, np.ndarray]:
+    """Return bounds of the speeds at which a support is struck, for each impact."""
+    at = proof["impact_support"].values == support
+    low, high = (proof[f"impact_velocity_{end}"].values[at] for end in ("low", "high"))
+    return (low, high) if support == 1 else (-high, -low)
+
+
+def bounds_of(proof: xr.Dataset, variable: str, label: int = 0) -> tuple[float, float] | None:
+    """Return the bounds of a quantity of steady states, of one support or harmonic; None if the proof has none."""
+    if variable == "impact_velocity_max":
+        low, high = speeds(proof, label)
+        return (float(low.max()), float(high.max())) if low.size else None
+    ends = [f"{variable}_{end}" for end in ("low", "high")]
+    if ends[0] not in proof or "impact" in proof[ends[0]].dims:
+        return None
+    low, high = (np.ravel(proof[end].values)[max(label - 1, 0)] for end in ends)
+    return float(low), float(high)
+
+
+def why_text(proof: xr.Dataset) -> str:
+    """Write what is not proved, or where it is disproved."""
+    why = Why(int(proof["why"]))
+    if why is Why.PARTS:
+        parts = f"{int(proof['parts']):,} parts of the box were examined, as many as are allowed"
+        return f"{parts}: narrower tolerances need fewer."
+    if int(proof["proved"]) != Proved.DISPROVED:
+        return f"Not proved {why.reason}."
+    what = {
+        Why.MOTION: "The mass leaves the supports",
+        Why.STABILITY: "The orbit has the other stability",
+        Why.PERIOD: "The orbit has a shorter period",
+    }[why]
+    if "counterexample" not in proof:
+        return f"{what}."
+    places = series(
+        f"{plain_symbol_of(proof[name])} = {with_units(proof[name], format_number(value, 6))}"
+        for name, value in of_parameters(proof, "counterexample").items()
+    )
+    return f"{what} at {places}."
+
+
+def draw_certificate(dataset: xr.Dataset) -> Figure:
+    """Draw the tube of all motions and how hard the supports are struck; without a proof why there is none."""
+    proof = proof_of(dataset)
+    if proof is None or not is_proved(proof):
+        figure = new_canvas(TEXT_HIGH)
+        told = certificate_answer(dataset)
+        text = told.rest if told else ""
+        figure.text(0.0, 0.5, text, va="center", fontsize=BODY, wrap=True)
+        return figure
+    figure = new_canvas(BOTTOM + HIGH + 0.6)
+    draw_tube(axes(figure, LEFT, BOTTOM, WIDTH, HIGH), proof)
+    draw_speeds(axes(figure, RIGHT_LEFT, BOTTOM, RIGHT, HIGH), proof)
+    return figure
+
+
+def draw_tube(ax: Axes, proof: xr.Dataset) -> None:
+    """Draw between which displacements all motions stay, and where and when they strike."""
+    m = int(proof["period_multiple"])
+    edges = m * np.append(proof["phase"].values, 1.0)
+    low, high = (proof[f"displacement_{end}"].values for end in ("low", "high"))
+    half, delta = (float(proof[name]) for name in ("l", "delta"))
+    limits = of_parameters(proof, "within") if "within" in proof else {}
+    off = limits.get("l", 0.0) + limits.get("delta", 0.0)
+    ax.stairs(high, edges, baseline=low, fill=True, color=EXACT, linewidth=0, zorder=2)
+    least, most = delta - half, delta + half
+    room = ROOM * (most - least) + off
+    ax.set(xlim=(0, m), ylim=(least - room, most + room))
+    support_bands(ax, least - off, most + off)
+    for wall in (least, most):
+        ax.axhline(wall, color=INK, linewidth=0.8, zorder=1)
+    for n, support in enumerate(proof["impact_support"].values.tolist()):
+        ends = [
+            float(proof[f"impact_phase_{end}"].values[n]) + int(proof["impact_period"].values[n])
+            for end in ("low", "high")
+        ]
+        wall = most if support == 1 else least
+        ax.plot(
+            [(sum(ends) / 2) % m], [wall], SUPPORT_MARKERS[support],
+            color=SUPPORT_TEXT[support], markersize=6, clip_on=False, zorder=4,
+        )  # fmt: skip
+    ax.set_xlabel("forcing periods")
+    ax.set_ylabel(
+        axis_label(proof["displacement_low"]).replace("lower bound of ", "").replace(", proved", "")
+    )
+    panel(ax, "a", "where the mass is, in every one of them")
+
+
+def draw_speeds(ax: Axes, proof: xr.Dataset) -> None:
+    """Draw the bounds of the speed of each impact as bars, with their ends."""
+    rows = [
+        (support, low, high)
+        for support in (1, 2)
+        for low, high in zip(*speeds(proof, support), strict=True)
+    ]
+    top = max(high for _s, _l, high in rows)
+    for y, (support, low, high) in enumerate(rows):
+        colour = SUPPORT_TEXT[support]
+        ax.plot([low, high], [y, y], color=colour, linewidth=5, solid_capstyle="butt")
+        ax.plot([low, high], [y, y], "|", color=colour, markersize=9)
+        first, last = outwards(low, high)
+        words = f"support {support}: {first} to {last}"
+        ax.text(1.06 * top, y - 0.24, words, fontsize=SMALL, color=colour, ha="right")
+    ax.set(xlim=(0, 1.08 * top), ylim=(len(rows) - 0.4, -0.75), yticks=[])
+    ax.set_xlabel(in_brackets("speed before the impact", proof["impact_velocity_low"]))
+    panel(ax, "b", "how hard each impact is")
+
+
+def describe_certificate(dataset: xr.Dataset) -> str:
+    """Return the caption: for which exciters, what was shown, and what is not claimed."""
+    proof = proof_of(dataset)
+    if proof is None or not is_proved(proof):
+        return NOT_CLAIMED
+    limits = limits_text(proof)
+    who = (
+        f"all exciters with {limits}, at once"
+        if limits
+        else "the exciter with exactly its parameters"
+    )
+    return (
+        f"Bounds over {who}: for each, the equations have exactly one orbit {law_text(proof)} nearby, no flight "
+        "reaches a support before its end, its period is no shorter, and its stability is the same. Computed in balls "
+        "that contain all roundings. Triangles: impacts. " + NOT_CLAIMED
+    )
+
+
+def bounds_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the bounds of a proof in numbers; None without one."""
+    proof = proof_of(dataset)
+    if proof is None or not is_proved(proof):
+        return None
+    rows = []
+    for name, label in bounded(proof):
+        low, high = (proof[f"{name}_{end}"] for end in ("low", "high"))
+        lows, highs = (np.ravel(each.values) for each in (low, high))
+        for n, (a, b) in enumerate(zip(lows, highs, strict=True)):
+            first, last = outwards(float(a), float(b))
+            text = label.format(n + 1) if lows.size > 1 or "{}" in label else label
+            rows.append([in_brackets(text, low), first, last])
+    radius, parts = at_least(float(proof["uniqueness_radius"]), 2), int(proof["parts"])
+    note = (
+        f"Rounded outwards. No other orbit of this law has all its impacts within {radius} forcing periods and "
+        f"{radius} of the largest velocity of these. {parts} parts of the box were examined, by "
+        f"{dataset.attrs[METHOD]}; docs/proof.md tells how, and vp.prove does it again."
+    )
+    return Table(
+        ["", "at least", "at most"],
+        rows,
+        note,
+        title="What holds for all of them",
+        scene=scene,
+        picture=CERTIFICATE,
+    )
+
+
+def bounded(proof: xr.Dataset) -> list[tuple[str, str]]:
+    """Return the quantities of the table, with what they are called."""
+    return [
+        ("displacement_mean", "mean displacement"),
+        ("spectral_radius", "largest multiplier, modulus"),
+        ("displacement_amplitude", "amplitude of harmonic {}"),
+        ("impact_velocity", "velocity before impact {}"),
+        ("impact_phase", "phase of impact {}"),
+    ]
+
+
+CERTIFICATE_PICTURE = Picture(
+    CERTIFICATE,
+    lambda dataset, **others: draw_certificate(dataset),
+    lambda dataset, **others: describe_certificate(dataset),
+    has_certificate,
+    titled=lambda dataset, **others: title_certificate(dataset),
+    heading="What is certain?",
+)

@@ -1,0 +1,83 @@
+"""The key `prove` of scenes, which asks for a certificate of an orbit, and its checks."""
+
+from __future__ import annotations
+
+from collections.abc import Iterator
+from typing import Annotated, Any
+
+from pydantic import Field
+
+from vibropipe.physics.effects import all_effects
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.keys.checks import EXCITER, Check
+from vibropipe.scenes.keys.grids import StudyModel
+from vibropipe.scenes.keys.parts import ParameterName
+from vibropipe.scenes.keys.problems import Problem, describe
+from vibropipe.scenes.keys.values import NotNull, Sigma
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.proofs import BOXED
+
+CERTIFICATE = "certificate"  # its picture
+ONE_SECONDS, BOX_SECONDS = 0.1, 0.4  # of an exciter, and of each parameter that may be off
+
+
+class Prove(StudyModel):
+    """A certificate: whether all exciters within limits keep the orbit."""
+
+    within: dict[ParameterName, Sigma] = Field(
+        default={},
+        description="How far each parameter may be off, either way, all at once (default: the exciter alone).",
+    )
+
+    def limits(self) -> dict[str, float]:
+        """Return how far each parameter may be off."""
+        return {str(name): off for name, off in self.within.items()}
+
+
+def prove_key(of: str) -> Any:
+    """Return the key `prove` of a kind of scenes; `of` says whose orbit is proved."""
+    text = f"Prove the orbit of {of}, and add a certificate to the report (docs/proof.md)."
+    return Field(default=None, description=text)
+
+
+ProveKey = Annotated[Prove | None, NotNull]
+
+
+def check_prove(scene: Any) -> Iterator[Problem]:
+    """Check that a proof is asked for of what can be proved."""
+    if scene.prove is None:
+        if CERTIFICATE in scene.figure.pictures:
+            must = f"must leave out {CERTIFICATE} unless the scene has the key prove"
+            yield Problem(("figure", "pictures"), repr(CERTIFICATE), must=must)
+        return
+    for name, off in scene.prove.limits().items():
+        path = ("prove", "within", name)
+        if name not in BOXED:
+            must = f"must be one of {', '.join(BOXED)}"
+            yield Problem(path[:2], name, must=must)
+        elif name not in scene.varied_names():
+            value, allowed = scene.resolved_exciter()[name], PARAMETERS[name].range
+            if not (allowed.contains(value - off) and allowed.contains(value + off)):
+                must = f"must keep {name} {allowed.text}"
+                yield Problem(path, f"{value:.6g} +- {off:.6g}", must=must)
+    try:
+        all_effects(scene.extent())
+    except ParameterError as error:
+        must = f"must be left out: the {error.name} of the exciter is beyond what can be proved"
+        yield Problem(("prove",), describe(scene.prove.limits()), must=must)
+
+
+def proof_seconds(prove: Prove | None) -> float:
+    """Return the usual time of a proof, which grows with the number of parameters of its box."""
+    return 0.0 if prove is None else ONE_SECONDS + BOX_SECONDS * len(prove.within)
+
+
+def with_picture(scene: Any, first: str) -> None:
+    """Let a scene that asks for a certificate draw it, after its own pictures; `first` is drawn if it chose none."""
+    chosen = [*scene.figure.pictures]
+    if scene.prove is not None and CERTIFICATE not in chosen:
+        pictures = [*(chosen or [first]), CERTIFICATE]
+        object.__setattr__(scene, "figure", scene.figure.model_copy(update={"pictures": pictures}))
+
+
+PROVE = Check((*EXCITER, ("prove",), ("figure",)), check_prove)

@@ -32,6 +32,7 @@ _FACE = {
     "plot": "vibropipe.jobs.plot",
     "prove": "vibropipe.proof.face",
     "prove_all": "vibropipe.proof.face",
+    "prove_bifurcation": "vibropipe.proof.face",
     "to_physical": "vibropipe.solve.physical",
 }
 __all__ = [
@@ -53,6 +54,7 @@ __all__ = [
     "plot",
     "prove",
     "prove_all",
+    "prove_bifurcation",
     "simulate",
     "steady_state",
     "sweep",
@@ -69,7 +71,7 @@ if TYPE_CHECKING:
 
     from vibropipe.jobs.plot import plot
     from vibropipe.physics.exciter import Exciter, ParameterError
-    from vibropipe.proof.face import prove, prove_all
+    from vibropipe.proof.face import prove, prove_all, prove_bifurcation
     from vibropipe.solve.basins.attractors import attractors
     from vibropipe.solve.basins.basins import basins
     from vibropipe.solve.boundary.boundary import boundary

@@ -1,4 +1,4 @@
-"""The functions `prove` and `prove_all`: theorems on orbits, as labelled datasets."""
+"""The functions `prove`, `prove_bifurcation` and `prove_all`: theorems on orbits, as labelled datasets."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.checks import check_whole
+from vibropipe.words.proofs import BOXED
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -106,6 +107,60 @@ def prove(
     given = given_orbit(orbit)
     tolerances = None if within is None else check_within(given.exciter, within)
     return prove_orbit(given, tolerances, harmonics, parts, largest, stretches)
+
+
+def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.Dataset:
+    """Prove that an orbit has a bifurcation near it, and enclose the value of a parameter at which it has.
+
+    Parameters
+    ----------
+    orbit : Exciter or xarray.Dataset
+        An orbit near the bifurcation, as of `prove`; of a branch the row `bifurcation_point`.
+    kind : str
+        fold: its orbits turn back, two on one side and none on the other. flip: a multiplier passes -1, and orbits of
+        twice the period begin. grazing: it touches a support between its impacts, and strikes it on one side.
+    along : str
+        The parameter that varies: any of nu, f, h, l, delta, R1, R2, load, f2, phi2; the others are exact doubles.
+
+    Returns
+    -------
+    xarray.Dataset
+        proved, why
+            proved: exactly one such bifurcation of the law lies nearby, it is regular (what is said of its kind holds,
+            with non-zero speed in the parameter), and no flight leaves the supports there. undecided: `why` names what
+            is not proved.
+        <along>_low, <along>_high
+            Bounds of the parameter, rounded outwards to the last digit, NaN unless proved; so are those of
+            impact_phase and impact_velocity (impact).
+        bifurcation_kind, grazing_support
+            The kind, and the support that is touched (0: none).
+        period_multiple, impacts_per_orbit (support), impact_support, impact_period (impact)
+            The law.
+
+        The attribute `statement` is what was found, as a sentence.
+
+    Raises
+    ------
+    ParameterError
+        If the motion is no orbit, or has rests, no impacts, soft supports or friction, or an argument is none of those
+        above.
+    ModuleNotFoundError
+        If python-flint is not installed.
+
+    References
+    ----------
+    Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer 2004.
+    R. Krawczyk, Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201.
+    """
+    from vibropipe.proof.bifurcation import KINDS
+    from vibropipe.proof.given import given_orbit
+    from vibropipe.proof.statement import prove_critical
+
+    if kind not in KINDS:
+        raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
+    if along not in BOXED:
+        raise ParameterError("along", along, f"one of {', '.join(BOXED)}")
+    return prove_critical(given_orbit(orbit), KINDS[kind], along)
 
 
 def prove_all(

@@ -76,8 +76,11 @@ class FlightMotion:
         below, above = around < model.position[1], around > model.position[2]
         return Stretch(rate, acceleration, bool(below), bool(above), x, around)
 
-    def leaves(self, shortest: float) -> bool | None:
-        """Return False: it certainly stays between the supports; True: it leaves; None: undecided."""
+    def leaves(self, shortest: float, touch: Any = None) -> bool | None:
+        """Return False: it certainly stays between the supports; True: it leaves; None: undecided.
+
+        At the time `touch`, a ball, it is known to turn at a support, which is no impact.
+        """
         if not self.least > 0:
             return True if self.longest < 0 else None
         first, last, count = self._monotone(shortest)
@@ -88,6 +91,8 @@ class FlightMotion:
             stretch = self.look(low, high)
             if stretch.below_1 and stretch.above_2:
                 continue
+            if touch is not None and self._only_touches(low, high, touch):
+                continue
             if low > 0 and high < self.least:
                 x, (b1, b2) = stretch.x, (self.model.position[1], self.model.position[2])
                 if x > b1 or x < b2:
@@ -97,6 +102,12 @@ class FlightMotion:
             middle = (low + high) / 2
             stack += [(low, middle), (middle, high)]
         return False
+
+    def _only_touches(self, low: float, high: float, touch: Any) -> bool:
+        """Return whether, between a stretch and a turn at a support, it curves away from that and nears no other."""
+        around = self.look(min(low, round_down(touch)), max(high, round_up(touch)))
+        curve = around.acceleration
+        return bool((curve < 0 and around.above_2) or (curve > 0 and around.below_1))
 
     def _monotone(self, shortest: float) -> tuple[float, float, int]:
         """Return until when it certainly falls away, from when it certainly approaches, and the stretches looked at."""

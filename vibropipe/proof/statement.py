@@ -13,6 +13,7 @@ import xarray as xr
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
+from vibropipe.proof.bifurcation import Critical, bifurcation_near
 from vibropipe.proof.certificate import (
     MAX_MOVED_BY_ROUNDING,
     Certificate,
@@ -27,6 +28,7 @@ from vibropipe.proof.motion import displacement_bounds
 from vibropipe.proof.orbit import Box, Law
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import series
@@ -107,6 +109,54 @@ def _with_tube(
 def balls_of(exciter: Exciter) -> dict[str, Any]:
     """Return the parameters of an exciter, which are exact doubles."""
     return {name: arb(float(getattr(exciter, name))) for name in BOXED}
+
+
+def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
+    """Return the dataset of `prove_bifurcation`; arguments are checked."""
+    law, n = Law(given.m, given.supports), len(given.supports)
+    with ctx.workprec(BITS):
+        guess = [*given.times, *given.velocities]
+        found = bifurcation_near(balls_of(given.exciter), law, guess, kind, along)
+        is_proved = found.why is Why.NONE
+        tube = found.tube if is_proved else [arb.nan()] * (2 * n)
+        value = found.parameter if is_proved else arb.nan()
+        periods = np.floor(given.times).astype(np.int64)
+        phases = [t - int(period) for t, period in zip(tube[:n], periods, strict=True)]
+        variables: dict[str, Any] = {
+            "impact_support": ("impact", np.array(given.supports, np.int8)),
+            "impact_period": ("impact", periods),
+            "bifurcation_kind": ((), np.int8(kind)),
+            "grazing_support": ((), np.int8(found.touched)),
+        }
+        for end, rounded in (("low", round_down), ("high", round_up)):
+            variables |= {
+                f"impact_phase_{end}": ("impact", [rounded(a) for a in phases]),
+                f"impact_velocity_{end}": ("impact", [rounded(a) for a in tube[n:]]),
+                f"{along}_{end}": ((), rounded(value)),
+            }
+    counts = [given.supports.count(support) for support in (1, 2)]
+    verdict = Proved.PROVED if is_proved else Proved.UNDECIDED
+    variables |= _scalars(verdict, found.why, 1, (given.m, *counts))
+    del variables["parts"]
+    ends = [float(variables[f"{along}_{end}"][1]) for end in ("low", "high")]
+    attrs = {"statement": _critical_statement(given, kind, along, ends, found)}
+    return _described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
+
+
+def _critical_statement(
+    given: Given, kind: Bifurcation, along: str, ends: Sequence[float], found: Critical
+) -> str:
+    """Return what was found of a bifurcation as a sentence."""
+    counts = ", ".join(str(given.supports.count(support)) for support in (1, 2))
+    name = f"The orbit ({given.m}; {counts})"
+    if found.why is not Why.NONE:
+        return f"Undecided: not proved {found.why.reason}."
+    what = {
+        Bifurcation.FOLD: "turns back at a fold",
+        Bifurcation.FLIP: "has a multiplier that passes -1, a flip,",
+        Bifurcation.GRAZING: f"touches support {found.touched}, a grazing,",
+    }[kind]
+    return f"{name} {what} at one {along} between {ends[0]!r} and {ends[1]!r}."
 
 
 @dataclass

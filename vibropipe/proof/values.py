@@ -77,7 +77,7 @@ def values_of(orbit: Orbit, harmonics: int) -> Values:
 def _values(p: Mapping[str, Number], law: Law, u: Sequence[Number], harmonics: int) -> list[Number]:
     """Return the numbers of `Values` in a row."""
     model, n = Flights(p), len(law.supports)
-    trace, determinant = _derivative(model, law, u)
+    trace, determinant = trace_and_determinant(model, law, u)
     jumps = [
         -((1 + model.restitution[support]) * v) / (model.period * law.m)
         for support, v in zip(law.supports, u[n:], strict=True)
@@ -92,7 +92,7 @@ def _values(p: Mapping[str, Number], law: Law, u: Sequence[Number], harmonics: i
     return values + [_square(model, k, u[:n], jumps) for k in range(1, harmonics + 1)]
 
 
-def _derivative(model: Flights, law: Law, u: Sequence[Number]) -> tuple[Number, Number]:
+def trace_and_determinant(model: Flights, law: Law, u: Sequence[Number]) -> tuple[Number, Number]:
     """Return trace and determinant of the return map's derivative: products of flow and saltation matrices."""
     rows = [[ONE, ZERO], [ZERO, ONE]]
     determinant = exp(-(model.h * model.period * law.m))

@@ -7,12 +7,13 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, SLIP, STICK, TURN
-from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
-from vibropipe.orbits.law.edits import happenings, law_from
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.following import follow_laws
+from vibropipe.orbits.law.happenings import happenings, law_from
 from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters

@@ -2,7 +2,7 @@
 
 A further parameter adds its part to these functions; one of the force also its source to `physics.variation`. Kernels
 number parameters by their place in `ALL_DIFFERENTIATED`. Motions between rigid supports have the first ones, with those
-of the second harmonic if it is called for; those of pieces have all.
+of the second harmonic if it is called for; those of pieces have all but the last, of a housing.
 """
 
 from __future__ import annotations
@@ -25,17 +25,23 @@ OF_SECOND = of_effect("second_harmonic")
 """Those of the second harmonic."""
 OF_PIECES = of_effect("soft", "friction")
 """Those of soft supports and friction."""
+OF_HOUSING = of_effect("housing")
+"""Those of a housing that may slide."""
 DIFFERENTIATED = tuple(
     name for name in PARAMETERS if name not in {*of_effect(*_FURTHER), *THROUGH_OTHERS}
 )
 """The parameters by which all motions are differentiated, in the order of derivatives."""
-ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES)
-N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED)
+ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES, *OF_HOUSING)
+N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED) - len(OF_HOUSING)
 N_WITH_SECOND = N_PARAMETERS + len(OF_SECOND)
 NU, F, H, L, DELTA, R1, R2, LOAD, F2, PHI2, K1, K2, H1, H2, FRICTION = map(
     ALL_DIFFERENTIATED.index,
     ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "k1", "k2", "h1", "h2", "friction"),
 )  # fmt: skip
+MASS_RATIO, HOUSING_FRICTION_1, HOUSING_FRICTION_2, HOUSING_LOAD = map(
+    ALL_DIFFERENTIATED.index,
+    ("mass_ratio", "housing_friction_1", "housing_friction_2", "housing_load"),
+)
 
 
 def differentiated_by(pieces: bool, second: bool) -> tuple[str, ...]:

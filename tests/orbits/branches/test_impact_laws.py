@@ -7,9 +7,9 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.orbits.branches.curve import ImpactCurve
-from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.curve import Problem
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.law import law_of_impacts
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.steps import (
     DETERMINANT,
     GAP,

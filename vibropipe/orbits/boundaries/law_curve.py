@@ -16,14 +16,17 @@ from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, S
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
 from vibropipe.orbits.branches.symmetry import halves_agree
-from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.curve import LawZeros, Scales
+from vibropipe.orbits.law import least as of
+from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
-from vibropipe.orbits.law.edits import happenings, law_from, without_contact
+from vibropipe.orbits.law.edits import without_contact
 from vibropipe.orbits.law.equations import new_blocks
+from vibropipe.orbits.law.flights import state_within
+from vibropipe.orbits.law.happenings import happenings, law_from
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.states import departure, state_within
+from vibropipe.orbits.law.problem import Scales
+from vibropipe.orbits.law.states import departure
 from vibropipe.orbits.law.steps import (
     DETERMINANT,
     GAP,

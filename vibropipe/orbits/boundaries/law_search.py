@@ -18,10 +18,11 @@ from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.symmetry import halved
 from vibropipe.orbits.branches.tree import follow_tree
-from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros, Problem, Scales
+from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros
 from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.row import row_parameters
 
 # Speed, as a share of the scale, below which a march only touches a support at a grazing.

@@ -18,7 +18,7 @@ from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
-from vibropipe.orbits.law.curve import Problem
+from vibropipe.orbits.law.problem import Problem
 
 # Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
 SAME_SPEEDS = 1e-6

@@ -4,10 +4,11 @@ from __future__ import annotations
 
 from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import HOME
-from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
+from vibropipe.orbits.law import least as of
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.steps import GAP, MARGIN, SLOW_EVENT, SPEED
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration

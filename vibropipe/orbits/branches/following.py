@@ -10,8 +10,9 @@ from vibropipe.continuation.follower import FIRST_LENGTH, Follower
 from vibropipe.continuation.path import LIMIT, Event, Path, Step, Wanted
 from vibropipe.orbits.branches.parents import parent_ahead, reached_parent
 from vibropipe.orbits.branches.symmetry import halves_agree
-from vibropipe.orbits.law.curve import UNRESOLVED_LENGTH, LawCurve, Problem
-from vibropipe.orbits.law.steps import DOUBLING, GAP, SPEED
+from vibropipe.orbits.law.curve import UNRESOLVED_LENGTH, LawCurve
+from vibropipe.orbits.law.problem import Problem
+from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, GAP, PAIR, SPEED, TRACE
 
 # Step towards the parent at which what lies before it is found.
 PARENT_LENGTH = 1e-6
@@ -66,22 +67,34 @@ def follow(
     return BranchFollower(curve, start, closes, first_length).follow()
 
 
+def is_pair(point: Point) -> bool:
+    """Return whether multipliers of a point at which PAIR is zero are complex: a and 1/a have the same zero."""
+    # The third is the determinant, where the product of the two is 1.
+    return abs(point.tests[TRACE] - point.tests[DETERMINANT]) < 2.0
+
+
 class BranchFollower(Follower):
     """Follows a branch of one impact sequence."""
 
     curve: LawCurve
     ends = (SPEED, GAP)
-    turns = (FOLD, DOUBLING)
+    turns: tuple[int, ...] = (FOLD, DOUBLING)
     jumps = True
 
     def __init__(self, curve: LawCurve, start: Point, closes: bool, first_length: float) -> None:
         super().__init__(curve, start, closes, first_length)
         low, high = curve.problem.low, curve.problem.high
         inner = [Wanted(-1, value) for value in curve.problem.at if value not in (low, high)]
+        if curve.effects.housing is not None:
+            self.turns = (FOLD, DOUBLING, PAIR)
         self.wanted = [*inner, Wanted(-1, low, LIMIT, -1.0), Wanted(-1, high, LIMIT, 1.0)]
 
     def name_of(self, test: int, step: Step, zero: Zero) -> tuple[str, str]:  # noqa: D102 - as Follower
         curve, (length, point) = self.curve, zero
+        if test in self.turns and curve.is_born(point):
+            return "", ""
+        if test == PAIR:
+            return ("neimark_sacker" if is_pair(point) else ""), ""
         if test in self.turns and curve.is_steep(step.point, length, UNRESOLVED_LENGTH):
             return "end", "rounding"
         if test == DOUBLING:

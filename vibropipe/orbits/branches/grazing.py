@@ -25,8 +25,9 @@ from vibropipe.orbits.branches.linear import (
     touches_both,
 )
 from vibropipe.orbits.branches.symmetry import primitive, whole_orbit
-from vibropipe.orbits.law.curve import LawCurve, Problem
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.law import Law, law_of_impacts
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.steps import (
     GAP,
     GAP_FLIGHT,

@@ -9,7 +9,8 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import HOME
-from vibropipe.orbits.law.curve import LawCurve, Problem, parameters_at
+from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.problem import Problem, parameters_at
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude

@@ -7,7 +7,7 @@ import numpy as np
 from vibropipe.continuation.curve import FOLD, Point
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_difference
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, TRACE
+from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, MINORS, TRACE
 
 # Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
 PROBES = (1e-5, 1e-3, 0.05)
@@ -44,14 +44,16 @@ def child_point(parent: LawCurve, point: Point, by: np.ndarray) -> tuple[LawCurv
     ----------
     parent, point : LawCurve, Point
         The bifurcation.
-    by : (2n + 1,) float
+    by : (w n + 1,) float
         `LawZeros.doubling_vector` there.
     """
     sequence, u, change = doubled(parent.sequence, point.u, by)
     child = parent.with_sequence(sequence)
     tests = point.tests.copy()
     trace, determinant = tests[TRACE], tests[DETERMINANT]
-    tests[TRACE], tests[DETERMINANT] = trace**2 - 2.0 * determinant, determinant**2
+    minors = tests[MINORS] if parent.width > 2 else determinant
+    tests[TRACE], tests[DETERMINANT] = trace**2 - 2.0 * minors, determinant**2
+    tests[MINORS] = minors**2 - 2.0 * trace * determinant
     tests[FOLD], tests[DOUBLING] = 0.0, 1.0
     length = np.sqrt(np.sum(change * change * child.squares))
     return child, child.point(u, change / length, tests)

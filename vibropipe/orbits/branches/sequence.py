@@ -46,6 +46,11 @@ class Sequence(NamedTuple):
         """Length of the sequence in forcing periods."""
         return 0.5 * self.m if self.mirrored else float(self.m)
 
+    @property
+    def width(self) -> int:
+        """Number of unknowns of an impact."""
+        return 2
+
     def image(self, supports: np.ndarray) -> np.ndarray:
         """Return the mirror image of impacts."""
         return (3 - supports).astype(np.int8)

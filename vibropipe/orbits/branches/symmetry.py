@@ -14,7 +14,7 @@ SAME_PARTS = 1e-5
 
 
 def _halves(sequence: Law, u: np.ndarray, mirrored: bool) -> tuple[np.ndarray, np.ndarray] | None:
-    """Return both halves of times and velocities, the second moved (and mirrored) onto the first; None without."""
+    """Return both halves of times and states, the second moved (and mirrored) onto the first; None without."""
     n = len(sequence.supports)
     half = n // 2
     if n == 0 or n % 2 or sequence.mirrored:
@@ -22,10 +22,16 @@ def _halves(sequence: Law, u: np.ndarray, mirrored: bool) -> tuple[np.ndarray, n
     first, second = sequence.supports[:half], sequence.supports[half:]
     if not np.array_equal(second, sequence.image(first) if mirrored else first):
         return None
-    times, velocities = u[:n], u[n : 2 * n]
+    times, states = _parts(sequence, u)
     sign = -1.0 if mirrored else 1.0
-    later = np.concatenate([times[half:] - 0.5 * sequence.m, sign * velocities[half:]])
-    return np.concatenate([times[:half], velocities[:half]]), later
+    later = np.concatenate([times[half:] - 0.5 * sequence.m, sign * states[:, half:].ravel()])
+    return np.concatenate([times[:half], states[:, :half].ravel()]), later
+
+
+def _parts(sequence: Law, u: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+    """Return the times of n events, and what is free of their states (w - 1, n), of unknowns (w n + 1,) or more."""
+    n, width = len(sequence.supports), sequence.width
+    return u[:n], u[n : width * n].reshape(width - 1, n)
 
 
 def halves_difference(
@@ -36,8 +42,8 @@ def halves_difference(
     Parameters
     ----------
     sequence : Law
-    u, weights : (2n + 1,) float
-        Times, velocities and the parameter; weights of the unknowns.
+    u, weights : (w n + 1,) float
+        Times, what is free of the states, and the parameter; weights of the unknowns.
     kind : str
         "flip": the second half repeats the first; "pitchfork": it is its mirror image.
     """
@@ -45,7 +51,8 @@ def halves_difference(
     halves = _halves(sequence, u, kind == "pitchfork")
     if halves is None:
         return None
-    of_first = np.concatenate([weights[: n // 2], weights[n : n + n // 2]])
+    times, states = _parts(sequence, weights)
+    of_first = np.concatenate([times[: n // 2], states[:, : n // 2].ravel()])
     difference: np.ndarray = (halves[0] - halves[1]) * of_first
     return difference
 
@@ -94,22 +101,26 @@ def doubled(sequence: Law, u: np.ndarray, by: np.ndarray) -> tuple[Law, np.ndarr
     ----------
     sequence, u
         As for `halves_agree`. The second turn of a mirrored sequence is the mirror image of the first.
-    by : (2n + 1,) float
+    by : (w n + 1,) float
         Perturbation over the first turn.
 
     Returns
     -------
     sequence : Law
-    u, perturbation : (4n + 1,) float
+    u, perturbation : (2 w n + 1,) float
     """
-    n, sign = len(sequence.supports), -1.0 if sequence.mirrored else 1.0
-    first, times, velocities = sequence.supports, u[:n], u[n : 2 * n]
+    sign = -1.0 if sequence.mirrored else 1.0
+    first, (times, states), (late, change) = (
+        sequence.supports,
+        _parts(sequence, u),
+        _parts(sequence, by),
+    )
     second = sequence.image(first) if sequence.mirrored else first
     m = sequence.m if sequence.mirrored else 2 * sequence.m
-    later = [times, times + sequence.span, velocities, sign * velocities, u[-1:]]
-    change = [by[:n], -by[:n], by[n : 2 * n], -sign * by[n : 2 * n], np.zeros(1)]
+    later = [times, times + sequence.span, np.hstack([states, sign * states]).ravel(), u[-1:]]
+    turned = [late, -late, np.hstack([change, -sign * change]).ravel(), np.zeros(1)]
     whole = sequence.like(m, 0, np.concatenate([first, second]))
-    return whole, np.concatenate(later), np.concatenate(change)
+    return whole, np.concatenate(later), np.concatenate(turned)
 
 
 def whole_orbit(sequence: Law, u: np.ndarray) -> tuple[Law, np.ndarray]:
@@ -135,8 +146,8 @@ def primitive(
     n = len(sequence.supports)
     for parts in range(n, 1, -1):
         if repeats(sequence, u, weights, parts):
-            size = n // parts
-            kept = np.concatenate([np.arange(size), n + np.arange(size), [2 * n]])
+            size, last = n // parts, sequence.width * n
+            kept = np.append(np.arange(last).reshape(-1, n)[:, :size].ravel(), last)
             sequence = sequence.like(
                 sequence.m // parts, sequence.mirrored, sequence.supports[:size]
             )
@@ -169,6 +180,7 @@ def repeats(sequence: Law, u: np.ndarray, weights: np.ndarray, parts: int) -> bo
         return False
     later = np.concatenate([u[size:n], u[:size] + sequence.span]) - sequence.span / parts
     # Of a mirrored sequence, what follows the last impact is the mirror image of the first.
-    velocities = np.concatenate([sign * u[n + size : 2 * n], u[n : n + size]])
-    change = np.concatenate([later, velocities, u[-1:]]) - u
+    _times, states = _parts(sequence, u)
+    turned_states = np.hstack([sign * states[:, size:], states[:, :size]])
+    change = np.concatenate([later, turned_states.ravel(), u[-1:]]) - u
     return bool(np.abs(change * weights).max() < SAME_PARTS)

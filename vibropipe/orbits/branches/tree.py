@@ -16,8 +16,8 @@ from vibropipe.orbits.branches.linear import follow_linear
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.curve import Problem as Problem
 from vibropipe.orbits.law.law import law_of_impacts
+from vibropipe.orbits.law.problem import Problem as Problem
 
 # Largest number of branches that are followed, and difference of the parameter, as a share of its range, and of the
 # speed of impacts, relative, at which two bifurcations are one.
@@ -221,7 +221,8 @@ def _key(branch: Branch, event: Event) -> Key:
     point = branch.points[event.point]
     # Along a branch with several laws each point has the curve of its own.
     sequence, u = (point.curve or branch.curve).sequence, point.u
-    velocities = u[len(sequence.supports) : -1] / sequence.span
+    n = len(sequence.supports)
+    velocities = u[n : 2 * n] / sequence.span
     total = 0.0 if sequence.mirrored else float(velocities.sum())
     return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
 

@@ -3,22 +3,33 @@
 from __future__ import annotations
 
 import math
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vibropipe.continuation.curve import FOLD, Curve, Point, Zero
-from vibropipe.march.piece_log import CAUSE, FORM, HOME, RESTING, STICK, TURN
-from vibropipe.orbits.law import margins as of
+from vibropipe.march.piece_log import (
+    CAUSE,
+    FORM,
+    HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
+    RESTING,
+    STICK,
+    TURN,
+)
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.elimination import solve_cyclic
-from vibropipe.orbits.law.equations import new_blocks
-from vibropipe.orbits.law.law import SECTION, Law
+from vibropipe.orbits.law.equations import SHORTEST, new_blocks
+from vibropipe.orbits.law.flights import momentum_within, state_within
+from vibropipe.orbits.law.law import SECTION, WAY, Law, width_of
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.states import state_within
+from vibropipe.orbits.law.problem import Problem, Scales, parameters_at
 from vibropipe.orbits.law.steps import (
     DOUBLING,
     GAP,
     N_TESTS,
+    PAIR,
     SPEED,
     System,
     fill_at,
@@ -28,12 +39,13 @@ from vibropipe.orbits.law.steps import (
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.housing import momentum_share
+from vibropipe.physics.load import forcing_period
 
 # Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
 # they differ from zero where their argument is known to rounding.
-MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, SPEED: 1e-6, GAP: 1e-6}
+MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, PAIR: 1e-3, SPEED: 1e-6, GAP: 1e-6}
 # A bifurcation is steep where DOUBLING changes by more than `STEEP` within a length on both sides. With its slope k,
 # doubled orbits bifurcate again at a distance of 1 / k. Their equations are those of the parent but for its square, so
 # that rounding blurs orbits by 1e-16 k and tests by 1e-16 k^2: what begins there cannot be followed from k = 1e6 on
@@ -43,52 +55,8 @@ HIDDEN_LENGTH, UNRESOLVED_LENGTH, STEEP = 1e-7, 1e-9, 0.2
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
 NO_BORDER = np.zeros((0, 0)), np.zeros(0)
-# No touch of a support: see `margins.TOUCH`.
+# No touch of a support: see `least.TOUCH`.
 NO_TOUCH = of.NOWHERE, 0.0, 0.0
-
-
-class Scales(NamedTuple):
-    """Scales of displacement and velocity of orbits, > 0."""
-
-    size: float
-    speed: float
-
-
-def parameters_at(values: np.ndarray, along: int, value: float) -> Any:
-    """Return the `Parameters` of values (1, parameters) with the one at `along` set to a value, which is stored."""
-    values[0, along] = value
-    return row_parameters(values, 0)
-
-
-class Problem(NamedTuple):
-    """What is followed.
-
-    Attributes
-    ----------
-    values : (parameters,) float
-        Parameters of the exciter.
-    along : int
-        Index of the parameter that varies.
-    low, high : float
-        Its range.
-    at : tuple of float
-        Its values at which points are wanted.
-    symmetric : bool
-        Whether the exciter is its own mirror image over the whole range.
-    max_length : float
-        Largest weighted length of a step.
-    effects : Effects
-        Of all exciters of the range.
-    """
-
-    values: np.ndarray
-    along: int
-    low: float
-    high: float
-    at: tuple[float, ...]
-    symmetric: bool
-    max_length: float
-    effects: Effects = ALL_EFFECTS
 
 
 class LawZeros(Curve):
@@ -131,8 +99,10 @@ class LawZeros(Curve):
         self.effects = marcher.effects
         self.size, self.speed = size, speed = scales
         n, kinds = len(law.codes), law.codes[:, CAUSE]
-        weights = np.ones(2 * n)
-        weights[n:] = np.where(np.isin(kinds, (TURN, STICK)), 1.0 / size, 1.0 / speed)
+        self.width = width = width_of(self.effects.housing)
+        weights = np.full(width * n, 1.0 / speed)
+        weights[:n] = 1.0
+        weights[n : 2 * n][np.isin(kinds, (TURN, STICK, HOUSING_STOP))] = 1.0 / size
         self.periodic = range(n)
         if kinds[0] == SECTION:
             weights[0], self.periodic = 1.0 / size, ()
@@ -145,7 +115,8 @@ class LawZeros(Curve):
         margins[of.TOUCH] = law.span * (-1.0 if law.mirrored else 1.0), *NO_TOUCH
         self.system = System(
             self.effects, law, values.reshape(1, -1).copy(), along, columns, 2.0 * low - high,
-            2.0 * high - low, np.zeros((n, 2)), new_blocks(n, len(along)), margins, size, speed,
+            2.0 * high - low, np.zeros((n, width)), new_blocks(n, len(along), self.effects.housing),
+            margins, size, speed,
         )  # fmt: skip
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
@@ -154,13 +125,13 @@ class LawZeros(Curve):
 
     def parameters_of(self, u: np.ndarray) -> Any:
         """Return the `Parameters` at some unknowns."""
-        self.system.values[0, self.system.along] = u[2 * len(self.sequence.codes) :]
+        self.system.values[0, self.system.along] = u[self.width * len(self.sequence.codes) :]
         return row_parameters(self.system.values, 0)
 
     def events_of(self, u: np.ndarray) -> np.ndarray:
-        """Return the unknowns as an array (n, 2)."""
-        n = len(self.sequence.codes)
-        return np.ascontiguousarray(u[: 2 * n].reshape(2, n).T)
+        """Return the unknowns as an array (n, w)."""
+        n, width = len(self.sequence.codes), self.width
+        return np.ascontiguousarray(u[: width * n].reshape(width, n).T)
 
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
         self.marcher.rows += len(self.sequence.codes)
@@ -197,11 +168,14 @@ class LawZeros(Curve):
         return None
 
     def state_at(self, point: Point, visit: int = 0) -> np.ndarray:
-        """Return (x, x') after some whole periods from the phase 0 of the force, counted from the equilibrium."""
+        """Return the state after some whole periods from the phase 0 of the force, counted from the equilibrium.
+
+        (x, x') and, of a housing, its velocity.
+        """
         law, u = self.sequence, self.events_of(point.u)
         n, p = len(law.codes), self.parameters_of(point.u)
         if law.codes[0, CAUSE] == SECTION:
-            return point.u[:2].copy()
+            return np.append(point.u[:2], np.zeros(self.width - 2))
         for i in range(n):
             last = float(u[i + 1, 0]) if i + 1 < n else float(u[0, 0]) + law.span
             # An orbit comes to this phase once; its mirror image half an orbit earlier.
@@ -215,13 +189,25 @@ class LawZeros(Curve):
                     home = int(law.codes[i, HOME])
                     x = to_displacement(p, home, float(y))
                     state = np.array([x, to_velocity(home, float(w))])
+                    if self.width > 2:
+                        state = np.append(state, self._housing_at(p, i, u, to, state[1]))
                     if rests:
                         # What is left of the chatter, and the rest after it, are those of a march.
                         begin = float(u[i, 0])
                         after = self.marcher.after(p, state, at - begin, begin)
                         state = np.full(2, math.nan) if after is None else after
                     return sign * state
-        return np.full(2, math.nan)
+        return np.full(self.width, math.nan)
+
+    def _housing_at(self, p: Any, i: int, u: np.ndarray, at: float, v: float) -> float:
+        """Return the velocity of a housing on piece i at a time, with that of x there."""
+        if not self.sequence.codes[i, WAY]:
+            return 0.0
+        q = to_velocity(
+            int(self.sequence.codes[i, HOME]),
+            float(momentum_within(self.effects, p, self.sequence, i, u, at)),
+        )
+        return momentum_share(p) * (q - v)
 
     def _fill(self, u: np.ndarray) -> bool:
         """Fill the blocks at u; return whether they are finite."""
@@ -231,13 +217,14 @@ class LawZeros(Curve):
         self, rest: np.ndarray, rows: np.ndarray, targets: np.ndarray
     ) -> tuple[np.ndarray, float]:
         """Return the solution of the equations at the blocks with further rows, and the sign of the determinant."""
-        n, blocks = len(self.sequence.codes), self.system.blocks
-        x, q = np.zeros((n, 2)), np.zeros(self.system.along.size)
-        borders = np.ascontiguousarray(rows[:, : 2 * n].reshape(-1, 2, n).transpose(0, 2, 1))
-        corner = np.ascontiguousarray(rows[:, 2 * n :])
+        n, w, blocks = len(self.sequence.codes), self.width, self.system.blocks
+        x, q = np.zeros((n, w)), np.zeros(self.system.along.size)
+        borders = np.ascontiguousarray(rows[:, : w * n].reshape(-1, w, n).transpose(0, 2, 1))
+        corner = np.ascontiguousarray(rows[:, w * n :])
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, targets, x, q
-        )
+            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, targets, x, q,
+            self.effects.housing,
+        )  # fmt: skip
         return np.concatenate([x.T.ravel(), q]), sign
 
     def finished(self, u: np.ndarray) -> Point | None:  # noqa: D102 - as Curve
@@ -263,6 +250,17 @@ class LawZeros(Curve):
             return zero
         return zero if self.is_steep(point, zero[0], UNRESOLVED_LENGTH) else None
 
+    def is_born(self, point: Point) -> bool:
+        """Return whether a slip of the housing is so short that its equations are those of a longer one."""
+        law, n = self.sequence, len(self.sequence.codes)
+        u, shortest = point.u[:n], SHORTEST / forcing_period(self.parameters_of(point.u))
+        for i in range(n):
+            if law.codes[i, CAUSE] == HOUSING_STOP and law.codes[i - 1, CAUSE] == HOUSING_SLIP:
+                span = u[i] - u[i - 1] + (law.span if i == 0 else 0.0)
+                if span < shortest:
+                    return True
+        return False
+
     def is_steep(self, point: Point, at: float, within: float) -> bool:
         """Return whether DOUBLING changes by more than `STEEP` within a length of a place of a step."""
         before, after = self.advance(point, at - within), self.advance(point, at + within)
@@ -277,14 +275,14 @@ class LawZeros(Curve):
         return "change", "speed" if test == SPEED else "gap"
 
     def doubling_vector(self, point: Point) -> np.ndarray:
-        """Return the perturbation (2 n + 1,) that changes sign over the law, where DOUBLING is zero."""
-        n, blocks = len(self.sequence.codes), self.system.blocks
+        """Return the perturbation (w n + 1,) that changes sign over the law, where DOUBLING is zero."""
+        n, w, blocks = len(self.sequence.codes), self.width, self.system.blocks
         self._fill(point.u)
-        rest, x = np.ones((n, 2)), np.zeros((n, 2))
+        rest, x = np.ones((n, w)), np.zeros((n, w))
         for _ in range(ITERATIONS):
             solve_cyclic(
-                blocks.before, blocks.at, np.zeros((n, 2, 0)), rest, -1.0, np.zeros((0, n, 2)),
-                *NO_BORDER, x, np.zeros(0),
+                blocks.before, blocks.at, np.zeros((n, w, 0)), rest, -1.0, np.zeros((0, n, w)),
+                *NO_BORDER, x, np.zeros(0), self.effects.housing,
             )  # fmt: skip
             rest = x / np.abs(x).max()
         return np.append(rest.T.ravel(), 0.0)

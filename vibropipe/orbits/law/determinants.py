@@ -6,9 +6,10 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks
+from vibropipe.orbits.law.law import width_of
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.saltation import product
 
@@ -49,24 +50,91 @@ def return_map(blocks):
     return (m11, m12, m21, m22), determinant
 
 
+@jit_inline
+def determinant_of(a, housing):
+    """Return the determinant of a block."""
+    least = a[0, 0] * a[1, 1] - a[0, 1] * a[1, 0]
+    if housing is None:
+        return least
+    total = a[2, 2] * least
+    total += a[0, 2] * (a[1, 0] * a[2, 1] - a[1, 1] * a[2, 0])
+    return total - a[1, 2] * (a[0, 0] * a[2, 1] - a[0, 1] * a[2, 0])
+
+
+@jit
+def fill_cofactors(a, out) -> None:
+    """Fill out with the cofactors of a matrix; both (3, 3)."""
+    for i in range(3):
+        j, k = (i + 1) % 3, (i + 2) % 3
+        for m in range(3):
+            r, s = (m + 1) % 3, (m + 2) % 3
+            out[i, m] = a[j, r] * a[k, s] - a[j, s] * a[k, r]
+
+
+@jit
+def multiply(left, right, transposed, factor, out) -> None:
+    """Fill out with left right, or with left transposed, times a factor; all (3, 3)."""
+    for i in range(3):
+        for j in range(3):
+            total = 0.0
+            for k in range(3):
+                total += (left[k, i] if transposed else left[i, k]) * right[k, j]
+            out[i, j] = factor * total
+
+
 @jit_allocating
-def unit_and_doubling(before, at, rest):
+def return_map_of_three(before, at):
+    """Return the derivative M of the return map of the first event beside a housing, its principal minors, and det M.
+
+    M is (3, 3), with rows and columns of zeros for unknowns that an event has not. The sum of the minors is the trace
+    of a product of cofactors, as the determinant is a product: those of M would cancel next to a grazing.
+    """
+    matrix, cofactors, determinant = np.eye(3), np.eye(3), 1.0
+    own, one, two = np.empty((3, 3)), np.empty((3, 3)), np.empty((3, 3))
+    n = at.shape[0]
+    for step in range(n):
+        i = (step + 1) % n
+        scale = 1.0 / determinant_of(at[i], 1)
+        determinant *= -determinant_of(before[i], 1) * scale
+        multiply(before[i], matrix, False, -scale, one)
+        fill_cofactors(at[i], own)
+        multiply(own, one, True, 1.0, matrix)
+        fill_cofactors(before[i], own)
+        multiply(own, cofactors, False, scale, two)
+        multiply(at[i], two, True, 1.0, cofactors)
+    minors = cofactors[0, 0] + cofactors[1, 1] + cofactors[2, 2]
+    return matrix, minors, determinant
+
+
+@jit
+def pair_share(trace, minors, determinant):
+    """Return the product of 1 - a b over all pairs of three eigenvalues, bounded: 0 where a pair is on the unit circle.
+
+    It is 0, too, where a and 1/a are eigenvalues.
+    """
+    value = 1.0 - minors + trace * determinant - determinant * determinant
+    size = 1.0 + abs(minors) + abs(trace * determinant) + determinant * determinant
+    return value / size if size < math.inf else 1.0
+
+
+@jit_allocating
+def unit_and_doubling(before, at, rest, housing=None):
     """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
 
     The sum of both is the determinant of the blocks times 2 (1 + det M), whose sign is taken from the blocks: next to
-    a grazing both determinants cancel.
+    a grazing both determinants cancel. With a housing, an int or None, it is that times 2 (1 + the principal minors).
     """
-    n, flips = at.shape[0], 1.0
-    none, x = np.zeros((n, 2, 0)), np.zeros((n, 2))
-    borders, corner, few = np.zeros((0, n, 2)), np.zeros((0, 0)), np.zeros(0)
+    n, width, flips = at.shape[0], width_of(housing), 1.0
+    none, x = np.zeros((n, width, 0)), np.zeros((n, width))
+    borders, corner, few = np.zeros((0, n, width)), np.zeros((0, 0)), np.zeros(0)
     signs, logs = np.empty(2), np.empty(2)
     for k in range(2):
         wrap = 2.0 * k - 1.0
-        signs[k], logs[k] = solve_cyclic(before, at, none, rest, wrap, borders, corner, few, x, few)
-    for i in range(n):
-        flips = math.copysign(
-            flips, flips * (at[i, 0, 0] * at[i, 1, 1] - at[i, 0, 1] * at[i, 1, 0])
+        signs[k], logs[k] = solve_cyclic(
+            before, at, none, rest, wrap, borders, corner, few, x, few, housing
         )
+    for i in range(n):
+        flips = math.copysign(flips, flips * determinant_of(at[i], housing))
     top = max(logs[0], logs[1])
     if not top > -math.inf:
         return 0.0, 0.0
@@ -86,28 +154,29 @@ def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None
         Of the exciter; those at `along` (k,) are set.
     along : (k,) int
     law : Law
-    u : (2 n + k,) float
+    u : (w n + k,) float
         Times, what is free of the states, and parameters.
     blocks : Blocks
         Without parameters; overwritten.
-    steps, slope : (2 n + k,) float
+    steps, slope : (w n + k,) float
     is_unit : bool
     """
     n, columns = law.codes.shape[0], np.zeros(0, np.int64)
-    events = np.empty((n, 2))
+    width = width_of(e.housing)
+    events = np.empty((n, width))
     for k in range(u.size):
         ends = 0.0
         for sign in (1.0, -1.0):
             for i in range(n):
-                for j in range(2):
+                for j in range(width):
                     events[i, j] = u[j * n + i]
             for j in range(along.size):
-                values[0, along[j]] = u[2 * n + j]
-            if k < 2 * n:
+                values[0, along[j]] = u[width * n + j]
+            if k < width * n:
                 events[k % n, k // n] += sign * steps[k]
             else:
-                values[0, along[k - 2 * n]] += sign * steps[k]
+                values[0, along[k - width * n]] += sign * steps[k]
             fill_blocks(e, row_parameters(values, 0), law, events, columns, blocks)
-            unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
+            unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest, e.housing)
             ends += sign * (unit if is_unit else doubling)
         slope[k] = ends / (2.0 * steps[k])

@@ -3,151 +3,66 @@
 from __future__ import annotations
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 
 from vibropipe.march.piece_log import (
     CAUSE,
-    CONTACT,
     ENTER,
-    FREE,
-    HELD,
     HOME,
     IMPACT,
     LEAVE,
-    RELEASE,
-    REST_BEGINS,
-    RESTING,
     SLIP,
     STICK,
     TURN,
 )
-from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law import least as of
+from vibropipe.orbits.law.flights import state_within
+from vibropipe.orbits.law.happenings import Happening, happenings, reference_of
+from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_slide
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
-from vibropipe.orbits.law.states import state_within
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT
-from vibropipe.physics.contact import support_position
 from vibropipe.physics.effects import Effects
 
 # Difference of times, in forcing periods, and of displacements that are one.
 SAME_TIME, SAME_X = 1e-9, 1e-9
 
 
-class Happening(NamedTuple):
-    """An event without the frame that it is written in.
-
-    Attributes
-    ----------
-    kind : int
-    side : int
-        Support of a contact; direction of x' after a slip; else 0.
-    t : float
-        Time in forcing periods.
-    own : float
-        Velocity x' just before a contact; displacement at a turn or a stick.
-    """
-
-    kind: int | np.int64
-    side: int
-    t: float
-    own: float
-
-    def image(self, span: float) -> Happening:
-        """Return the mirror image, a span later."""
-        side = -self.side if self.kind == SLIP else 3 - self.side if self.side else 0
-        return Happening(self.kind, side, self.t + span, -self.own)
-
-
-def happenings(law: Law, p: Any, u: np.ndarray) -> list[Happening]:
-    """Return the events of an orbit, from its unknowns (n, 2)."""
-    listed = []
-    for i, (kind, _form, home, direction) in enumerate(law.codes.tolist()):
-        t, own = u[i].tolist()
-        if kind in (ENTER, LEAVE, IMPACT, REST_BEGINS, RELEASE):
-            listed.append(Happening(kind, home, t, own))
-        elif kind == SLIP:
-            listed.append(Happening(kind, -direction if home == 1 else direction, t, 0.0))
-        else:
-            listed.append(Happening(kind, 0, t, own + _reference(p, home)))
-    return listed
-
-
-def _reference(p: Any, home: int) -> float:
-    """Return the displacement from which a frame counts."""
-    return float(support_position(p, home)) if home > 0 else 0.0
-
-
-def law_from(
-    events: list[Happening], p: Any, span: float, mirrored: int
-) -> tuple[Law, np.ndarray] | None:
-    """Return the law of some events and its unknowns (n, 2); None if they cannot follow each other."""
-    events = _rotated(events, span, mirrored)
-    home, inside, way = 0, False, 0
-    # What precedes the first event follows from the last: the second pass knows it.
-    for passed in range(3):
-        if passed and mirrored:
-            home, way = 3 - home if home else 0, -way
-        codes, u = np.zeros((len(events), 4), np.int8), np.zeros((len(events), 2))
-        is_held = rests = False
-        for i, (kind, side, t, own) in enumerate(events):
-            if passed and not _may_follow(kind, side, (home, inside, is_held, rests, way), p):
-                return None
-            u[i] = t, own
-            if kind in (ENTER, LEAVE, IMPACT, REST_BEGINS, RELEASE):
-                home, inside, rests = side, kind == ENTER, kind == REST_BEGINS
-                way = (1 if side == 1 else -1) * (1 if kind == ENTER else -1)
-                if rests:
-                    way = 0
-            elif kind == SLIP:
-                u[i, 1], is_held, way = 0.0, False, side
-            else:
-                u[i, 1] = own - _reference(p, home)
-                is_held = kind == STICK
-                way = 0 if is_held else -way
-            form = RESTING if rests else HELD if is_held else CONTACT if inside else FREE
-            codes[i] = kind, form, home, -way if home == 1 else way
-    return Law(codes, span, mirrored), u
-
-
-def _may_follow(kind: Any, side: int, piece: tuple[int, bool, bool, bool, int], p: Any) -> bool:
-    """Return whether an event may happen in a piece: its frame, contact, hold, rest, and direction of x'."""
-    home, inside, is_held, rests, way = piece
-    if rests or kind == RELEASE:
-        return rests and kind == RELEASE and side == home
-    if kind == SLIP:
-        return is_held
-    if is_held:
-        return False
-    if side and p.friction > 0.0 and way != (1 if (side == 1) == (kind != LEAVE) else -1):
-        return False
-    is_soft = side > 0 and (p.k1 if side == 1 else p.k2) > 0.0
-    if kind in (ENTER, IMPACT, REST_BEGINS):
-        return not inside and is_soft == (kind == ENTER)
-    return (inside and side == home) if kind == LEAVE else True
-
-
-def _rotated(events: list[Happening], span: float, mirrored: int) -> list[Happening]:
-    """Return events from the first one on that may come first: a contact, or a turn or stick where there is none."""
-    for kinds in ((ENTER, IMPACT, REST_BEGINS), (TURN, STICK)):
-        for i, event in enumerate(events):
-            if event.kind in kinds:
-                back = [e.image(span) if mirrored else e._replace(t=e.t + span) for e in events[:i]]
-                return [*events[i:], *back]
-    return events
-
-
 def edits(
     e: Effects, law: Law, p: Any, u: np.ndarray, tests: np.ndarray, margin: int
 ) -> Iterator[list[Happening]]:
-    """Yield the events of the laws that may follow the end of another.
+    """Yield the events of the laws that may follow the end of another, as `edits_of_mass`."""
+    if e.housing is None:
+        yield from edits_of_mass(e, law, p, u, tests, margin)
+        return
+    events = happenings(law, p, u)
+    index, time = int(tests[GAP_FLIGHT]), float(tests[GAP_TIME])
+    if margin in (of.HOUSING_HOLD, of.HOUSING_SLIDE):
+        listed = [] if law.codes[0, CAUSE] == SECTION else events
+        candidates = housing_edits(listed, index, int(tests[GAP_SIDE]), time, int(margin))
+    elif margin == of.SPAN:
+        candidates = without_slide(events, index)
+    else:
+        candidates = iter(())
+    for each in candidates:
+        yield completed(e, law, p, u, each)
+    if margin not in (of.HOUSING_HOLD, of.HOUSING_SLIDE):
+        for each in edits_of_mass(e, law, p, u, tests, margin):
+            yield completed(e, law, p, u, each)
+
+
+def edits_of_mass(
+    e: Effects, law: Law, p: Any, u: np.ndarray, tests: np.ndarray, margin: int
+) -> Iterator[list[Happening]]:
+    """Yield the events of the laws that may follow the end of another, by what the mass does there.
 
     Parameters
     ----------
     e, law, p : Effects, Law, Parameters
-    u : (n, 2) float
+    u : (n, w) float
         Unknowns at the end.
-    tests : (TESTS + 2,) float
+    tests : (N_TESTS,) float
         Tests of the point there, as `LawCurve` has them.
     margin : int
         The kind of the margin that is zero.
@@ -202,7 +117,7 @@ def edits(
 
 def _way(law: Law, i: int) -> int:
     """Return the direction of x' during piece i."""
-    _kind, _form, home, direction = law.codes[i].tolist()
+    _kind, _form, home, direction = law.codes[i, :4].tolist()
     return -direction if home == 1 else direction
 
 
@@ -215,7 +130,7 @@ def _displacement_near(e: Effects, law: Law, p: Any, u: np.ndarray, i: int, time
     """Return the displacement on piece i at a time."""
     y, _w = state_within(e, p, law, i, u, time)
     home = int(law.codes[i, HOME])
-    return _reference(p, home) + (-float(y) if home == 1 else float(y))
+    return reference_of(p, home) + (-float(y) if home == 1 else float(y))
 
 
 def without_contact(events: list[Happening], i: int, p: Any) -> Iterator[list[Happening]]:
@@ -223,7 +138,7 @@ def without_contact(events: list[Happening], i: int, p: Any) -> Iterator[list[Ha
     event, n = events[i], len(events)
     if event.kind == IMPACT:
         if p.friction > 0.0:
-            x = _reference(p, event.side)
+            x = reference_of(p, event.side)
             yield [*events[:i], Happening(TURN, 0, event.t, x), *events[i + 1 :]]
         yield [*events[:i], *events[i + 1 :]]
         return
@@ -270,7 +185,7 @@ def _with_opposite_touch(
     law: Law, p: Any, events: list[Happening], side: int, time: float
 ) -> Iterator[list[Happening]]:
     """Yield events with a touch of the other support, too, half an orbit from the first."""
-    other, x = 3 - side, _reference(p, 3 - side)
+    other, x = 3 - side, reference_of(p, 3 - side)
     turns = [k for k, each in enumerate(events) if each.kind == TURN and abs(each.own - x) < SAME_X]
     if turns:
         yield from _with_touch(p, events, turns[0], other, events[turns[0]].t)

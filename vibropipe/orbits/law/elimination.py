@@ -1,8 +1,9 @@
-"""Cyclic systems of 2 x 2 blocks with borders, solved by orthogonal elimination in a time proportional to their number.
+"""Cyclic systems of small blocks with borders, solved by orthogonal elimination in a time proportional to their number.
 
 Row i is before[i] x[i - 1] + at[i] x[i] + by[i] q = rest[i]; before[0], times a factor, acts on the last x. Borders are
-further equations for the k further unknowns q. Products of transfers would lose all digits of what grows along an
-orbit, and a block is singular where an impact has no velocity: the system is not.
+further equations for the k further unknowns q. Blocks are w x w: 2 x 2 or, with a housing, 3 x 3 (`width_of`). Products
+of transfers would lose all digits of what grows along an orbit, and a block is singular where an impact has no
+velocity: the system is not.
 
 References
 ----------
@@ -16,13 +17,13 @@ import math
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
+from vibropipe.orbits.law.law import width_of
 
-# Columns of a panel: of x[i], x[i + 1], the last x, and the further unknowns, with the right-hand side behind them; and
-# its rows of one block and of the next. They are numpy integers because numba compiles another copy of a kernel for
-# each literal constant.
-OWN, NEXT, TOP, FURTHER = map(np.int64, (0, 2, 4, 6))
-FIRST, SECOND = map(np.int64, (0, 2))
+# A panel has the rows of one block and of the next, and w columns each of x[i], x[i + 1] and the last x, then those of
+# the further unknowns and the right-hand side. Its first row and column; a numpy integer because numba compiles another
+# copy of a kernel for each literal constant.
+FIRST = np.int64(0)
 
 
 @jit
@@ -84,180 +85,218 @@ def _solve_dense(matrix, rhs):
 
 
 @jit
-def _load(panel, row, at, by, rest, i, column) -> None:
-    """Fill two rows of a panel with block row i, its own block from a column on."""
-    k = by.shape[2]
-    for r in range(2):
-        for c in range(2):
+def _load(panel, row, at, by, rest, i, column, housing) -> None:
+    """Fill the rows of a panel from one on with block row i, its own block from a column on."""
+    k, width = by.shape[2], width_of(housing)
+    further = 3 * width
+    for r in range(width):
+        for c in range(width):
             panel[row + r, column + c] = at[i, r, c]
         for c in range(k):
-            panel[row + r, FURTHER + c] = by[i, r, c]
-        panel[row + r, FURTHER + k] = rest[i, r]
+            panel[row + r, further + c] = by[i, r, c]
+        panel[row + r, further + k] = rest[i, r]
 
 
 @jit
-def _begin(panel, before, at, by, rest, wrap) -> None:
-    """Fill the first two rows of a panel with the first block row, whose block `before` acts on the last x."""
-    _load(panel, FIRST, at, by, rest, FIRST, OWN)
-    for row in range(2):
-        for c in range(2):
-            panel[row, TOP + c] = wrap * before[0, row, c]
+def _begin(panel, before, at, by, rest, wrap, housing) -> None:
+    """Fill the first rows of a panel with the first block row, whose block `before` acts on the last x."""
+    _load(panel, FIRST, at, by, rest, FIRST, FIRST, housing)
+    width = width_of(housing)
+    for row in range(width):
+        for c in range(width):
+            panel[row, 2 * width + c] = wrap * before[0, row, c]
 
 
 @jit
-def _reduce(panel, before, at, by, rest, i) -> None:
+def _reduce(panel, before, at, by, rest, i, housing) -> None:
     """Join block row i + 1 to what is left of the rows before it, and eliminate x[i] from it."""
-    _load(panel, SECOND, at, by, rest, i + 1, NEXT)
-    for row in range(2):
-        for c in range(2):
-            panel[row, NEXT + c], panel[2 + row, TOP + c] = 0.0, 0.0
-            panel[2 + row, OWN + c] = before[i + 1, row, c]
-    for column in range(2):
+    width = width_of(housing)
+    _load(panel, width, at, by, rest, i + 1, width, housing)
+    for row in range(width):
+        for c in range(width):
+            panel[row, width + c], panel[width + row, 2 * width + c] = 0.0, 0.0
+            panel[width + row, c] = before[i + 1, row, c]
+    for column in range(width):
         _reflect(panel, column)
 
 
 @jit
-def _carry(panel, kept, i) -> None:
-    """Keep the two rows that give x[i], and carry the others on as those of x[i + 1]."""
-    for row in range(2):
+def _carry(panel, kept, i, housing) -> None:
+    """Keep the rows that give x[i], and carry the others on as those of x[i + 1]."""
+    width = width_of(housing)
+    for row in range(width):
         for c in range(panel.shape[1]):
             kept[i, row, c] = panel[row, c]
-            if c >= TOP:
-                panel[row, c] = panel[2 + row, c]
-        for c in range(2):
-            panel[row, OWN + c] = panel[2 + row, NEXT + c]
+            if c >= 2 * width:
+                panel[row, c] = panel[width + row, c]
+        for c in range(width):
+            panel[row, c] = panel[width + row, width + c]
 
 
 @jit
-def _reduce_borders(panel, border, ends, matrix, rhs, i) -> None:
-    """Eliminate x[i] from the borders by the first two rows of a panel."""
-    k = border.shape[0]
+def _reduce_borders(panel, border, ends, matrix, rhs, i, housing) -> None:
+    """Eliminate x[i] from the borders by the first rows of a panel."""
+    k, width = border.shape[0], width_of(housing)
+    top, further = 2 * width, 3 * width
     for j in range(k):
         a = border[j, i, 0] / panel[0, 0]
-        b = (border[j, i, 1] - a * panel[0, 1]) / panel[1, 1]
-        for c in range(2):
-            border[j, i + 1, c] -= a * panel[0, NEXT + c] + b * panel[1, NEXT + c]
-            ends[j, c] -= a * panel[0, TOP + c] + b * panel[1, TOP + c]
+        b, d = (border[j, i, 1] - a * panel[0, 1]) / panel[1, 1], 0.0
+        if housing is not None:
+            d = (border[j, i, 2] - a * panel[0, 2] - b * panel[1, 2]) / panel[2, 2]
+        for c in range(width):
+            border[j, i + 1, c] -= _share(panel, a, b, d, width + c, housing)
+            ends[j, c] -= _share(panel, a, b, d, top + c, housing)
         for c in range(k):
-            matrix[2 + j, 2 + c] -= a * panel[0, FURTHER + c] + b * panel[1, FURTHER + c]
-        rhs[2 + j] -= a * panel[0, FURTHER + k] + b * panel[1, FURTHER + k]
+            matrix[width + j, width + c] -= _share(panel, a, b, d, further + c, housing)
+        rhs[width + j] -= _share(panel, a, b, d, further + k, housing)
+
+
+@jit_inline
+def _share(panel, a, b, d, column, housing):
+    """Return the sum of the first rows of a panel times factors, in a column."""
+    total = a * panel[0, column] + b * panel[1, column]
+    if housing is not None:
+        total += d * panel[2, column]
+    return total
+
+
+@jit_inline
+def _solve_row(own, row, after, last, q, x, housing):
+    """Return the unknown of a row of what `_carry` keeps, (w, columns), from those after it, the last ones and q."""
+    k, width = q.size, width_of(housing)
+    total = own[row, 3 * width + k]
+    for c in range(width):
+        total -= own[row, width + c] * after[c] + own[row, 2 * width + c] * last[c]
+    for c in range(k):
+        total -= own[row, 3 * width + c] * q[c]
+    for c in range(row + 1, width):
+        total -= own[row, c] * x[c]
+    return total / own[row, row]
 
 
 @jit
-def _substitute_back(kept, x, q) -> None:
+def _substitute_back(kept, x, q, housing) -> None:
     """Fill x from its last block and q."""
-    n, k = x.shape[0], q.size
+    n = x.shape[0]
     for i in range(n - 2, -1, -1):
-        for row in range(1, -1, -1):
-            total = kept[i, row, FURTHER + k]
-            for c in range(2):
-                total -= kept[i, row, NEXT + c] * x[i + 1, c] + kept[i, row, TOP + c] * x[n - 1, c]
-            for c in range(k):
-                total -= kept[i, row, FURTHER + c] * q[c]
-            if row == 0:
-                total -= kept[i, 0, 1] * x[i, 1]
-            x[i, row] = total / kept[i, row, row]
+        for row in range(width_of(housing) - 1, -1, -1):
+            x[i, row] = _solve_row(kept[i], row, x[i + 1], x[n - 1], q, x[i], housing)
 
 
 @jit_allocating
-def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q):
+def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, housing=None):
     """Solve a bordered cyclic system.
 
     Parameters
     ----------
-    before, at : (n, 2, 2) float
-    by : (n, 2, k) float
-    rest : (n, 2) float
+    before, at : (n, w, w) float
+    by : (n, w, k) float
+    rest : (n, w) float
         Right-hand side.
     wrap : float
         Factor of before[0].
-    borders : (k, n, 2) float
+    borders : (k, n, w) float
         Rows of the borders: the sum of borders[j] x + corner[j] q = target[j].
     corner : (k, k) float
     target : (k,) float
-    x : (n, 2) float
+    x : (n, w) float
         Filled with the solution.
     q : (k,) float
         Filled with the further unknowns.
+    housing : int or None
+        The effect, with which w = 3; else 2.
 
     Returns
     -------
     sign, log : float
         Of the determinant; (0, -inf) where the system is singular.
     """
-    n, k = at.shape[0], q.size
-    kept, panel = np.zeros((n, 2, FURTHER + k + 1)), np.zeros((4, FURTHER + k + 1))
-    border, ends = np.zeros((k, n, 2)), np.zeros((k, 2))
-    matrix, rhs = np.zeros((2 + k, 2 + k)), np.zeros(2 + k)
+    n, k, width = at.shape[0], q.size, width_of(housing)
+    top, further = 2 * width, 3 * width
+    kept, panel = np.zeros((n, width, further + k + 1)), np.zeros((top, further + k + 1))
+    border, ends = np.zeros((k, n, width)), np.zeros((k, width))
+    matrix, rhs = np.zeros((width + k, width + k)), np.zeros(width + k)
     for j in range(k):
-        rhs[2 + j] = target[j]
+        rhs[width + j] = target[j]
         for c in range(k):
-            matrix[2 + j, 2 + c] = corner[j, c]
+            matrix[width + j, width + c] = corner[j, c]
         for i in range(n):
-            for c in range(2):
+            for c in range(width):
                 border[j, i, c] = borders[j, i, c]
-    _begin(panel, before, at, by, rest, wrap)
+    _begin(panel, before, at, by, rest, wrap, housing)
     sign, log = 1.0, 0.0
     for i in range(n - 1):
-        _reduce(panel, before, at, by, rest, i)
-        one, two = panel[0, 0], panel[1, 1]
-        if one == 0.0 or two == 0.0:
-            return 0.0, -math.inf
-        # Two reflections keep the sign of the determinant.
-        sign *= math.copysign(1.0, one) * math.copysign(1.0, two)
-        log += math.log(abs(one)) + math.log(abs(two))
-        _reduce_borders(panel, border, ends, matrix, rhs, i)
-        _carry(panel, kept, i)
-    for row in range(2):
-        rhs[row] = panel[row, FURTHER + k]
-        for c in range(2):
-            matrix[row, c] = panel[row, OWN + c] + panel[row, TOP + c]
+        _reduce(panel, before, at, by, rest, i, housing)
+        size = 0.0
+        for column in range(width):
+            pivot = panel[column, column]
+            if pivot == 0.0:
+                return 0.0, -math.inf
+            sign *= math.copysign(1.0, pivot)
+            size += math.log(abs(pivot))
+        log += size
+        if housing is not None:
+            sign = -sign  # each of three reflections changes it
+        _reduce_borders(panel, border, ends, matrix, rhs, i, housing)
+        _carry(panel, kept, i, housing)
+    for row in range(width):
+        rhs[row] = panel[row, further + k]
+        for c in range(width):
+            matrix[row, c] = panel[row, c] + panel[row, top + c]
         for c in range(k):
-            matrix[row, 2 + c] = panel[row, FURTHER + c]
+            matrix[row, width + c] = panel[row, further + c]
     for j in range(k):
-        for c in range(2):
-            matrix[2 + j, c] = border[j, n - 1, c] + ends[j, c]
+        for c in range(width):
+            matrix[width + j, c] = border[j, n - 1, c] + ends[j, c]
     last_sign, last_log = _solve_dense(matrix, rhs)
-    for c in range(2):
+    for c in range(width):
         x[n - 1, c] = rhs[c]
     for c in range(k):
-        q[c] = rhs[2 + c]
-    _substitute_back(kept, x, q)
+        q[c] = rhs[width + c]
+    _substitute_back(kept, x, q, housing)
     return sign * last_sign, log + last_log
 
 
 @jit_allocating
-def solve_columns(before, at, rest, x) -> None:
+def solve_columns(before, at, rest, x, housing=None) -> None:
     """Solve a cyclic system without borders for some right-hand sides; NaN or inf where it is singular.
 
     Parameters
     ----------
-    before, at : (n, 2, 2) float
-    rest : (n, 2, sides) float
+    before, at : (n, w, w) float
+    rest : (n, w, sides) float
         Right-hand sides.
-    x : (n, 2, sides) float
+    x : (n, w, sides) float
         Filled with the solutions.
+    housing : int or None
+        As for `solve_cyclic`.
     """
-    n, sides = rest.shape[0], rest.shape[2]
-    none, matrix, rhs = np.zeros((n, 2)), np.zeros((2, 2)), np.zeros(2)
-    kept, panel = np.zeros((n, 2, FURTHER + sides + 1)), np.zeros((4, FURTHER + sides + 1))
-    _begin(panel, before, at, rest, none, 1.0)
+    n, sides, width = rest.shape[0], rest.shape[2], width_of(housing)
+    none, matrix, rhs = np.zeros((n, width)), np.zeros((width, width)), np.zeros(width)
+    further = 3 * width
+    kept, panel = (
+        np.zeros((n, width, further + sides + 1)),
+        np.zeros((2 * width, further + sides + 1)),
+    )
+    _begin(panel, before, at, rest, none, 1.0, housing)
     for i in range(n - 1):
-        _reduce(panel, before, at, rest, none, i)
-        _carry(panel, kept, i)
+        _reduce(panel, before, at, rest, none, i, housing)
+        _carry(panel, kept, i, housing)
     for side in range(sides):
-        for row in range(2):
-            rhs[row] = panel[row, FURTHER + side]
-            for c in range(2):
-                matrix[row, c] = panel[row, OWN + c] + panel[row, TOP + c]
+        for row in range(width):
+            rhs[row] = panel[row, further + side]
+            for c in range(width):
+                matrix[row, c] = panel[row, c] + panel[row, 2 * width + c]
         _solve_dense(matrix, rhs)
-        x[n - 1, 0, side], x[n - 1, 1, side] = rhs[0], rhs[1]
+        for row in range(width):
+            x[n - 1, row, side] = rhs[row]
         for i in range(n - 2, -1, -1):
-            for row in range(1, -1, -1):
+            for row in range(width - 1, -1, -1):
                 own = kept[i, row]
-                total = own[FURTHER + side]
-                for c in range(2):
-                    total -= own[NEXT + c] * x[i + 1, c, side] + own[TOP + c] * x[n - 1, c, side]
-                if row == 0:
-                    total -= own[1] * x[i, 1, side]
+                total = own[further + side]
+                for c in range(width):
+                    after, last = x[i + 1, c, side], x[n - 1, c, side]
+                    total -= own[width + c] * after + own[2 * width + c] * last
+                for c in range(row + 1, width):
+                    total -= own[c] * x[i, c, side]
                 x[i, row, side] = total / own[row]

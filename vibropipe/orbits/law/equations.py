@@ -2,8 +2,10 @@
 
 Unknowns of an event are its time, in forcing periods, and what neither the piece before nor the condition of the event
 fixes of the state just before it: the velocity at a support, the displacement of a turn or stick from the reference of
-its frame, nothing of a slip or a release; a section has both, and no time. Mirror images have the opposite numbers. Row
-i is a piece from event i - 1 to event i: before[i] du[i - 1] + at[i] du[i] + by[i] dp = -rest[i].
+its frame, nothing of a slip or a release; a section has both, and no time. Beside a housing an event has a third one:
+the momentum q of `sliding` while that slides; where it stops displacement and velocity. Mirror images have the opposite
+numbers. Row i is a piece from event i - 1 to event i: before[i] du[i - 1] + at[i] du[i] + by[i] dp = -rest[i]. A number
+that is no unknown is 0 by an equation of its own.
 """
 
 from __future__ import annotations
@@ -20,17 +22,19 @@ from vibropipe.march.piece_log import (
     FORM,
     HELD,
     HOME,
+    HOUSING_STOP,
     RELEASE,
     RESTING,
 )
-from vibropipe.orbits.law.law import is_contact, trivial_order
+from vibropipe.orbits.law.flights import flight_of, flown_by
+from vibropipe.orbits.law.law import is_contact, trivial_order, width_of
+from vibropipe.orbits.law.momentum import fill_momentum, momentum_rest
+from vibropipe.orbits.law.quotients import divided, divided_stop, power_of
 from vibropipe.orbits.law.states import (
     arrival,
     arrival_by,
     departure,
     departure_by,
-    flight_of,
-    flown_by,
     hold_force,
     press_by,
 )
@@ -47,12 +51,10 @@ from vibropipe.physics.piece import (
     flown,
     force_at_end,
 )
-from vibropipe.physics.stiffness import piece_rate, piece_taylor
 from vibropipe.physics.turns import TWO_PI
 
-# Span that stands for 0 where a row is divided by a power of it, in forcing periods; product of rate and time below
-# which the quotient is summed from powers.
-TINY, SHORT = 1e-30, 0.5
+# Span that stands for 0 where a row is divided by a power of it, in forcing periods.
+TINY = 1e-30
 # Time below which derivatives over its square are those of this time.
 SHORTEST = 1e-4
 
@@ -62,11 +64,11 @@ class Blocks(NamedTuple):
 
     Attributes
     ----------
-    before, at : (n, 2, 2) float
-        Derivatives by the unknowns of the event before, and of the event.
-    by : (n, 2, k) float
+    before, at : (n, w, w) float
+        Derivatives by the unknowns of the event before, and of the event; w = 2 or, with a housing, 3.
+    by : (n, w, k) float
         Derivatives by the parameters.
-    rest : (n, 2) float
+    rest : (n, w) float
         Residuals.
     polynomial : (DEGREE + 1,) float
         Work array.
@@ -80,10 +82,11 @@ class Blocks(NamedTuple):
 
 
 @jit_allocating
-def new_blocks(n, k):
-    """Return `Blocks` for n events and k parameters."""
-    before, at = np.zeros((n, 2, 2)), np.zeros((n, 2, 2))
-    return Blocks(before, at, np.zeros((n, 2, k)), np.zeros((n, 2)), np.empty(DEGREE + 1))
+def new_blocks(n, k, housing=None):
+    """Return `Blocks` for n events and k parameters; housing : int or None, the effect."""
+    w = width_of(housing)
+    before, at = np.zeros((n, w, w)), np.zeros((n, w, w))
+    return Blocks(before, at, np.zeros((n, w, k)), np.zeros((n, w)), np.empty(DEGREE + 1))
 
 
 @jit
@@ -118,27 +121,55 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
                 kept * y - sign * arrival_by(e, p, law, i, u, columns[j]),
                 0.0,
             )
+        if e.housing is not None:
+            for row in range(2):
+                before[i, row, 2], at[i, row, 2] = 0.0, 0.0
+            if law.codes[i, CAUSE] == HOUSING_STOP:
+                at[i, 1, 1], at[i, 1, 2] = 0.0, 1.0
+            time = turns * forcing_period(p)
+            fill_momentum(e, p, law, i, u, time, sign, columns, blocks)
+            rest[i, 2], slope = momentum_rest(e, p, law, i, u, time, sign, 0.0, 0.0)
+            add_rate(i, 2, slope, p, (start, end), turns, columns, blocks)
         return turns
-    order, row = trivial_order(law, i), 0 if is_contact(law.codes[i, CAUSE]) else 1
+    order, row = trivial_order(law, i), guard_row(law.codes[i, CAUSE])
     if order > 0 and abs(turns) < TINY:
         turns = TINY
     flight = flight_of(e, p, law, last, start.t, turns)
     y, w = flown(flight, start.y, start.w)
     pulls = acceleration_of(flight, force_at_end(flight), y, w)
     rest[i, 0], rest[i, 1] = y - sign * end.y, w - sign * end.w
-    slopes = (w, pulls)
+    slopes, third = (w, pulls), 0.0
+    if e.housing is not None:
+        rest[i, 2], third = momentum_rest(e, p, law, i, u, flight.t, sign, w, pulls)
     if order > 0:
-        rest[i, row], slope = divided(e, flight, start, row, order, blocks.polynomial)
-        slopes = (slope, pulls) if row == 0 else (w, slope)
+        if row == 2:
+            rest[i, 2], third = divided_stop(
+                e, p, law, i, flight, start, order, rest[i, 2], third, blocks.polynomial
+            )
+        else:
+            rest[i, row], slope = divided(e, flight, start, row, order, blocks.polynomial)
+            slopes = (slope, pulls) if row == 0 else (w, slope)
         if order > 1 and abs(flight.t) < SHORTEST:
             # Derivatives over the square of a time would cancel: those of a longer time are close to them.
             longer = math.copysign(SHORTEST, turns) / forcing_period(p)
             flight = flight_of(e, p, law, last, start.t, longer)
     fill_derivatives(e, p, law, i, u, flight, (start, end), sign, columns, blocks)
+    if e.housing is not None:
+        fill_momentum(e, p, law, i, u, flight.t, sign, columns, blocks)
     if order > 0:
         divide_row(i, row, power_of(flight.t, order), columns, blocks)
     fill_times(i, p, (start, end), slopes, turns, columns, blocks)
+    if e.housing is not None:
+        add_rate(i, 2, third, p, (start, end), turns, columns, blocks)
     return turns
+
+
+@jit
+def guard_row(kind) -> int:
+    """Return which equation of a row the condition of its event gives."""
+    if is_contact(kind):
+        return 0
+    return 2 if kind == HOUSING_STOP else 1
 
 
 @jit
@@ -172,6 +203,9 @@ def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> No
     before[i, 1, 1] = free.ds * start.w_1 - k * free.s * start.y_1
     at[i, 0, 0], at[i, 1, 0] = -sign * end.y_0, 0.0
     at[i, 0, 1], at[i, 1, 1] = -sign * end.y_1, -sign * end.w_1
+    if e.housing is not None:
+        before[i, 0, 2], before[i, 1, 2] = free.s * start.w_2, free.ds * start.w_2
+        at[i, 0, 2], at[i, 1, 2] = 0.0, -sign * end.w_2
     for j in range(columns.size):
         dy, dw = departure_by(e, p, law, last, u, columns[j])
         to_y, to_w = flown_by(e, p, law, last, flight, (start.y, start.w), start.t, columns[j])
@@ -182,29 +216,20 @@ def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> No
 
 
 @jit
-def power_of(t, order):
-    """Return t to a power of 0 or more; compiled, t**order may raise."""
-    power = 1.0
-    for _ in range(order):
-        power *= t
-    return power
-
-
-@jit
 def row_power(law, i, t):
     """Return what both equations of row i are divided by, of a piece of the length t in tau."""
     order = trivial_order(law, i)
     if order > 1 and abs(t) < SHORTEST:
         t = math.copysign(SHORTEST, t)
-    power = power_of(t, order)
-    return (power, 1.0) if is_contact(law.codes[i, CAUSE]) else (1.0, power)
+    power, row = power_of(t, order), guard_row(law.codes[i, CAUSE])
+    return power if row == 0 else 1.0, power if row == 1 else 1.0
 
 
 @jit
 def divide_row(i, row, power, columns, blocks) -> None:
     """Divide the derivatives of a row."""
     before, at, by, _rest, _c = blocks
-    for j in range(2):
+    for j in range(before.shape[2]):
         before[i, row, j] /= power
         at[i, row, j] /= power
     for j in range(columns.size):
@@ -214,42 +239,21 @@ def divide_row(i, row, power, columns, blocks) -> None:
 @jit
 def fill_times(i, p, ends, slopes, turns, columns, blocks) -> None:
     """Add the derivatives by the time of flight, which shrinks as the forcing period does."""
-    before, at, by, _rest, _c = blocks
-    start, end = ends
-    period = forcing_period(p)
     for row in range(2):
-        rate = period * (slopes[0] if row == 0 else slopes[1])
-        before[i, row, 0] -= start.timed * rate
-        at[i, row, 0] += end.timed * rate
-        for j in range(columns.size):
-            if columns[j] == NU:
-                by[i, row, j] -= turns / p.nu * rate
+        add_rate(i, row, slopes[0] if row == 0 else slopes[1], p, ends, turns, columns, blocks)
 
 
 @jit
-def divided(e, flight, start, row, order, c):
-    """Return displacement (row 0) or velocity at the end of a flight over a power of its time, and its slope by it.
-
-    The start has no powers below: the quotient is a polynomial, whose coefficients are those of the flight.
-    """
-    t = flight.t
-    if abs(t) * max(piece_rate(flight.stiffness, flight.damping), 2.0 * flight.nu) > SHORT:
-        y, w = flown(flight, start.y, start.w)
-        value, rate = y, w
-        if row == 1:
-            value, rate = w, acceleration_of(flight, force_at_end(flight), y, w)
-        return value / power_of(t, order), (rate - order * value / t) / power_of(t, order)
-    piece_taylor(
-        c, start.y, start.w, flight.force, flight.load, flight.stiffness, flight.damping,
-        flight.nu, t, e.second_harmonic,
-    )  # fmt: skip
-    total, slope, lowest = 0.0, 0.0, order + row
-    for n in range(DEGREE, lowest - 1, -1):
-        term = c[n] if row == 0 else n * c[n]
-        total += term
-        slope += (n - lowest) * term
-    power = power_of(t, lowest)
-    return total / power, slope / power / t
+def add_rate(i, row, slope, p, ends, turns, columns, blocks) -> None:
+    """Add the derivatives of an equation by the time of flight, from its slope by it in tau."""
+    before, at, by, _rest, _c = blocks
+    start, end = ends
+    rate = forcing_period(p) * slope
+    before[i, row, 0] -= start.timed * rate
+    at[i, row, 0] += end.timed * rate
+    for j in range(columns.size):
+        if columns[j] == NU:
+            by[i, row, j] -= turns / p.nu * rate
 
 
 @jit

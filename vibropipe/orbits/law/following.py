@@ -15,9 +15,10 @@ from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.branches.tree import Rules
-from vibropipe.orbits.law import margins as of
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.edits import edits, law_from
+from vibropipe.orbits.law.edits import edits
+from vibropipe.orbits.law.happenings import law_from
 from vibropipe.orbits.law.law import SECTION, Law, without_events
 from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
 
@@ -97,7 +98,9 @@ def _marched_beyond(point: Point) -> Point | None:
         first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
         if first is None or not is_kept(first) or _repeats(first):
             continue
-        change = (there.state_at(first) - begin) / np.array(curve.scales)
+        change = (there.state_at(first) - begin) / np.array(
+            [*curve.scales, curve.speed][: begin.size]
+        )
         if np.abs(change).max() < CLOSEST:
             return first if first.tangent[-1] * share > 0.0 else first.reversed()
     return None
@@ -116,7 +119,7 @@ def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
         for events in edits(curve.effects, law, p, u, point.tests, kind):
             if not events:
                 yield (
-                    without_events(law.span, law.mirrored),
+                    without_events(law.span, law.mirrored, law.codes.shape[1]),
                     curve.state_at(point)[np.newaxis],
                 )
                 continue

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.piece_log import (
     CAUSE,
     CONTACT,
@@ -17,6 +17,8 @@ from vibropipe.march.piece_log import (
     FREE,
     HELD,
     HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     IMPACT,
     LEAVE,
     RELEASE,
@@ -28,6 +30,8 @@ from vibropipe.march.piece_log import (
 
 # What begins the only piece of an orbit without events: its section, at a given phase.
 SECTION = np.int64(0)
+# Column of `Law.codes` beside those of a `PieceLog`, of laws with a housing.
+WAY = 4
 
 
 class Law(NamedTuple):
@@ -35,9 +39,10 @@ class Law(NamedTuple):
 
     Attributes
     ----------
-    codes : (n, 4) int8
+    codes : (n, 4) int8, with a housing (n, 5)
         Of each event and the piece after it, as in a `PieceLog`: what happens, what the piece is, the frame that it is
-        written in (that of the support last met; 0 without any), and the direction of sliding in this frame.
+        written in (that of the support last met; 0 without any), and the direction of sliding in this frame; and the
+        direction, in this frame, in which a housing slides, 0 where it is held.
     span : float
         Length in forcing periods.
     mirrored : int
@@ -52,6 +57,11 @@ class Law(NamedTuple):
     def m(self) -> int:
         """Period multiple of the orbit."""
         return round(self.span * (1 + self.mirrored))
+
+    @property
+    def width(self) -> int:
+        """Number of unknowns of an event."""
+        return self.codes.shape[1] - 2
 
     @property
     def supports(self) -> np.ndarray:
@@ -70,7 +80,7 @@ class Law(NamedTuple):
         image = codes.copy()
         is_placed = codes[:, HOME] > 0
         image[is_placed, HOME] = 3 - codes[is_placed, HOME]
-        image[~is_placed, DIRECTION] *= -1
+        image[~is_placed, DIRECTION:] *= -1
         return image
 
     def like(self, m: int, mirrored: int, codes: np.ndarray) -> Law:
@@ -95,10 +105,18 @@ def law_of_impacts(m: int, mirrored: int, supports: Iterable[int]) -> Law:
     return Law(codes.reshape(-1, 4), 0.5 * m if mirrored else float(m), int(mirrored))
 
 
-def without_events(span: float, mirrored: int) -> Law:
+def without_events(span: float, mirrored: int, columns: int = 4) -> Law:
     """Return the law of an orbit on which nothing happens, known by its state at the phase 0."""
-    codes = np.array([[SECTION, FREE, 0, 1]], np.int8)
+    codes = np.array([[SECTION, FREE, 0, 1, 0][:columns]], np.int8)
     return Law(codes, span * (1 + mirrored), 0)
+
+
+@jit_inline
+def width_of(housing):
+    """Return the number of unknowns of an event, and of its equations; housing : int or None, the effect."""
+    if housing is None:
+        return 2
+    return 3
 
 
 @jit
@@ -114,6 +132,16 @@ def frame_before(law, i) -> int:
         return law.codes[i - 1, HOME]
     home = law.codes[law.codes.shape[0] - 1, HOME]
     return 3 - home if law.mirrored == 1 and home > 0 else home
+
+
+@jit
+def way_before(law, i):
+    """Return in which direction the housing slides before event i, in the frame of `frame_before`; 0 if it is held."""
+    if i > 0:
+        return law.codes[i - 1, WAY]
+    last = law.codes.shape[0] - 1
+    way = law.codes[last, WAY]
+    return -way if law.mirrored == 1 and law.codes[last, HOME] == 0 else way
 
 
 @jit
@@ -142,4 +170,18 @@ def trivial_order(law, i) -> int:
         return 3 if began == RELEASE else 1 if is_contact(began) else 0
     if kind in (TURN, STICK):
         return 2 if began in (SLIP, RELEASE) else 1 if began == TURN else 0
-    return 0
+    return stop_order(law, before) if kind == HOUSING_STOP else 0
+
+
+@jit
+def stop_order(law, before) -> int:
+    """Return `trivial_order` of the stop of a housing whose piece begins with an event.
+
+    An impact gives it a velocity; any other event at which it begins to slide leaves it without one.
+    """
+    began = law.codes[before, CAUSE]
+    if began == HOUSING_SLIP:
+        return 2
+    if began in (IMPACT, REST_BEGINS):
+        return 0
+    return 1 if began == HOUSING_STOP or way_before(law, before) == 0 else 0

@@ -11,12 +11,13 @@ from vibropipe.compiler import jit
 from vibropipe.march.grid import exact_steps, grid_in_room, grid_time, new_grid_room
 from vibropipe.march.log import allow_work, clear_log, limit_work, new_log, work_left
 from vibropipe.march.loop import OK, march
-from vibropipe.march.piece_log import HOME, PIECES, W_END, Y_END, piece_log_of
+from vibropipe.march.piece_log import HOME, P_END, PIECES, W_END, Y_END, piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.law.reading import Read, law_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.housing import momentum_share
 from vibropipe.physics.limits import MAX_CALL_WORK, MAX_ROW_WORK
 
 # Capacities of the log of an orbit, in contacts and pieces.
@@ -26,15 +27,22 @@ MAX_ROWS = 3_000_000
 
 
 @jit
-def march_pieces(e, p, turns, x, v, m, march_room) -> bool:
-    """Log the motion of m periods from (x, v) at a phase; return whether it could be marched."""
+def march_pieces(e, p, turns, state, m, march_room) -> bool:
+    """Log the motion of m periods from a state at a phase; return whether it could be marched.
+
+    state : (2,) or (3,) float
+        (x, x') and, of a housing that may slide, its velocity.
+    """
+    velocity = 0.0
+    if e.housing is not None:
+        velocity = state[2]
     log, c, grid_room = march_room
     grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
     clear_log(log)
-    state = start_state(log.pieces, e, p, grid, turns, x, v)
+    begun = start_state(log.pieces, e, p, grid, turns, state[0], state[1], velocity)
     end = grid_time(turns + m, grid.steps)
     allow_work(log, MAX_ROW_WORK)
-    _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
+    _end, status = march(e, p, grid, begun, end, log, None, c, 10_000_000)
     return status == OK
 
 
@@ -44,7 +52,7 @@ class Marcher:
     Parameters
     ----------
     effects : Effects
-        With pieces: of soft supports or friction, absent or not.
+        With pieces: of soft supports, friction or a housing, absent or not.
     work : int
         Work of all marches, in steps: they fail when it is done.
 
@@ -78,19 +86,25 @@ class Marcher:
     def after(
         self, p: Any, state: np.ndarray, periods: float, at: float = 0.0
     ) -> np.ndarray | None:
-        """Return (x, x') some periods after that at a time in periods; None if the march fails."""
-        if not march_pieces(self.effects, p, at, state[0], state[1], periods, self.room):
+        """Return the state some periods after one at a time in periods, as `march_pieces`; None if the march fails."""
+        if not march_pieces(self.effects, p, at, state, periods, self.room):
             return None
         pieces = self.pieces
         last = int(pieces.counts[PIECES]) - 1
         home = int(pieces.codes[last, HOME])
         y, w = float(pieces.values[last, Y_END]), float(pieces.values[last, W_END])
-        return np.array([to_displacement(p, home, y), to_velocity(home, w)])
+        x, v = to_displacement(p, home, y), to_velocity(home, w)
+        log = pieces.housing
+        if log is None:
+            return np.array([x, v])
+        slides = int(log.way[last]) != 0
+        speed = float(log.values[last, P_END]) - momentum_share(p) * v if slides else 0.0
+        return np.array([x, v, speed])
 
     def law_of(
         self, p: Any, state: np.ndarray, m: int, symmetric: bool, slow: float = 0.0
     ) -> Read | None:
-        """Return the law of the orbit of m periods from (x, x') at phase 0; None if there is none."""
-        if not march_pieces(self.effects, p, 0.0, state[0], state[1], 2.0 * m, self.room):
+        """Return the law of the orbit of m periods from a state at phase 0; None if there is none."""
+        if not march_pieces(self.effects, p, 0.0, state, 2.0 * m, self.room):
             return None
         return law_of(self.effects, self.pieces, p, m, symmetric, slow)

@@ -23,35 +23,36 @@ from vibropipe.march.piece_log import (
     STICK,
     TURN,
 )
+from vibropipe.orbits.law.flights import flight_of, force_on
+from vibropipe.orbits.law.housing_margins import (
+    of_housing_between,
+    of_housing_event,
+    of_housing_step,
+)
 from vibropipe.orbits.law.landing import LONG_HOP, landing_of
 from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact
-from vibropipe.orbits.law.states import (
-    arrival,
-    departure,
-    flight_of,
-    hold_force,
-    sign_of,
+from vibropipe.orbits.law.least import (
+    CHATTER,
+    GAP,
+    HOLD,
+    KINDS,
+    LOWER,
+    NO_SIDE,
+    SLIDE,
+    SPAN,
+    SPEED,
+    UPPER,
+    VALUE,
+    note,
 )
+from vibropipe.orbits.law.states import arrival, departure, hold_force
 from vibropipe.orbits.pieces import steps_of_span
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, displacement, velocity
-from vibropipe.physics.load import force_at, forcing_period
+from vibropipe.physics.load import forcing_period
 from vibropipe.physics.piece import flight_over, flown
 from vibropipe.physics.stiffness import piece_taylor
 
-# Kinds of margins: the least speed at a support, span of a piece, excess of what holds or turns the mass, gap of a
-# flight (or depth within a contact) where it turns, and speed of sliding.
-# They and sides are numpy integers because numba compiles another copy of a kernel for each literal constant.
-SPEED, SPAN, HOLD, GAP, SLIDE = map(np.int64, range(5))
-KINDS = 5
-NO_SIDE, UPPER, LOWER, CHATTER = np.int64(0), np.int64(1), np.int64(2), np.int64(-1)
-# Row of the span (negative if mirrored), piece, support and time at which the orbit touches a support, which is no
-# margin; piece ANY: nor are other gaps.
-TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0
-# Time from there, in forcing periods, within which a gap is that of the touch.
-TOUCHING = 1e-3
-# Of each margin: its value, the event or piece, the support, and the time in forcing periods.
-VALUE, AT, SIDE, TIME = range(4)
 # Orders of the derivatives of a polynomial.
 VELOCITY, ACCELERATION = map(np.int64, (1, 2))
 # Parts of a step in which a turning point is sought, bisections for it, and the most steps of one polynomial each.
@@ -60,24 +61,6 @@ PARTS, BISECTIONS, MAX_STEPS = 4, 40, 1024.0
 MAX_SECANTS, NARROW = 60, 1e-15
 # Parts of a forcing period in which the largest force on a held mass is sought.
 HELD_PARTS = 64
-
-
-@jit
-def note(margins, kind, value, i, side, time) -> None:
-    """Keep a margin if it is the least of its kind."""
-    if kind == GAP and margins[TOUCH, AT] != NOWHERE:
-        if margins[TOUCH, AT] == ANY:
-            return
-        # A turn on the support is also the end of the piece before, of the first event a span later.
-        away, span = time - margins[TOUCH, TIME], margins[TOUCH, VALUE]
-        there = margins[TOUCH, SIDE]
-        if abs(away) < TOUCHING and side == there:
-            return
-        if abs(away - abs(span)) < TOUCHING and side == (3.0 - there if span < 0.0 else there):
-            return
-    if value < margins[kind, VALUE] or value != value:
-        margins[kind, VALUE], margins[kind, AT], margins[kind, SIDE] = value, i, side
-        margins[kind, TIME] = time
 
 
 @jit
@@ -92,7 +75,7 @@ def fill_margins(e, p, law, u, c, margins) -> None:
     c : (DEGREE + 1,) float
         Work array.
     margins : (KINDS + 1, 4) float
-        The last row is kept: see TOUCH.
+        The last row is kept: see `least.TOUCH`.
     """
     margins[:KINDS] = 0.0
     margins[:KINDS, VALUE] = np.inf
@@ -104,6 +87,8 @@ def fill_margins(e, p, law, u, c, margins) -> None:
         turns = end.t + later - start.t
         if law.codes[i, CAUSE] != SECTION:
             note(margins, SPAN, turns, i, NO_SIDE, start.t)
+        if e.housing is not None:
+            of_housing_event(e, p, law, u, i, start, margins)
         if not turns > 0.0:
             continue
         if e.rest is not None and law.codes[i, FORM] == RESTING:
@@ -111,7 +96,9 @@ def fill_margins(e, p, law, u, c, margins) -> None:
         elif e.friction is not None and law.codes[i, FORM] == HELD:
             of_held(e.friction, e, p, law, i, start.y, start.t, turns, margins)
         else:
-            of_motion(e, p, law, i, start, turns, c, margins)
+            of_motion(e, p, law, u, i, start, turns, c, margins)
+        if e.housing is not None:
+            of_housing_between(e, p, law, u, i, end, turns, margins)
 
 
 @jit
@@ -200,19 +187,19 @@ def of_rest(effect, e, p, law, i, start, turns, c, margins) -> None:
 
 
 @jit
-def of_motion(e, p, law, i, start, turns, c, margins) -> None:
+def of_motion(e, p, law, u, i, start, turns, c, margins) -> None:
     """Note gaps, depths and speeds of sliding of a piece where they turn."""
     period = forcing_period(p)
     flight = flight_of(e, p, law, i, start.t, turns)
     second = e.second_harmonic
     steps = steps_of_span(p, flight.stiffness, flight.damping, abs(flight.t), second)
     steps = min(steps, MAX_STEPS)
-    y, w, sigma = start.y, start.w, sign_of(law.codes[i, HOME])
+    y, w = start.y, start.w
     dt = flight.t / steps
     is_exact = steps < MAX_STEPS
     for step in range(int(steps)):
         at = start.t + step * dt / period
-        force = force_at(p, sigma, at, second)
+        force = force_on(e, p, law, i, at)
         if not is_exact:
             part = flight_over(
                 flight.stiffness,
@@ -230,6 +217,8 @@ def of_motion(e, p, law, i, start, turns, c, margins) -> None:
         if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
             c[1], c[2] = 0.0, 0.0  # without rounding
         of_step(e, p, law, i, at, dt, c, margins)
+        if e.housing is not None:
+            of_housing_step(e, p, law, u, i, step, at, dt, c, margins)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     n = law.codes.shape[0]
     direction = law.codes[i, DIRECTION]

@@ -16,25 +16,31 @@ from vibropipe.march.piece_log import (
     FORM,
     FREE,
     HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     IMPACT,
     LEAVE,
+    P_END,
     PIECES,
     RELEASE,
     REST_BEGINS,
     RESTING,
     SLIP,
+    SPAN,
     STICK,
     TOUCH,
     TURN,
     W_END,
+    HousingLog,
     PieceLog,
     W,
     Y,
 )
 from vibropipe.orbits.law.landing import landing_of
-from vibropipe.orbits.law.law import Law
+from vibropipe.orbits.law.law import WAY, Law, width_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import Effects
+from vibropipe.physics.housing import momentum_share
 
 # Difference of two phases, in forcing periods, and of two velocities or displacements, relative, that are one.
 SAME_PHASE, SAME_STATE = 1e-5, 1e-4
@@ -43,7 +49,7 @@ COUNTED = 0.1
 
 
 class Read(NamedTuple):
-    """A law and its unknowns (n, 2), as `equations` has them."""
+    """A law and its unknowns (n, w), as `equations` has them."""
 
     law: Law
     u: np.ndarray
@@ -55,6 +61,8 @@ class _Event(NamedTuple):
     codes: np.ndarray
     at: float
     own: float
+    piece: int
+    third: float = 0.0
 
 
 def law_of(
@@ -78,12 +86,24 @@ def law_of(
     Returns
     -------
     Read or None
-        None if the march has no event twice that repeats with the orbit.
+        None if the march has no event twice that repeats with the orbit, or rests beside a housing that may slide.
     """
-    events = _without_tails(e, _events_of(pieces, p, slow), p)
+    events = _events_of(pieces, p, slow)
+    housing = pieces.housing
+    if housing is not None:
+        if any(each.codes[FORM] == RESTING for each in events):
+            return None
+        beside = _with_housing(events, pieces, housing, p)
+        if beside is None:
+            return None
+        events = beside
+    else:
+        events = _without_tails(e, events, p)
     first = _first(events)
     if first is None:
-        return _without_events(pieces, p, m)
+        if housing is not None and housing.way[0] != 0:
+            return None
+        return _without_events(e, pieces, p, m)
     if symmetric and m % 2:
         half = _again(events, first, 0.5 * m, True)
         if half is not None:
@@ -116,16 +136,16 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
                     way = int(codes[i, DIRECTION]) * (1 if (home == 1) == (there == 1) else -1)
                     turn = np.array([TURN, FREE, home, way], np.int8)
                     x = to_displacement(p, there, 0.0) - to_displacement(p, home, 0.0)
-                    events.append(_Event(turn, float(values[i, AT]), x))
+                    events.append(_Event(turn, float(values[i, AT]), x, i))
                 continue
             event = codes[i].copy()
-            events.append(_Event(event, float(values[i, AT]), speed))
+            events.append(_Event(event, float(values[i, AT]), speed, i))
             home = there
             continue
         if cause in (TOUCH, BEGIN):
             continue
         if cause == RELEASE:
-            events.append(_Event(codes[i].copy(), float(values[i, AT]), 0.0))
+            events.append(_Event(codes[i].copy(), float(values[i, AT]), 0.0, i))
             continue
         event = codes[i].copy()
         if event[FORM] == CONTACT and not inside:
@@ -135,8 +155,41 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
         if (home == 1) != (there == 1):
             event[DIRECTION] *= -1
         event[HOME] = home
-        events.append(_Event(event, float(values[i, AT]), own))
+        if cause == HOUSING_SLIP:
+            own = to_velocity(there, float(values[i, W]))
+        events.append(_Event(event, float(values[i, AT]), own, i))
     return events
+
+
+def _with_housing(
+    events: list[_Event], pieces: PieceLog, log: HousingLog, p: Any
+) -> list[_Event] | None:
+    """Return events with the way of the housing after each, and what is free of its motion before.
+
+    None if a mass slips where the housing stops that carries it along: two events, of which one changes the other.
+    """
+    kept = list[_Event]()
+    for event in events:
+        i, codes = event.piece, event.codes
+        before, v = (
+            int(log.way[i - 1]),
+            to_velocity(int(pieces.codes[i, HOME]), pieces.values[i, W]),
+        )
+        way = -log.way[i] if codes[HOME] == 1 else log.way[i]
+        kind, at_once = codes[CAUSE], bool(kept) and kept[-1].piece == i - 1
+        at_once = at_once and pieces.values[i - 1, SPAN] == 0.0
+        if at_once and kind == HOUSING_STOP:
+            kept[-1].codes[WAY] = way  # it did not start
+            continue
+        if at_once and kind == SLIP:
+            return None
+        if p.friction == 0.0 and kind in (HOUSING_SLIP, HOUSING_STOP):
+            # Which way the mass moves there is no part of the law.
+            codes[DIRECTION] = kept[-1].codes[DIRECTION] if kept else 0
+        third = float(log.values[i - 1, P_END]) / momentum_share(p) if before else 0.0
+        third = float(v) if kind == HOUSING_STOP else third
+        kept.append(event._replace(codes=np.append(codes, np.int8(way)), third=third))
+    return kept
 
 
 def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
@@ -181,7 +234,7 @@ def is_short(e: Effects, begun: _Event, p: Any) -> bool:
 
 def _first(events: list[_Event]) -> int | None:
     """Return the index of the first contact after another, or of the first turn or stick where there is none."""
-    for causes in ((ENTER, IMPACT), (REST_BEGINS,), (TURN, STICK)):
+    for causes in ((ENTER, IMPACT), (REST_BEGINS,), (TURN, STICK), (HOUSING_STOP,)):
         for i, event in enumerate(events):
             if event.codes[CAUSE] in causes:
                 return i
@@ -209,13 +262,14 @@ def _cut(events: list[_Event], span: float, mirrored: int) -> Read:
     """Return the law of some events in turn, whose frames are those of the support last met."""
     codes = np.array([each.codes for each in events], np.int8)
     begin = float(np.floor(events[0].at))
-    u = np.zeros((len(events), 2))
+    u = np.zeros((len(events), codes.shape[1] - 2))
     u[:, 0] = [each.at - begin for each in events]
     u[:, 1] = [0.0 if each.codes[CAUSE] == SLIP else each.own for each in events]
+    u[:, 2:] = [[each.third][: u.shape[1] - 2] for each in events]
     return Read(Law(codes, span, mirrored), u)
 
 
-def _without_events(pieces: PieceLog, p: Any, m: int) -> Read:
+def _without_events(e: Effects, pieces: PieceLog, p: Any, m: int) -> Read:
     """Return the law of an orbit on which nothing happens, with its section at phase 0."""
     form, home = int(pieces.codes[0, FORM]), int(pieces.codes[0, HOME])
     codes = np.array(
@@ -224,5 +278,7 @@ def _without_events(pieces: PieceLog, p: Any, m: int) -> Read:
     own = home if form == CONTACT else 0
     codes[0, HOME] = own
     x = to_displacement(p, home, float(pieces.values[0, Y])) - to_displacement(p, own, 0.0)
-    u = np.array([[x, to_velocity(home, float(pieces.values[0, W]))]])
-    return Read(Law(codes, float(m), 0), u)
+    width = width_of(e.housing)
+    u = np.zeros((1, width))
+    u[0, :2] = x, to_velocity(home, float(pieces.values[0, W]))
+    return Read(Law(np.pad(codes, ((0, 0), (0, width - 2))), float(m), 0), u)

@@ -7,31 +7,29 @@ from typing import NamedTuple
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
     CAUSE,
-    CONTACT,
     DIRECTION,
     FORM,
     HELD,
     HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     IMPACT,
     RELEASE,
     REST_BEGINS,
     SLIP,
 )
-from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact
+from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact, way_before
+from vibropipe.orbits.law.sliding import carried, carried_by, pull_by, pull_of, way_of
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import (
-    F2,
     FRICTION,
     H1,
     H2,
     K1,
     K2,
-    NU,
-    F,
     H,
     distance_derivative,
     force_derivative,
-    is_of_second,
     load_derivative,
     restitution_derivative,
     support_derivative,
@@ -39,26 +37,15 @@ from vibropipe.physics.derivatives import (
 from vibropipe.physics.load import (
     constant_load,
     force_at,
-    force_by_phase,
     force_slope,
     force_value,
-    unit_force,
-)
-from vibropipe.physics.piece import (
-    Flight,
-    by_damping,
-    by_frequency,
-    by_stiffness,
-    flight_over,
-    flown,
-    harmonic_response,
 )
 from vibropipe.physics.stiffness import damping_of, stiffness_of
-from vibropipe.physics.turns import TWO_PI, sincos_turns
+from vibropipe.physics.turns import TWO_PI
 
 
 class State(NamedTuple):
-    """A state at an event in a frame, with its derivatives by both unknowns of the event.
+    """A state at an event in a frame, with its derivatives by the unknowns of the event.
 
     Attributes
     ----------
@@ -67,8 +54,8 @@ class State(NamedTuple):
     y, w : float
     timed : float
         Derivative of `t` by the first unknown: 1, or 0 at a section.
-    y_0, y_1, w_1 : float
-        Derivatives of y by both unknowns, and of w by the second one.
+    y_0, y_1, w_1, w_2 : float
+        Derivatives of y by the first two unknowns, and of w by the second and, with a housing, the third one.
     """
 
     t: float
@@ -78,6 +65,15 @@ class State(NamedTuple):
     y_0: float
     y_1: float
     w_1: float
+    w_2: float
+
+
+class Momentum(NamedTuple):
+    """The momentum q of `sliding` at an event in a frame, with its derivatives by the last two unknowns."""
+
+    q: float
+    q_1: float
+    q_2: float
 
 
 @jit
@@ -103,6 +99,8 @@ def hold_force(e, p, law, i, t):
     if e.soft is not None and acts_in(law, i):
         stiffness += stiffness_of(p, home)
     value = constant_load(sigma, reference_of(p, home)) + force_value(force, second)
+    if e.housing is not None:
+        value += carried(p, sigma, way_of(law, i))
     return value, stiffness, TWO_PI * force_slope(force, second)
 
 
@@ -114,19 +112,59 @@ def arrival(e, p, law, i, u) -> State:
     sigma = sign_of(frame)
     t, own = u[i, 0], sigma * u[i, 1]
     if kind == SECTION:
-        return State(0.0, sigma * t, own, 0.0, sigma, 0.0, sigma)
+        return State(0.0, sigma * t, own, 0.0, sigma, 0.0, sigma, 0.0)
     if is_contact(kind):
         y = 0.0
         if frame == 0:
             y = support_position(p, home)
         elif frame != home:
             y = 2.0 * p.l
-        return State(t, y, own, 1.0, 0.0, 0.0, sigma)
+        return State(t, y, own, 1.0, 0.0, 0.0, sigma, 0.0)
     if e.friction is not None and kind == SLIP:
         value, stiffness, rate = hold_force(e, p, law, i - 1, t)
         y = (value - law.codes[i, DIRECTION] * p.friction) / stiffness
-        return State(t, y, 0.0, 1.0, rate / stiffness, 0.0, 0.0)
-    return State(t, own, 0.0, 1.0, 0.0, sigma, 0.0)
+        return State(t, y, 0.0, 1.0, rate / stiffness, 0.0, 0.0, 0.0)
+    if e.housing is not None and kind == HOUSING_SLIP:
+        value, stiffness, damping, rate = slip_force(e, p, law, i, t)
+        y = (value - damping * own) / stiffness
+        by_own = -damping * sigma / stiffness
+        return State(t, y, own, 1.0, rate / stiffness, by_own, sigma, 0.0)
+    if e.housing is not None and kind == HOUSING_STOP and law.codes[i - 1, FORM] != HELD:
+        return State(t, own, sigma * u[i, 2], 1.0, 0.0, sigma, 0.0, sigma)
+    return State(t, own, 0.0, 1.0, 0.0, sigma, 0.0, 0.0)
+
+
+@jit
+def slip_force(e, p, law, i, t):
+    """Return the force on the mass at a gap of 0 and without velocity less that at which its held housing slips.
+
+    That is at event i; with stiffness, damping, and the rate of the force by t.
+    """
+    home = law.codes[i, HOME]
+    value, stiffness, rate = hold_force(e, p, law, i - 1, t)
+    damping = p.h
+    if e.soft is not None and acts_in(law, i):
+        damping += damping_of(p, home)
+    value -= p.friction * law.codes[i, DIRECTION] + sign_of(home) * pull_of(p, way_of(law, i))
+    return value, stiffness, damping, rate
+
+
+@jit
+def momentum_before(e, p, law, i, u) -> Momentum:
+    """Return the momentum just before event i, in the frame of `frame_before`."""
+    if way_before(law, i) != 0 and law.codes[i, CAUSE] != HOUSING_STOP:
+        sigma = sign_of(frame_before(law, i))
+        return Momentum(sigma * u[i, 2], 0.0, sigma)
+    state = arrival(e, p, law, i, u)
+    return Momentum(state.w, state.w_1, state.w_2)
+
+
+@jit
+def momentum_after(e, p, law, i, u) -> Momentum:
+    """Return the momentum just after event i, in the frame of its piece."""
+    before = momentum_before(e, p, law, i, u)
+    turned = sign_of(law.codes[i, HOME]) * sign_of(frame_before(law, i))
+    return Momentum(turned * before.q, turned * before.q_1, turned * before.q_2)
 
 
 @jit
@@ -138,7 +176,24 @@ def press_by(e, p, law, i, t, k):
         change += load_derivative(home, k)
     if e.friction is not None and k == FRICTION:
         change -= law.codes[i, DIRECTION]
+    if e.housing is not None and law.codes[i, CAUSE] != HOUSING_SLIP:
+        change += carried_by(p, sign_of(home), way_of(law, i), k)
     return change
+
+
+@jit
+def slip_by(e, p, law, i, u, k):
+    """Return the derivative by parameter k of the displacement at which a housing slips."""
+    home, t = law.codes[i, HOME], u[i, 0]
+    sigma = sign_of(home)
+    value, stiffness, damping, _rate = slip_force(e, p, law, i, t)
+    change = press_by(e, p, law, i, t, k) - sigma * pull_by(way_of(law, i), k)
+    in_contact = e.soft is not None and acts_in(law, i)
+    if k == H or (in_contact and k == (H1 if home == 1 else H2)):
+        change -= sigma * u[i, 1]
+    if in_contact and k == (K1 if home == 1 else K2):
+        change -= (value - damping * sigma * u[i, 1]) / stiffness
+    return change / stiffness
 
 
 @jit
@@ -149,6 +204,8 @@ def arrival_by(e, p, law, i, u, k):
         if frame == 0:
             return support_derivative(home, k)
         return distance_derivative(k) if frame != home else 0.0
+    if e.housing is not None and kind == HOUSING_SLIP:
+        return slip_by(e, p, law, i, u, k)
     if e.friction is None or kind != SLIP:
         return 0.0
     value, stiffness, _rate = hold_force(e, p, law, i - 1, u[i, 0])
@@ -165,13 +222,13 @@ def departure(e, p, law, i, u) -> State:
     before = arrival(e, p, law, i, u)
     kind, home = law.codes[i, CAUSE], law.codes[i, HOME]
     if kind == RELEASE:
-        return State(before.t, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0)
+        return State(before.t, 0.0, 0.0, 1.0, 0.0, 0.0, 0.0, 0.0)
     if not is_contact(kind):
         return before
     turned = sign_of(home) * sign_of(frame_before(law, i))
     if kind in (IMPACT, REST_BEGINS):
         turned *= -(p.R1 if home == 1 else p.R2)
-    return State(before.t, 0.0, turned * before.w, 1.0, 0.0, 0.0, turned * before.w_1)
+    return State(before.t, 0.0, turned * before.w, 1.0, 0.0, 0.0, turned * before.w_1, 0.0)
 
 
 @jit
@@ -186,54 +243,3 @@ def departure_by(e, p, law, i, u, k):
         return 0.0, 0.0
     arrives = sign_of(home) * u[i, 1]
     return 0.0, -restitution_derivative(home, k) * arrives
-
-
-@jit
-def flight_of(e, p, law, i, t, turns) -> Flight:
-    """Return the `Flight` of piece i, which is not held, over some turns from t."""
-    form, home = law.codes[i, FORM], law.codes[i, HOME]
-    stiffness, damping = 1.0, p.h
-    if e.soft is not None and form == CONTACT:
-        stiffness, damping = stiffness + stiffness_of(p, home), damping + damping_of(p, home)
-    sigma = sign_of(home)
-    load = constant_load(sigma, reference_of(p, home))
-    if e.friction is not None:
-        load -= p.friction * law.codes[i, DIRECTION]
-    force = force_at(p, sigma, t, e.second_harmonic)
-    return flight_over(stiffness, damping, load, force, p.nu, turns, e.second_harmonic)
-
-
-@jit
-def flown_by(e, p, law, i, flight, start, t, k):
-    """Return the derivatives of the end of piece i by parameter k, at a fixed start (y, w), phase and time."""
-    form, home = law.codes[i, FORM], law.codes[i, HOME]
-    if k == NU:
-        return by_frequency(flight)
-    in_contact = e.soft is not None and form == CONTACT
-    if k == H or (in_contact and k == (H1 if home == 1 else H2)):
-        return by_damping(flight, *start)
-    if in_contact and k == (K1 if home == 1 else K2):
-        return by_stiffness(flight, *start)
-    if k == F or is_of_second(k):
-        unit = unit_force(p, sign_of(home), *sincos_turns(t), e.second_harmonic)
-        if k == F:
-            return harmonic_response(flight, flight.first, p.nu, unit.sine, unit.cosine)
-        sine, cosine = unit.sine_2, unit.cosine_2
-        if k != F2:
-            sine, cosine = force_by_phase(p, unit), -p.f2 * unit.sine_2
-        return harmonic_response(flight, flight.second, 2.0 * p.nu, sine, cosine)
-    change = 0.0
-    if home > 0:
-        change = load_derivative(home, k)
-    if e.friction is not None and k == FRICTION:
-        change -= law.codes[i, DIRECTION]
-    return flight.free.g * change, flight.free.s * change
-
-
-@jit
-def state_within(e, p, law, i, u, time):
-    """Return (y, w) on piece i at a time, in its frame."""
-    start = departure(e, p, law, i, u)
-    if e.friction is not None and law.codes[i, FORM] == HELD:
-        return start.y, 0.0
-    return flown(flight_of(e, p, law, i, start.t, time - start.t), start.y, start.w)

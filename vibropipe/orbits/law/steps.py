@@ -10,11 +10,16 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.continuation.curve import FOLD, OWN_TESTS
 from vibropipe.continuation.newton import DONE, FAILED, GOES_ON, MAX_CORRECTIONS, verdict
-from vibropipe.orbits.law import margins as of
-from vibropipe.orbits.law.determinants import return_map, unit_and_doubling
+from vibropipe.orbits.law import least as of
+from vibropipe.orbits.law.determinants import (
+    pair_share,
+    return_map,
+    return_map_of_three,
+    unit_and_doubling,
+)
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import Blocks, fill_blocks
-from vibropipe.orbits.law.law import Law
+from vibropipe.orbits.law.law import Law, width_of
 from vibropipe.orbits.law.margins import fill_margins
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.effects import Effects
@@ -26,13 +31,16 @@ from vibropipe.physics.effects import Effects
 DOUBLING, UNIT, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, SLOWEST, TESTS = (
     range(OWN_TESTS, OWN_TESTS + 11)
 )
-# Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event.
-MARGIN, SLOW_EVENT = TESTS, TESTS + 1
-N_TESTS = TESTS + 2
+# Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event. Beside a
+# housing PAIR is 0 where a pair of multipliers is on the unit circle; MINORS are those of the return map's derivative.
+MARGIN, SLOW_EVENT, PAIR, MINORS = range(TESTS, TESTS + 4)
+N_TESTS = TESTS + 4
 
 
 class System(NamedTuple):
     """The equations of a law over its unknowns: times of n events, what is free of the state before each, k parameters.
+
+    These are w n + k numbers, w = 2 or, with a housing, 3.
 
     Attributes
     ----------
@@ -44,7 +52,7 @@ class System(NamedTuple):
         Parameters that vary, by their place in an exciter and in `ALL_DIFFERENTIATED`.
     least, most : (k,) float
         Between them equations are filled.
-    events : (n, 2) float
+    events : (n, w) float
         The unknowns of events.
     blocks : Blocks
     margins : (KINDS + 1, 4) float
@@ -68,13 +76,14 @@ class System(NamedTuple):
 
 @jit
 def fill_at(system, u) -> bool:
-    """Fill the blocks at the unknowns u (2 n + k,), and `events` and `values`; return whether they are finite."""
+    """Fill the blocks at the unknowns u (w n + k,), and `events` and `values`; return whether they are finite."""
     law, events = system.law, system.events
-    n = law.codes.shape[0]
+    n, width = law.codes.shape[0], width_of(system.e.housing)
     for i in range(n):
-        events[i, 0], events[i, 1] = u[i], u[n + i]
+        for j in range(width):
+            events[i, j] = u[j * n + i]
     for j in range(system.along.size):
-        value = u[2 * n + j]
+        value = u[width * n + j]
         if not system.least[j] < value < system.most[j]:
             return False
         system.values[0, system.along[j]] = value
@@ -82,7 +91,8 @@ def fill_at(system, u) -> bool:
     fill_blocks(system.e, p, law, events, system.columns, system.blocks)
     total = 0.0
     for i in range(n):
-        total += abs(system.blocks.rest[i, 0]) + abs(system.blocks.rest[i, 1])
+        for j in range(width):
+            total += abs(system.blocks.rest[i, j])
     return total < math.inf
 
 
@@ -93,9 +103,18 @@ def fill_tests(system, c, tests) -> None:
     c : (DEGREE + 1,) float, a work array.
     """
     blocks, margins = system.blocks, system.margins
-    tests[UNIT], tests[DOUBLING] = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
-    (m11, _m12, _m21, m22), tests[DETERMINANT] = return_map(blocks)
-    tests[TRACE] = m11 + m22
+    e = system.e
+    tests[UNIT], tests[DOUBLING] = unit_and_doubling(
+        blocks.before, blocks.at, blocks.rest, e.housing
+    )
+    if e.housing is not None:
+        matrix, minors, determinant = return_map_of_three(blocks.before, blocks.at)
+        trace = matrix[0, 0] + matrix[1, 1] + matrix[2, 2]
+        tests[TRACE], tests[MINORS], tests[DETERMINANT] = trace, minors, determinant
+        tests[PAIR] = pair_share(trace, minors, determinant)
+    else:
+        (m11, _m12, _m21, m22), tests[DETERMINANT] = return_map(blocks)
+        tests[TRACE] = m11 + m22
     p = row_parameters(system.values, 0)
     fill_margins(system.e, p, system.law, system.events, c, margins)
     tests[SPEED] = min(margins[of.SPEED, of.VALUE] / system.speed, 1.0)
@@ -105,9 +124,11 @@ def fill_tests(system, c, tests) -> None:
         scale = 1.0
         if kind == of.HOLD:
             scale = max(p.friction, 1e-100)
+        elif kind == of.HOUSING_HOLD:
+            scale = abs(p.f) + abs(p.f2) + p.housing_friction_1 + p.housing_friction_2
         elif kind == of.GAP:
             scale = system.size
-        elif kind == of.SLIDE:
+        elif kind in (of.SLIDE, of.HOUSING_SLIDE):
             scale = system.speed
         value = margins[kind, of.VALUE] / scale
         if kind == 1 or value < least or value != value:
@@ -124,12 +145,12 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
     Parameters
     ----------
     system : System
-    u : (2 n + 1,) float
+    u : (w n + 1,) float
     target : float
-    weights : (2 n + 1,) float
+    weights : (w n + 1,) float
         Of the unknowns in norms.
-    border : (2 n + 1,) float
-    tangent : (2 n + 1,) float
+    border : (w n + 1,) float
+    tangent : (w n + 1,) float
         Filled with the unit tangent there, along the border.
     tests : (N_TESTS,) float
         Filled with its test functions.
@@ -139,12 +160,14 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
     int
         How often the equations were filled; its negative where there is no orbit.
     """
-    n, blocks = system.law.codes.shape[0], system.blocks
-    borders, corner, goal = np.empty((1, n, 2)), np.empty((1, 1)), np.empty(1)
-    x, q, zeros = np.empty((n, 2)), np.empty(1), np.zeros((n, 2))
+    n, blocks, width = system.law.codes.shape[0], system.blocks, width_of(system.e.housing)
+    borders, corner, goal = np.empty((1, n, width)), np.empty((1, 1)), np.empty(1)
+    x, q, zeros = np.empty((n, width)), np.empty(1), np.zeros((n, width))
     for i in range(n):
-        borders[0, i, 0], borders[0, i, 1] = border[i], border[n + i]
-    corner[0, 0] = border[2 * n]
+        for j in range(width):
+            borders[0, i, j] = border[j * n + i]
+    last = width * n
+    corner[0, 0] = border[last]
     rest, previous, said = blocks.rest, math.inf, GOES_ON
     fills = 0
     while fills <= MAX_CORRECTIONS:
@@ -157,35 +180,40 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
         if said == DONE:
             rest, goal[0] = zeros, 1.0  # for the tangent
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, goal, x, q
-        )
+            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, goal, x, q,
+            system.e.housing,
+        )  # fmt: skip
         if sign == 0.0:
             return -fills
         if said == DONE:
             break
-        change = abs(q[0]) * weights[2 * n]
+        change = abs(q[0]) * weights[last]
         for i in range(n):
-            change = max(change, abs(x[i, 0]) * weights[i], abs(x[i, 1]) * weights[n + i])
+            for j in range(width):
+                change = max(change, abs(x[i, j]) * weights[j * n + i])
         said, previous = verdict(change, previous), change
         if said == FAILED:
             return -fills
         for i in range(n):
-            u[i] -= x[i, 0]
-            u[n + i] -= x[i, 1]
-        u[2 * n] -= q[0]
+            for j in range(width):
+                u[j * n + i] -= x[i, j]
+        u[last] -= q[0]
     else:
         return -fills
-    square = (q[0] * weights[2 * n]) ** 2
+    square = (q[0] * weights[last]) ** 2
     for i in range(n):
-        tangent[i], tangent[n + i] = x[i, 0], x[i, 1]
-        square += (x[i, 0] * weights[i]) ** 2 + (x[i, 1] * weights[n + i]) ** 2
-    tangent[2 * n] = q[0]
+        own = 0.0
+        for j in range(width):
+            tangent[j * n + i] = x[i, j]
+            own += (x[i, j] * weights[j * n + i]) ** 2
+        square += own
+    tangent[last] = q[0]
     if not 0.0 < square < math.inf:
         return -fills
     norm = math.sqrt(square)
     for k in range(u.size):
         tangent[k] /= norm
     tests[:] = 0.0
-    tests[FOLD] = tangent[2 * n] * weights[2 * n]
+    tests[FOLD] = tangent[last] * weights[last]
     fill_tests(system, blocks.polynomial, tests)
     return fills

@@ -22,7 +22,8 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.forces import NODES, WEIGHTS
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.law.states import flight_of, flown_by, sign_of
+from vibropipe.orbits.law.flights import flight_of, flown_by
+from vibropipe.orbits.law.states import sign_of
 from vibropipe.orbits.sensitivity.law_orbit import (
     PLACE,
     RATE,

@@ -15,7 +15,7 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import FORM, HELD, RESTING
 from vibropipe.orbits.law.determinants import less_inverse_times, transfer
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
-from vibropipe.orbits.law.states import flight_of
+from vibropipe.orbits.law.flights import flight_of
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.law_orbit import ends_of_piece

@@ -1,0 +1,288 @@
+"""Orbits by their laws beside a housing that slides: references, differences, marches, and a dense elimination."""
+
+from __future__ import annotations
+
+import json
+from dataclasses import replace
+
+import numpy as np
+import pytest
+from comparisons import REFERENCE
+
+import vibropipe as vp
+from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP
+from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.determinants import pair_share, return_map_of_three
+from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
+from vibropipe.orbits.law.equations import fill_blocks, new_blocks
+from vibropipe.orbits.law.following import follow_laws
+from vibropipe.orbits.law.happenings import happenings, law_from
+from vibropipe.orbits.law.law import WAY
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Problem, Scales
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
+from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.branch.branch import is_symmetric
+
+NAMES = {
+    "kappa": "mass_ratio",
+    "d1": "housing_friction_1",
+    "d2": "housing_friction_2",
+    "pull": "housing_load",
+}
+REFERENCES = json.loads((REFERENCE / "housing.json").read_text())["steady"]
+SYMMETRIC = vp.Exciter(
+    l=0.3, nu=1.3, f=0.9, h=0.2, R1=0.6, R2=0.6, mass_ratio=0.6, housing_friction_1=0.2,
+    housing_friction_2=0.2,
+)  # fmt: skip
+RUBBED = vp.Exciter(
+    l=0.3, nu=1.3, f=0.9, h=0.1, delta=0.05, R1=0.5, R2=0.6, mass_ratio=0.8, housing_friction_1=0.1,
+    housing_friction_2=0.2, housing_load=0.03, friction=0.15,
+)  # fmt: skip
+STUCK = vp.Exciter(
+    l=1.0, nu=0.5, f=1.5, h=0.1, R1=0.7, R2=0.7, mass_ratio=0.5, housing_friction_1=0.3,
+    housing_friction_2=0.35, friction=0.4, load=0.02,
+)  # fmt: skip
+FREE = vp.Exciter(
+    l=1.5, nu=0.7, f=0.9, h=0.3, mass_ratio=0.8, housing_friction_1=0.4, housing_friction_2=0.5
+)
+EXCITERS = {
+    **{
+        f"reference {i}": vp.Exciter(
+            **{NAMES.get(n, n): float(v) for n, v in entry["parameters"].items()}
+        )
+        for i, entry in enumerate(REFERENCES)
+    },
+    "symmetric": SYMMETRIC,
+    "rubbed": RUBBED,
+    "stuck": STUCK,
+    "free": FREE,
+}
+SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
+
+
+@pytest.fixture(scope="module")
+def marcher():
+    return Marcher(Effects(soft=1, friction=1, housing=1, second_harmonic=1))
+
+
+def orbit_of(name, marcher, along="nu", low=0.2, high=4.0):
+    """Return the branch of the law of a steady state, what was read of that, the parameters, and its section."""
+    exciter = EXCITERS[name]
+    start = vp.steady_state(exciter)
+    p = exciter.parameters()
+    state = np.array([float(start[each]) for each in SECTION]) - [exciter.load, 0.0, 0.0]
+    read = marcher.law_of(p, state, int(start.period_multiple), is_symmetric(exciter))
+    index = Parameters._fields.index(along)
+    problem = Problem(
+        np.array(p), index, low, high, (), is_symmetric(exciter), 0.02, marcher.effects
+    )
+    size = float(start.displacement_amplitude.max())
+    return LawCurve(problem, read.law, Scales(size, 1.0), marcher), read, p, state, start
+
+
+@pytest.mark.parametrize("i", range(len(REFERENCES)))
+def test_newton_converges_to_the_reference_with_the_square_of_its_error(i, marcher):
+    entry = REFERENCES[i]
+    exciter = EXCITERS[f"reference {i}"]
+    p = exciter.parameters()
+    expected = np.array([float(entry[each]) for each in ("x", "v", "housing_velocity")])
+    read = marcher.law_of(p, expected, 1, False)
+    problem = Problem(np.array(p), 0, 0.2, 5.0, (), False, 0.02, marcher.effects)
+    curve = LawCurve(problem, read.law, Scales(0.5, 1.0), marcher)
+    u = read.u.T.ravel()
+    noise = np.random.default_rng(3).standard_normal(u.size)
+    disturbed = np.append(u * (1.0 + 1e-4 * noise), p.nu)
+    curve.work.border[:] = 0.0
+    curve.work.border[-1] = 1.0
+    sizes = []
+    for _ in range(4):
+        step = curve.step(disturbed, p.nu)
+        sizes.append(float(np.abs(step * curve.weights).max()))
+        disturbed = disturbed - step
+    assert sizes[2] < 1e3 * sizes[1] ** 2 + 1e-13
+    assert sizes[3] < 1e-13
+    point = curve.settle(disturbed)
+    np.testing.assert_allclose(curve.state_at(point), expected, atol=2e-15)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_newton_returns_to_the_orbit_that_was_marched(name, marcher):
+    curve, read, p, state, _start = orbit_of(name, marcher)
+    assert read.law.codes[:, WAY].any()
+    u = read.u.T.ravel()
+    noise = np.random.default_rng(3).standard_normal(u.size)
+    point = curve.settle(np.append(u * (1.0 + 1e-5 * noise), p.nu))
+    assert point is not None
+    np.testing.assert_allclose(point.u[:-1], u, atol=5e-12)
+    np.testing.assert_allclose(curve.state_at(point), state, atol=5e-12)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
+    _curve, (law, u), p, _state, _start = orbit_of(name, marcher)
+    n, columns, e = len(u), np.arange(len(ALL_DIFFERENTIATED)), marcher.effects
+    exact, beside = new_blocks(n, columns.size, 1), new_blocks(n, 0, 1)
+    fill_blocks(e, p, law, u, columns, exact)
+
+    def rests(q, v):
+        fill_blocks(e, q, law, v, np.zeros(0, np.int64), beside)
+        return beside.rest.copy()
+
+    step = 1e-6
+    for i in range(n):
+        for j in range(3):
+            up, down = u.copy(), u.copy()
+            up[i, j] += step
+            down[i, j] -= step
+            slope = (rests(p, up) - rests(p, down)) / (2.0 * step)
+            expected = np.zeros((n, 3))
+            expected[i] += exact.at[i, :, j]
+            expected[(i + 1) % n] += exact.before[(i + 1) % n, :, j]
+            if u[i, j] == 0.0 and not slope.any():
+                # An event without this number: an equation of its own says so, and nothing else.
+                assert np.sort(np.abs(expected).ravel())[-2:].tolist() == [0.0, 1.0]
+                continue
+            np.testing.assert_allclose(slope, expected, atol=2e-7 * np.abs(expected).max())
+    for k, parameter in enumerate(ALL_DIFFERENTIATED):
+        if parameter in ("k1", "k2") and getattr(p, parameter) == 0.0:
+            continue  # another exciter
+        ends = [
+            rests(p._replace(**{parameter: getattr(p, parameter) + change}), u)
+            for change in (step, -step)
+        ]
+        slope = (ends[0] - ends[1]) / (2.0 * step)
+        scale = max(1.0, np.abs(slope).max())
+        np.testing.assert_allclose(exact.by[:, :, k], slope, atol=2e-7 * scale, err_msg=parameter)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_multipliers_are_those_of_the_marched_return_map(name, marcher):
+    _curve, (law, u), p, _state, start = orbit_of(name, marcher)
+    blocks = new_blocks(len(u), 0, 1)
+    fill_blocks(marcher.effects, p, law, u, np.zeros(0, np.int64), blocks)
+    matrix, minors, determinant = return_map_of_three(blocks.before, blocks.at)
+    found = np.linalg.eigvals(matrix) ** (1 + law.mirrored)
+    for each in start.floquet_multiplier.values:
+        assert np.abs(found - each).min() < 1e-10
+    one, two, three = np.linalg.eigvals(matrix)
+    assert minors == pytest.approx((one * two + one * three + two * three).real, abs=1e-12)
+    assert determinant == pytest.approx((one * two * three).real, abs=1e-12)
+
+
+@pytest.mark.parametrize("name", EXCITERS)
+def test_events_without_frames_give_the_law_again(name, marcher):
+    _curve, (law, u), p, _state, _start = orbit_of(name, marcher)
+    made = law_from(happenings(law, p, u), p, law.span, law.mirrored)
+    assert made is not None
+    np.testing.assert_array_equal(made[0].codes, law.codes)
+    np.testing.assert_allclose(made[1], u, atol=1e-15)
+
+
+@pytest.mark.parametrize("n", [1, 2, 3, 16])
+@pytest.mark.parametrize("k", [0, 1, 2])
+def test_elimination_of_blocks_of_three_is_the_dense_solution(n, k):
+    rng = np.random.default_rng(n + 10 * k)
+    before, at = rng.standard_normal((2, n, 3, 3))
+    by, rest = rng.standard_normal((n, 3, k)), rng.standard_normal((n, 3))
+    borders, corner = rng.standard_normal((k, n, 3)), rng.standard_normal((k, k))
+    target, x, q = rng.standard_normal(k), np.empty((n, 3)), np.empty(k)
+    for wrap in (1.0, -1.0):
+        dense = np.zeros((3 * n + k, 3 * n + k))
+        for i in range(n):
+            rows, last = slice(3 * i, 3 * i + 3), 3 * ((i - 1) % n)
+            dense[rows, rows] += at[i]
+            dense[rows, last : last + 3] += before[i] * (wrap if i == 0 else 1.0)
+            dense[rows, 3 * n :] = by[i]
+        dense[3 * n :, : 3 * n], dense[3 * n :, 3 * n :] = borders.reshape(k, 3 * n), corner
+        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, 1)
+        solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
+        np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=1e-8, atol=1e-10)
+        assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
+        if k == 0 and wrap > 0.0:
+            sides = rng.standard_normal((n, 3, 5))
+            many = np.empty((n, 3, 5))
+            solve_columns(before, at, sides, many, 1)
+            every = np.linalg.solve(dense, sides.reshape(3 * n, 5))
+            np.testing.assert_allclose(many.reshape(3 * n, 5), every, rtol=1e-8, atol=1e-10)
+
+
+def test_a_return_map_of_random_blocks_has_the_invariants_of_the_product():
+    rng = np.random.default_rng(7)
+    before, at = rng.standard_normal((2, 5, 3, 3))
+    matrix, minors, determinant = return_map_of_three(before, at)
+    product = np.eye(3)
+    for i in (1, 2, 3, 4, 0):
+        product = -np.linalg.solve(at[i], before[i] @ product)
+    np.testing.assert_allclose(matrix, product, rtol=1e-9)
+    values = np.linalg.eigvals(product)
+    expected = (np.sum(values) ** 2 - np.sum(values**2)).real / 2.0
+    assert minors == pytest.approx(expected, rel=1e-8)
+    assert determinant == pytest.approx(np.prod(values).real, rel=1e-8)
+
+
+@pytest.mark.parametrize("angle", [0.3, 1.4, 2.9])
+@pytest.mark.parametrize("third", [-0.7, 0.0, 0.4])
+def test_a_pair_on_the_unit_circle_is_a_zero(angle, third):
+    def share(radius):
+        values = np.array([radius * np.exp(1j * angle), radius * np.exp(-1j * angle), third])
+        minors = (np.sum(values) ** 2 - np.sum(values**2)).real / 2.0
+        return pair_share(np.sum(values).real, minors, np.prod(values).real)
+
+    assert share(1.0) == pytest.approx(0.0, abs=1e-15)
+    assert share(0.99) > 0.0 > share(1.01)
+
+
+@pytest.mark.parametrize("order", [1, 2])
+def test_the_equation_of_a_short_slide_is_divided_by_its_time(order, marcher):
+    """The quotient by powers is that of the difference, at spans where both keep digits; below it stays regular."""
+    _curve, (law, u), p, _state, _start = orbit_of("reference 2", marcher)
+    kinds = law.codes[:, CAUSE]
+    begun = HOUSING_SLIP if order == 2 else HOUSING_STOP
+    i = next(i for i in range(1, len(kinds)) if kinds[i] == HOUSING_STOP and kinds[i - 1] == begun)
+    blocks, none = new_blocks(len(u), 0, 1), np.zeros(0, np.int64)
+    period = 2.0 * np.pi / p.nu
+
+    def equation(turns):
+        v = u.copy()
+        v[i, 0] = v[i - 1, 0] + turns
+        fill_blocks(marcher.effects, p, law, v, none, blocks)
+        return blocks.rest[i, 2]
+
+    # Below and above the time from which on powers are summed: one smooth function.
+    turns = np.linspace(0.01, 0.12, 45)
+    values = np.array([equation(each) for each in turns])
+    smooth = np.polynomial.Polynomial.fit(turns, values, 14)
+    np.testing.assert_allclose(values, smooth(turns), atol=1e-10 * np.abs(values).max())
+    tiny = np.array([equation(each) for each in (1e-6, 1e-9, 1e-12, 0.0)])
+    np.testing.assert_allclose(tiny, tiny[-1], atol=1e-4 * np.abs(values).max() * period)
+    assert np.isfinite(tiny).all()
+    assert tiny[-1] != 0.0
+
+
+@pytest.mark.parametrize("name", ["reference 0", "reference 2", "symmetric", "rubbed", "free"])
+@pytest.mark.parametrize("way", [1, -1])
+def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
+    """A march from each orbit, stable or not, meets the events of its law and returns, but for rounding that grows."""
+    nu = EXCITERS[name].nu
+    curve, read, p, _state, _start = orbit_of(name, marcher, low=0.8 * nu, high=1.25 * nu)
+    start = curve.settle(np.append(read.u.T.ravel(), p.nu))
+    path = follow_laws(curve, start if way > 0 else start.reversed(), False)
+    for point in path.points[:: max(1, len(path.points) // 60)]:
+        own, at = point.curve, point.curve.parameters(point.value)
+        state = own.state_at(point)
+        returned = marcher.after(at, state, float(own.sequence.m))
+        growth = 1.0 + np.abs(point.tests[6]) ** (2 if own.sequence.mirrored else 1)
+        np.testing.assert_allclose(returned, state, atol=1e-10 * growth)
+
+
+def test_a_law_with_rests_is_not_read(marcher):
+    """A mass that rests beside a sliding housing is left to the march."""
+    exciter = replace(
+        SYMMETRIC, nu=0.3, f=0.9, l=0.5, housing_friction_1=0.5, housing_friction_2=0.5
+    )
+    start = vp.steady_state(exciter)
+    assert float(start.rests_per_orbit.sum()) > 0.0
+    state = np.array([float(start[each]) for each in SECTION])
+    assert marcher.law_of(exciter.parameters(), state, int(start.period_multiple), True) is None

@@ -1,0 +1,54 @@
+"""What is followed of an exciter, and the scales of its orbits."""
+
+from __future__ import annotations
+
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.orbits.row import row_parameters
+from vibropipe.physics.effects import ALL_EFFECTS, Effects
+
+
+class Scales(NamedTuple):
+    """Scales of displacement and velocity of orbits, > 0."""
+
+    size: float
+    speed: float
+
+
+def parameters_at(values: np.ndarray, along: int, value: float) -> Any:
+    """Return the `Parameters` of values (1, parameters) with the one at `along` set to a value, which is stored."""
+    values[0, along] = value
+    return row_parameters(values, 0)
+
+
+class Problem(NamedTuple):
+    """What is followed.
+
+    Attributes
+    ----------
+    values : (parameters,) float
+        Parameters of the exciter.
+    along : int
+        Index of the parameter that varies.
+    low, high : float
+        Its range.
+    at : tuple of float
+        Its values at which points are wanted.
+    symmetric : bool
+        Whether the exciter is its own mirror image over the whole range.
+    max_length : float
+        Largest weighted length of a step.
+    effects : Effects
+        Of all exciters of the range.
+    """
+
+    values: np.ndarray
+    along: int
+    low: float
+    high: float
+    at: tuple[float, ...]
+    symmetric: bool
+    max_length: float
+    effects: Effects = ALL_EFFECTS

@@ -26,6 +26,7 @@ LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a h
         "motion, outputs: [motion, impacts, harmonics, energy]",
         "sweep, over: {nu: [1, 2]}, figure: {show: [housing_velocity_mean]}",
         "sweep, over: {mass_ratio: [0.1, 0.2]}, follow: {along: mass_ratio, direction: up}",
+        "branch, along: {nu: {from: 2, to: 3}}, figure: {show: [housing_velocity_mean]}",
     ],
 )
 def test_motions_and_sweeps_compute_it(scene: str) -> None:
@@ -39,7 +40,7 @@ def test_motions_and_sweeps_compute_it(scene: str) -> None:
         ("motion, outputs: [power]", f"outputs: {LEFT_OUT}, got power"),
         ("sweep, over: {nu: [1, 2]}, outputs: [sensitivity]", f"outputs: {LEFT_OUT}, got sensitiv"),
         (
-            "branch, along: {nu: {from: 2, to: 3}}",
+            "boundary, of: [fold], over: {nu: [2, 3], f: [0.5, 1]}",
             "mass_ratio: must be 0: a housing that slides is",
         ),
         (
@@ -75,7 +76,7 @@ def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
         ),
         (
             "kind: sweep, over: {M: [0.5 kg, 1 kg]}",
-            "kind: branch, along: {omega: {from: 40 Hz, to: 50 Hz}}",
+            "kind: basins, over: {x0: [0 mm, 1 mm], v0: [0 m/s, 1 m/s]}",
             "physical.M: must be left out: a housing that slides is not computed here, got '0.5 kg'",
         ),
         (

@@ -27,6 +27,7 @@ MARKS = {
     "grazing": "triangle",
     "end": "x",
     "change": "inverted_triangle",
+    "neimark_sacker": "star",
 }
 BOUNDARY_COLOUR = "#CC0066"
 # Colour, dashes and width of the pieces of a branch.

@@ -33,7 +33,8 @@ class Meeting(IntEnum):
 class Bifurcation(IntEnum):
     """Where a branch turns, doubles its period, loses its symmetry, touches a support, or ends.
 
-    CHANGE: with soft supports or friction, where contacts, turns, sticks or rests of the orbit begin or end.
+    CHANGE: with soft supports, friction or a housing, where contacts, turns, sticks, rests or slips of the orbit begin
+    or end. NEIMARK_SACKER: with a housing, where a pair of multipliers meets the unit circle.
     """
 
     FOLD = 0
@@ -42,6 +43,7 @@ class Bifurcation(IntEnum):
     GRAZING = 3
     END = 4
     CHANGE = 5
+    NEIMARK_SACKER = 6
 
 
 class BranchEnd(IntEnum):

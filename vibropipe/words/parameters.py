@@ -36,12 +36,8 @@ DEFAULTS: Mapping[str, float] = {
 THROUGH_OTHERS = {name: entry.acts for name, entry in PARAMETERS.items() if entry.acts is not None}
 """Parameters that act through others."""
 
-FOLLOWED = tuple(
-    name
-    for name, entry in PARAMETERS.items()
-    if name not in THROUGH_OTHERS and entry.effect != "housing"
-)
-"""Parameters along which orbits and bifurcations can be followed: none has a housing that slides."""
+FOLLOWED = tuple(name for name in PARAMETERS if name not in THROUGH_OTHERS)
+"""Parameters along which orbits and bifurcations can be followed."""
 
 _FURTHER_EFFECTS = {each.name for each in EFFECTS if not each.is_common}
 FURTHER = tuple(

@@ -39,7 +39,10 @@ from vibropipe.words.regimes import Regime
 LEFT, WIDTH, LOW, TOP, BETWEEN = 1.3, 14.4, 1.05, 0.4, 0.75  # cm
 PANELS_CM, LEAST_CM, MOST_CM = 9.0, 2.6, 7.2  # of all panels; of one
 BAR_CM, BARS_CM = 0.16, 0.75  # a bar of coexistence, and the room above the bars
-MARKS = {"fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v"}
+MARKS = {
+    "fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v",
+    "Neimark-Sacker bifurcation": "p",
+}  # fmt: skip
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.4}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.6)), "linewidth": 0.9}
 VALUE = "value of a line"

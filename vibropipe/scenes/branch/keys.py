@@ -92,6 +92,7 @@ class BranchScene(BaseScene):
     """Orbits followed along a parameter, stable or not, with their bifurcations."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
     figure: BranchFigure = figure_key(BranchFigure, "picture")
     along: Annotated[dict[ParameterName, Along], Field(min_length=1, max_length=1)] = Field(
@@ -186,7 +187,7 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     if problems:
         return
     try:
-        all_effects(scene.values(), pieces=True)
+        all_effects(scene.values(), pieces=True, housing=True)
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
         return

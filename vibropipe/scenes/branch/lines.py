@@ -135,10 +135,15 @@ def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
         )
 
 
+# Kinds of bifurcations whose names are those of people.
+NAMED = {"neimark sacker": "Neimark-Sacker bifurcation"}
+KINDS = {code: NAMED.get(name, name) for code, name in flag_texts("bifurcation_kind").items()}
+
+
 def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Return the mask of each kind of bifurcation that occurs."""
     codes = dataset["bifurcation_kind"].values
-    masks = {name: codes == code for code, name in flag_texts("bifurcation_kind").items()}
+    masks = {name: codes == code for code, name in KINDS.items()}
     return {name: mask for name, mask in masks.items() if mask.any()}
 
 
@@ -150,7 +155,8 @@ PLURALS = {
     "flip": "flips",
     "pitchfork": "pitchforks",
     "grazing": "grazings",
-    "change": "changes of contacts, turns or sticks",
+    "change": "changes of contacts, turns, sticks or slips",
+    "Neimark-Sacker bifurcation": "Neimark-Sacker bifurcations",
 }
 
 
@@ -201,7 +207,6 @@ def cascade_of(dataset: xr.Dataset) -> list[float]:
     return places if len(places) >= MIN_FLIPS and shrinks else []
 
 
-KINDS = flag_texts("bifurcation_kind")
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
 SAME = 1e-6
 

@@ -24,7 +24,7 @@ from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 
 MAX_TITLE = 85  # letters
-CHANGES = "Changes: contacts, turns or sticks of the orbit begin or end"
+CHANGES = "Changes: contacts, turns, sticks or slips of the orbit begin or end"
 
 
 def title_branches(

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
-from vibropipe.orbits.law.curve import Problem
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
@@ -19,7 +19,12 @@ from vibropipe.physics.start import start_text
 from vibropipe.solve.branch.branch_dataset import branch_dataset, rest_dataset
 from vibropipe.solve.branch.branch_of_pieces import follow_branches_of_pieces, solver_of_pieces
 from vibropipe.solve.branch.rest_branch import follow_rest
-from vibropipe.solve.checks import check_outputs, check_soft, check_whole
+from vibropipe.solve.checks import (
+    check_outputs,
+    check_outputs_of_housing,
+    check_soft,
+    check_whole,
+)
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
@@ -34,7 +39,11 @@ if TYPE_CHECKING:
 SWITCHES = ("flip", "pitchfork", "grazing")
 MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 # Parameters whose change keeps a symmetric exciter symmetric.
-KEEP_SYMMETRY = ("nu", "f", "h", "l")
+KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio")
+# Without friction of the ground both bodies keep any velocity: an orbit is one of a continuum.
+NO_FRICTION = (
+    "must be above 0, or housing_friction_2 must: a housing without friction keeps any velocity"
+)
 
 
 def branch(
@@ -57,8 +66,8 @@ def branch(
     parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
     least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
-    settles has the same rests. With soft supports or friction an orbit is a zero of equations over its law, the events
-    of its period in turn, and is followed from law to law.
+    settles has the same rests. With soft supports, friction or a housing that slides an orbit is a zero of equations
+    over its law, the events of its period in turn, and is followed from law to law; with a housing it has no rests.
 
     Parameters
     ----------
@@ -96,12 +105,13 @@ def branch(
             Number of the branch; 0 is the one through the start.
         stable, floquet_multiplier (multiplier)
             As for `steady_state`; multipliers are infinite and 0 where an impact has no velocity.
+            With a housing there are three, and a pair of them on the unit circle is neimark_sacker.
 
         Impacts are a contiguous ragged array, `row_size` of them for each point. Over `bifurcation`:
 
         bifurcation_kind
-            fold, flip, pitchfork, grazing, end or, with soft supports or friction, change: contacts, turns, sticks
-            or rests of the orbit begin or end.
+            fold, flip, pitchfork, grazing, neimark_sacker, end or, with soft supports, friction or a housing, change:
+            contacts, turns, sticks, rests or slips of the orbit begin or end.
         bifurcation_<along>
             The parameter.
         bifurcation_point
@@ -138,6 +148,7 @@ def branch(
     problem, signs = _problem(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
+    check_outputs_of_housing(problem.effects.housing, requested, None)
     ends = [problem.low, problem.high]
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
@@ -161,6 +172,8 @@ def branch(
         tree = _follow(problem, signs, start, switches)
     if tree is None:
         got = "an orbit within rounding of chatter"
+        if effects.housing is not None:
+            got += ", with rests beside a housing that slides, or of events at one instant"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
     if tree.n_left:
         attrs["incomplete"] = (
@@ -183,7 +196,8 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
 def is_symmetric(exciter: Exciter) -> bool:
     """Return whether the exciter is its own mirror image half a forcing period later."""
     is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in TWINS)
-    return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even
+    is_pulled = exciter.mass_ratio > 0.0 and exciter.load + exciter.housing_load != 0.0
+    return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even and not is_pulled
 
 
 def _direction(signs: tuple[float, ...]) -> str:
@@ -225,7 +239,12 @@ def _problem(
     values = np.array(exciter.parameters())
     index = Parameters._fields.index(along)
     reached = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
-    effects = all_effects({**reached, along: np.array([low, high])}, pieces=True)
+    effects = all_effects({**reached, along: np.array([low, high])}, pieces=True, housing=True)
+    frictions = [{**reached, along: np.array([end])} for end in (low, high)]
+    if effects.housing is not None and any(
+        each["housing_friction_1"][0] == each["housing_friction_2"][0] == 0.0 for each in frictions
+    ):
+        raise ParameterError("housing_friction_1", 0.0, must=NO_FRICTION)
     wanted_values = tuple(sorted(set(wanted)))
     problem = Problem(values, index, low, high, wanted_values, symmetric, length, effects)
     return problem, signs
@@ -236,7 +255,7 @@ def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
     number = as_float(name, value, PARAMETERS[along].range.text)
     if not PARAMETERS[along].range.contains(number):
         raise ParameterError(name, value, PARAMETERS[along].range.text)
-    all_effects(vars(Exciter(**{**vars(exciter), along: number})), pieces=True)
+    all_effects(vars(Exciter(**{**vars(exciter), along: number})), pieces=True, housing=True)
     return number
 
 

@@ -12,7 +12,7 @@ from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.rows import write_points
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.orbits.law.curve import Problem
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors

@@ -1,4 +1,4 @@
-"""Branches of orbits with soft supports or friction: through a steady state, and their points as rows."""
+"""Branches of orbits with soft supports, friction or a housing: through a steady state, and their points as rows."""
 
 from __future__ import annotations
 
@@ -10,9 +10,10 @@ import numpy as np
 from vibropipe.march.log import limit_work
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import Tree, follow_tree
-from vibropipe.orbits.law.curve import LawCurve, Problem, Scales
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.following import LAWS
 from vibropipe.orbits.law.marching import CAPACITY, Marcher
+from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.rows import write_piece_points
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
@@ -72,7 +73,10 @@ def follow_branches_of_pieces(
     marcher, p = Marcher(effects), exciter.parameters()
     if Parameters._fields[problem.along] == "friction":
         p = p._replace(friction=max(p.friction, MIN_FRICTION))
-    read = marcher.law_of(p, np.array([x, v]), int(start.period_multiple), problem.symmetric)
+    state = np.array([x, v])
+    if effects.housing is not None:
+        state = np.append(state, float(start.get("housing_velocity_strobe", 0.0)))
+    read = marcher.law_of(p, state, int(start.period_multiple), problem.symmetric)
     if read is None:
         return None
     curve = LawCurve(problem, read.law, Scales(size, speed), marcher)
@@ -112,11 +116,13 @@ def solve_branch_of_pieces(
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
     out = new_rows(n, harmonics, outputs, listed, effects)
     write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
-    is_soft = has_soft_support(columns_of(parameters))
-    rows = with_errors_of_pieces(
-        compact_impacts(out), parameters, effects, march_room[0].pieces,
-        contact_columns(outputs) if is_soft else 0,
-    )  # fmt: skip
+    rows = compact_impacts(out)
+    if effects.housing is None:
+        is_soft = has_soft_support(columns_of(parameters))
+        rows = with_errors_of_pieces(
+            rows, parameters, effects, march_room[0].pieces,
+            contact_columns(outputs) if is_soft else 0,
+        )  # fmt: skip
     add_load(rows, parameters[:, LOAD])
     return rows if "impacts" in computed(outputs) else without_impacts(rows)
 

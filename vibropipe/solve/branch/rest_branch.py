@@ -11,7 +11,7 @@ from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
-from vibropipe.orbits.law.curve import Problem
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import start_at
 from vibropipe.solve.rows.label import Variables, concatenate

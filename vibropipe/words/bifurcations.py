@@ -12,7 +12,7 @@ class Meeting(IntEnum):
     bifurcation touches a support. DOUBLE_GRAZING: an orbit touches twice. DEGENERATE_FLIP, DEGENERATE_PITCHFORK: the
     bifurcation changes its direction, and a fold of the orbits that it creates begins. CHATTER, REST: the force
     presses the mass on the support that it touches. LOST: no further point was found. POINTS: there are too many.
-    CHANGE: turns or sticks of the orbit begin or end.
+    CHANGE: turns, sticks or slips of the orbit begin or end.
     """
 
     BOX = 0

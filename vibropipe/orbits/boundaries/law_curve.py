@@ -19,7 +19,7 @@ from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
-from vibropipe.orbits.law.edits import without_contact
+from vibropipe.orbits.law.edits import edits
 from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import happenings, law_from
@@ -88,7 +88,7 @@ class LawBoundary(LawZeros):
         )
         self.box, self.kind, self.touched = box, kind, touch
         self._slope: np.ndarray | None = None
-        self._no_columns = new_blocks(len(law.codes), 0)
+        self._no_columns = new_blocks(len(law.codes), 0, marcher.effects.housing)
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
         is_linear = not np.isin(kinds, (ENTER, IMPACT, REST_BEGINS)).any()
@@ -128,7 +128,8 @@ class LawBoundary(LawZeros):
         """Fill the derivatives of the least gap, which depends on the event that begins its flight alone."""
         assert self._slope is not None
         n, i = len(self.sequence.codes), int(self.touched[0])
-        for k in (i, n + i, 2 * n, 2 * n + 1):
+        last = self.width * n
+        for k in (*range(i, last, n), last, last + 1):
             ends = []
             for sign in (1.0, -1.0):
                 moved = u.copy()
@@ -146,7 +147,9 @@ class LawBoundary(LawZeros):
         if self.kind == GRAZINGS:
             return self._gap(u) / self.size
         blocks = self.system.blocks
-        unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest)
+        unit, doubling = unit_and_doubling(
+            blocks.before, blocks.at, blocks.rest, self.effects.housing
+        )
         return unit if self.kind == FOLDS else doubling
 
     def _gap(self, u: np.ndarray) -> float:
@@ -269,10 +272,11 @@ def grazing_at(point: Point) -> Grazing | None:
     events = [] if law.codes[0, CAUSE] == SECTION else happenings(law, p, u)
     if abs(point.tests[SPEED]) < AT_END:
         slow = events[int(point.tests[SLOW_EVENT])]
-        for kept in without_contact(events, int(point.tests[SLOW_EVENT]), p):
+        for kept in edits(curve.effects, law, p, u, point.tests, int(of.SPEED)):
             made = law_from(kept, p, law.span, law.mirrored)
             if not kept:
-                made = without_events(law.span, law.mirrored), curve.state_at(point)[np.newaxis]
+                empty = without_events(law.span, law.mirrored, law.codes.shape[1])
+                made = empty, curve.state_at(point)[np.newaxis]
             if made is not None:
                 return touching(*made, slow.side, slow.t)
         return None

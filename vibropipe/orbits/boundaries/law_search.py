@@ -1,4 +1,4 @@
-"""Boundaries of orbits with soft supports or friction, from the bifurcations of their branches."""
+"""Boundaries of orbits with soft supports, friction or a housing, from the bifurcations of their branches."""
 
 from __future__ import annotations
 
@@ -39,7 +39,11 @@ MAX_CONTACTS = 24
 
 
 class SettledPieces(NamedTuple):
-    """An orbit that settled: its parameters, period multiple, (x, x') at the section, and scales of both."""
+    """An orbit that settled: its parameters, period multiple, state at the section, and scales of that.
+
+    state : (2,) or, with a housing, (3,) float
+        As `march_pieces`.
+    """
 
     values: np.ndarray
     m: int
@@ -147,7 +151,7 @@ def _contains(
     orbits: Iterable[tuple[float, int, np.ndarray]], value: float, orbit: SettledPieces
 ) -> bool:
     """Return whether an orbit is among some."""
-    scales = np.array([orbit.size, orbit.speed])
+    scales = np.array([orbit.size, orbit.speed, orbit.speed])[: orbit.state.size]
     return any(
         value == there
         and orbit.m == m
@@ -172,7 +176,9 @@ def _begin(
         law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
     elif event.reason == "doubled":
         law, u = halved(law, u, event.kind)
-    begun = begin_at(box, kind, law, u[: 2 * len(law.codes)], touch, values[box.along], curve)
+    begun = begin_at(
+        box, kind, law, u[: law.width * len(law.codes)], touch, values[box.along], curve
+    )
     if begun is not None:
         yield begun
 

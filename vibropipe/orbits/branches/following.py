@@ -8,9 +8,11 @@ from typing import NamedTuple
 from vibropipe.continuation.curve import FOLD, Point, Zero
 from vibropipe.continuation.follower import FIRST_LENGTH, Follower
 from vibropipe.continuation.path import LIMIT, Event, Path, Step, Wanted
+from vibropipe.march.piece_log import CAUSE, HOUSING_STOP
 from vibropipe.orbits.branches.parents import parent_ahead, reached_parent
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law.curve import UNRESOLVED_LENGTH, LawCurve
+from vibropipe.orbits.law.law import WAY
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, GAP, PAIR, SPEED, TRACE
 
@@ -86,7 +88,12 @@ class BranchFollower(Follower):
         low, high = curve.problem.low, curve.problem.high
         inner = [Wanted(-1, value) for value in curve.problem.at if value not in (low, high)]
         if curve.effects.housing is not None:
-            self.turns = (FOLD, DOUBLING, PAIR)
+            # A housing that never stops keeps any momentum: a multiplier is 1 along the branch.
+            keeps = (
+                curve.sequence.codes[:, WAY].all()
+                and HOUSING_STOP not in curve.sequence.codes[:, CAUSE]
+            )
+            self.turns = (FOLD,) if keeps else (FOLD, DOUBLING, PAIR)
         self.wanted = [*inner, Wanted(-1, low, LIMIT, -1.0), Wanted(-1, high, LIMIT, 1.0)]
 
     def name_of(self, test: int, step: Step, zero: Zero) -> tuple[str, str]:  # noqa: D102 - as Follower

@@ -20,7 +20,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import Happening, happenings, reference_of
-from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_slide
+from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_push, without_slide
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT
 from vibropipe.physics.effects import Effects
@@ -43,6 +43,8 @@ def edits(
         candidates = housing_edits(listed, index, int(tests[GAP_SIDE]), time, int(margin))
     elif margin == of.SPAN:
         candidates = without_slide(events, index)
+    elif margin == of.SPEED:
+        candidates = without_push(events, int(tests[SLOW_EVENT]))
     else:
         candidates = iter(())
     for each in candidates:

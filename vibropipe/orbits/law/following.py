@@ -29,6 +29,8 @@ CLOSE = (1e-6, 1e-5, 1e-4)
 # Distance in the parameter, as a share of its range, at which a march seeks the next law, how many orbits it settles,
 # and the largest distance, weighted, of the orbit that it finds.
 BESIDE, SETTLING, CLOSEST = 1e-6, 32, 1e-2
+# Weighted difference of orbits at which a branch begins a law, a small length from its end, that are one.
+SAME_ORBIT = 1e-6
 # Weighted difference of the halves of an orbit that are the same.
 SAME_HALVES = 1e-8
 # Shares of the scale of speeds at which a branch with a cusp at its end goes on, and by how many periods each earlier.
@@ -48,6 +50,7 @@ def follow_laws(
     the path ends there where no orbit continues it.
     """
     path = follow(curve, start, closes, first_length)
+    begun: list[Point] = []
     for _law in range(MAX_LAWS):
         if path.end not in ("gap", "speed"):
             return path
@@ -59,6 +62,10 @@ def follow_laws(
         if not curve.problem.low < after.value < curve.problem.high:
             path.end = LIMIT
             return path
+        if any(_is_again(after, each) for each in begun):
+            path.end = "closed"
+            return path
+        begun.append(after)
         more = follow(after.curve, after, False, FIRST_LENGTH)
         path.points += more.points
         path.lengths += more.lengths
@@ -67,6 +74,15 @@ def follow_laws(
     if path.end in ("gap", "speed"):
         path.events[-1], path.end = path.events[-1]._replace(reason=""), "points"
     return path
+
+
+def _is_again(point: Point, before: Point) -> bool:
+    """Return whether a branch begins a law in the same orbit and direction as before: it is closed."""
+    curve, other = point.curve, before.curve
+    if not np.array_equal(curve.sequence.codes, other.sequence.codes):
+        return False
+    is_same = curve.distance(point, before) < SAME_ORBIT
+    return bool(is_same and curve.cosine(point, before) > 0.0)
 
 
 def beyond(point: Point) -> Point | None:

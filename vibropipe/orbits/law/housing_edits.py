@@ -157,6 +157,13 @@ def without_slide(events: list[Happening], i: int) -> Iterator[list[Happening]]:
             yield [last._replace(t=two.t), *events[1:i], first._replace(t=one.t)]
 
 
+def without_push(events: list[Happening], i: int) -> Iterator[list[Happening]]:
+    """Yield events without an impact that pushes a held housing off, where it has lost its speed, and its stop."""
+    following = (i + 1) % len(events)
+    if events[i].kind == IMPACT and events[following].kind == HOUSING_STOP:
+        yield _without(events, i, following)
+
+
 def completed(
     e: Effects, law: Law, p: Any, u: np.ndarray, events: list[Happening]
 ) -> list[Happening]:

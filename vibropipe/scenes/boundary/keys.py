@@ -116,7 +116,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         return
     try:
         Exciter(**scene.resolved_exciter())
-        all_effects(scene.values(), pieces=True)
+        all_effects(scene.values(), pieces=True, housing=True)
         check_first_harmonic(scene.values())
     except ParameterError as error:
         yield refused(("exciter", error.name), error)

@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
-from vibropipe.solve.branch.branch import KEEP_SYMMETRY, is_symmetric
+from vibropipe.solve.branch.branch import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.sweep.sweep import grid_of, solve_shard
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -45,8 +45,8 @@ def boundary(
     the derivative D of the return map (fold), det(D + 1) = 0 (flip; of the map to the mirror image of a symmetric
     orbit pitchfork), or a turning point on a support (grazing [2]_), which is the same curve as that on which the
     impact begins without velocity. Pseudo-arclength continuation [1]_ follows each curve to both ends. Points are
-    admissible orbits, stable or not: no flight leaves the supports. With soft supports or friction an orbit is flown
-    through a given sequence of contacts, turns and sticks, and a march tells where that is no motion any more.
+    admissible orbits, stable or not: no flight leaves the supports. With soft supports, friction or a housing that
+    slides an orbit is flown through its law, a sequence of contacts, turns, sticks and slips, as in `branch`.
 
     Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
     `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
@@ -82,7 +82,7 @@ def boundary(
         period_multiple, impacts_per_orbit (support)
             The law of motion (m; p1, p2); at a grazing without the impact that begins.
         impact_velocity_max (support), displacement_strobe, velocity_strobe, floquet_multiplier (multiplier)
-            As for `steady_state`.
+            As for `steady_state`; with a housing that slides, housing_velocity_strobe, and three multipliers.
         stable
             Whether the orbit is stable: but for the multiplier 1 or -1 of the bifurcation.
 
@@ -90,12 +90,13 @@ def boundary(
 
         meeting_kind
             box (a side of it), cusp, grazing_fold, grazing_flip, grazing_pitchfork, double_grazing, degenerate_flip,
-            degenerate_pitchfork, chatter, rest, lost, points or, with friction, change: turns or sticks begin or end.
+            degenerate_pitchfork, chatter, rest, lost, points or, with friction or a housing, change: turns, sticks or
+            slips begin or end.
         meeting_<parameter>, meeting_point, meeting_ends
             Both parameters, the index of the point, and whether the curve ends there.
 
         A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
-        so if 64 curves with soft supports or friction, or as many steps as a call may take, do not suffice.
+        so if 64 curves with soft supports, friction or a housing, or as many steps as a call may take, do not suffice.
 
     Warns
     -----
@@ -125,7 +126,8 @@ def boundary(
     symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
     indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
     ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
-    effects = all_effects({**vars(exciter), **ends}, pieces=True)
+    effects = all_effects({**vars(exciter), **ends}, pieces=True, housing=True)
+    check_ground(exciter, effects, dict(zip(names, low.tolist(), strict=True)))
     box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length, effects)
     rows = _settled(exciter, names, box, lines)
     if not effects.has_pieces:
@@ -178,7 +180,7 @@ def _check_box(
     for first in pairs[0]:
         for second in pairs[1]:
             changed = {names[0]: first, names[1]: second}
-            all_effects(vars(Exciter(**{**vars(exciter), **changed})), pieces=True)
+            all_effects(vars(Exciter(**{**vars(exciter), **changed})), pieces=True, housing=True)
     ends = np.array(pairs, float)
     check_first_harmonic({**vars(exciter), **dict(zip(names, ends, strict=True))})
     return ends[:, 0], ends[:, 1]

@@ -79,7 +79,8 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
         if other not in names
     }
     of_box = dict(zip(names, np.stack([box.low, box.high], axis=1), strict=True))
-    effects = all_effect_names({**Parameters(*box.values)._asdict(), **of_box}, pieces=True)
+    values_of_box = {**Parameters(*box.values)._asdict(), **of_box}
+    effects = all_effect_names(values_of_box, pieces=True, housing=True)
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)

@@ -1,4 +1,4 @@
-"""Boundaries of orbits with soft supports or friction: from settled orbits, and their points as variables."""
+"""Boundaries of orbits by their laws: from settled orbits, and their points as variables."""
 
 from __future__ import annotations
 
@@ -6,13 +6,15 @@ from typing import TYPE_CHECKING
 
 import numpy as np
 
+from vibropipe.continuation.curve import Point
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
+from vibropipe.orbits.housing_jacobian import Coupling, eigenvalues_of_three
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.steps import DETERMINANT, TRACE
+from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
@@ -56,12 +58,15 @@ def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
     rests = rows["rests_per_orbit"].sum("support").values
     x = rows["displacement_strobe"].values - parameters[LOAD]
     v = rows["velocity_strobe"].values
+    states = [x, v]
+    if "housing_velocity_strobe" in rows:
+        states.append(rows["housing_velocity_strobe"].values)
     amplitude = rows["displacement_amplitude"].max("harmonic").values
     size = np.maximum(np.maximum(amplitude, np.abs(x)), MIN_SIZE * parameters[L])
     speed = np.maximum(parameters[0] * size, np.abs(v))
     return [
         SettledPieces(
-            parameters[:, row].copy(), int(multiples[row]), np.array([x[row], v[row]]),
+            parameters[:, row].copy(), int(multiples[row]), np.array([each[row] for each in states]),
             float(size[row]), float(speed[row]),
         )
         for row in np.flatnonzero((multiples > 0) & (rests == 0))
@@ -79,19 +84,40 @@ def parameters_of(rows: xr.Dataset) -> np.ndarray:
     )
 
 
+def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:
+    """Return the Floquet multipliers (width,) of an orbit, the largest modulus first; mirrored : known by its half."""
+    trace, determinant = point.tests[TRACE], point.tests[DETERMINANT]
+    minors = point.tests[MINORS] if width > 2 else determinant
+    if mirrored:
+        # Of the whole orbit, which is the map to the mirror image twice.
+        trace, minors, determinant = (
+            trace * trace - 2.0 * minors,
+            minors * minors - 2.0 * trace * determinant,
+            determinant * determinant,
+        )
+    if width > 2:
+        # Those of a companion matrix.
+        derivative, coupling = (trace, -minors, 1.0, 0.0), Coupling(determinant, 0.0, 0.0, 1.0, 0.0)
+        return np.array(eigenvalues_of_three(derivative, coupling))
+    return np.array(floquet_multipliers(trace, -determinant, 1.0, 0.0))
+
+
+def _without_unit(multipliers: np.ndarray) -> np.ndarray:
+    """Return multipliers (n, 3) without the one of each that is 1 or -1, (n, 2)."""
+    away = np.minimum(np.abs(multipliers - 1.0), np.abs(multipliers + 1.0))
+    kept = away != away.min(axis=1)[:, np.newaxis]
+    return np.array([row[mask][-2:] for row, mask in zip(multipliers, kept, strict=True)])
+
+
 def label_points(boundary: Boundary) -> Variables:
     """Return the quantities of the points of a boundary, named and shaped as those of solved rows."""
     curve, points = boundary.curve, boundary.points
     assert isinstance(curve, LawBoundary)
     n = len(points)
-    multipliers, fastest = np.empty((n, 2), complex), np.empty((n, 2))
-    strobe, loads = np.empty((n, 2)), np.empty(n)
+    multipliers, fastest = np.empty((n, curve.width), complex), np.empty((n, 2))
+    strobe, loads = np.empty((n, curve.width)), np.empty(n)
     for i, point in enumerate(points):
-        trace, determinant = point.tests[TRACE], point.tests[DETERMINANT]
-        if curve.sequence.mirrored:
-            # Of the whole orbit, which is the map to the mirror image twice.
-            trace, determinant = trace * trace - 2.0 * determinant, determinant * determinant
-        multipliers[i] = floquet_multipliers(trace, -determinant, 1.0, 0.0)
+        multipliers[i] = multipliers_at(point, curve.width, curve.sequence.mirrored)
         strobe[i] = curve.state_at(point)
         fastest[i] = curve.fastest(point)
         loads[i] = curve.parameters_of(point.u).load
@@ -100,7 +126,11 @@ def label_points(boundary: Boundary) -> Variables:
     if curve.kind != GRAZINGS:
         # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
         largest = np.abs(multipliers.prod(axis=1))
+        if curve.width > 2:
+            largest = np.abs(_without_unit(multipliers)).max(axis=1)
+    of_housing = {"housing_velocity_strobe": (("row",), strobe[:, 2])} if curve.width > 2 else {}
     return {
+        **of_housing,
         "period_multiple": (("row",), np.full(n, curve.sequence.m, np.int32)),
         "impacts_per_orbit": (("row", "support"), np.tile([float(first), float(second)], (n, 1))),
         "impact_velocity_max": (("row", "support"), fastest),

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -12,7 +12,7 @@ import numpy as np
 from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics import limits
-from vibropipe.physics.effects import all_effects, effect_names
+from vibropipe.physics.effects import Effects, all_effects, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.start import start_text
@@ -40,6 +40,7 @@ SWITCHES = ("flip", "pitchfork", "grazing")
 MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 # Parameters whose change keeps a symmetric exciter symmetric.
 KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio")
+OF_GROUND = ("housing_friction_1", "housing_friction_2")
 # Without friction of the ground both bodies keep any velocity: an orbit is one of a continuum.
 NO_FRICTION = (
     "must be above 0, or housing_friction_2 must: a housing without friction keeps any velocity"
@@ -173,7 +174,7 @@ def branch(
     if tree is None:
         got = "an orbit within rounding of chatter"
         if effects.housing is not None:
-            got += ", with rests beside a housing that slides, or of events at one instant"
+            got += ", with rests beside a housing that slides, or that is not isolated"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
     if tree.n_left:
         attrs["incomplete"] = (
@@ -240,14 +241,17 @@ def _problem(
     index = Parameters._fields.index(along)
     reached = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
     effects = all_effects({**reached, along: np.array([low, high])}, pieces=True, housing=True)
-    frictions = [{**reached, along: np.array([end])} for end in (low, high)]
-    if effects.housing is not None and any(
-        each["housing_friction_1"][0] == each["housing_friction_2"][0] == 0.0 for each in frictions
-    ):
-        raise ParameterError("housing_friction_1", 0.0, must=NO_FRICTION)
+    check_ground(exciter, effects, {along: low})
     wanted_values = tuple(sorted(set(wanted)))
     problem = Problem(values, index, low, high, wanted_values, symmetric, length, effects)
     return problem, signs
+
+
+def check_ground(exciter: Exciter, effects: Effects, lows: Mapping[str, float]) -> None:
+    """Raise a ParameterError unless the ground resists a housing that slides; lows : of what varies."""
+    least = (lows.get(name, getattr(exciter, name)) for name in OF_GROUND)
+    if effects.housing is not None and not any(least):
+        raise ParameterError("housing_friction_1", 0.0, must=NO_FRICTION)
 
 
 def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:

@@ -394,11 +394,8 @@ def test_without_a_housing_its_parameters_are_refused_in_words() -> None:
     [
         (lambda: vp.simulate(FORCED, 1.0, accuracy=1e-6), "accuracy"),
         (lambda: vp.steady_state(FORCED, outputs=["sensitivity"]), "outputs"),
-        (lambda: vp.steady_state(FORCED, outputs=["power"]), "outputs"),
-        (lambda: vp.steady_state(FORCED, outputs=["frame"]), "outputs"),
         (lambda: vp.steady_state(FORCED, accuracy=1e-6), "accuracy"),
         (lambda: vp.branch(FORCED, "nu", (2.0, 2.2), outputs=["sensitivity"]), "outputs"),
-        (lambda: vp.branch(FORCED, "nu", (2.0, 2.2), outputs=["power"]), "outputs"),
         (lambda: vp.basins(FORCED, [0.0], [0.0]), "mass_ratio"),
         (lambda: vp.attractors(FORCED), "mass_ratio"),
         (lambda: vp.tolerance(FORCED, {"nu": 0.01}), "mass_ratio"),

@@ -1,6 +1,7 @@
 """The forces of a motion between impacts, along its steps: on the frame and on soft supports, and of the drive.
 
 The frame takes load - x'': spring, damper, friction, supports and the reaction of the drive together (docs/theory.md).
+One that is a housing that slides takes load - (x'' + X''); what stands below for x'' is then x'' + X''.
 """
 
 from __future__ import annotations
@@ -141,10 +142,12 @@ def add_forces(e, p, step, begin, c, forces) -> None:
 
 
 @jit
-def note_still(p, forces) -> None:
-    """Note the force on the frame while the mass does not move: the constant load, which everything else balances."""
+def note_still(p, acceleration, span, forces) -> None:
+    """Note the force on the frame, for a time `span`, of a mass that lies still in a frame with an acceleration."""
     if forces.size > 0:
-        forces[FORCE_MAX] = max(forces[FORCE_MAX], abs(p.load))
+        forces[ACCELERATION] += acceleration * span
+        forces[SQUARE] += acceleration * acceleration * span
+        forces[FORCE_MAX] = max(forces[FORCE_MAX], abs(p.load - acceleration))
 
 
 @jit

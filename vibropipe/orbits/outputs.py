@@ -217,14 +217,9 @@ def write_energy(e, p, steady, log, c, work, out, row) -> None:
 def add_energies(e, p, log, sums) -> None:
     """Add the energies of logged pieces and impacts to `Integrals`: those of `write_energy`."""
     add_energy_of_pieces(e, p, log.pieces, sums)
-    energy = sums.energy
-    first, second = energy[2], energy[3]
     add_losses(p, log, sums)
     if e.housing is not None:
-        # An impact takes energy from the motion of one body in the other alone.
-        energy[2] = first + (energy[2] - first) / (1.0 + p.mass_ratio)
-        energy[3] = second + (energy[3] - second) / (1.0 + p.mass_ratio)
-        add_housing_energy(log.pieces.housing, p, log.pieces.counts[PIECES], energy)
+        add_housing_energy(log.pieces.housing, p, log.pieces.counts[PIECES], sums.energy)
 
 
 @jit

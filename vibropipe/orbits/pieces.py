@@ -34,12 +34,12 @@ from vibropipe.march.piece_state import coefficients, net_force
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.forces import IMPULSE, NODES, WEIGHTS, Integrals, Step, add_forces, note_still
 from vibropipe.orbits.harmonics import RESONANT
-from vibropipe.orbits.piece_terms import terms_of
+from vibropipe.orbits.piece_terms import load_of_piece, terms_of, way_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.decay import ALIVE, FOLLOWING, decay_of, decay_of_kind, decayed_taylor
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.housing import times_force
+from vibropipe.physics.housing import momentum_rate, times_force
 from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
 from vibropipe.physics.load_harmonics import reaction_integral
 from vibropipe.physics.quotient import divide
@@ -224,7 +224,7 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
         x = to_displacement(p, home, y)
         for k in range(out.size):
             out[k] += x * phase_integral(k / m, start, end_of_piece(p, pieces, i))
-        note_still(p, sums.forces)
+        note_still(p, momentum_rate(p, way_of(pieces.housing, i)), span, sums.forces)
         if sums.forces.size > 0 and is_soft(e, p, home) and y < 0.0:
             sums.forces[IMPULSE + home - 1] -= stiffness_of(p, home) * y * span
         return
@@ -274,6 +274,11 @@ def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, ste
     dt, c = span / parts, pieces.polynomial
     touched = home if form == CONTACT else 0
     step = Step(stiffness, damping, load, terms.sigma, touched, dt)
+    if e.housing is not None:
+        # What the frame takes is the force on the mass, whether its housing slides or not.
+        held_stiffness, held_damping = coefficients(e, p, home, form == CONTACT)
+        sigma, held_load = load_of_piece(e, p, pieces, i)
+        step = Step(held_stiffness, held_damping, held_load, sigma, touched, dt)
     for part in range(parts):
         begin = start + part * dt / period
         force = no_force()

@@ -127,7 +127,7 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
         elif next_rest < stop:
             x, v = support_position(p, side), 0.0
             _add_rest(x, position, rest_end, m, out)
-            note_still(p, sums.forces)
+            note_still(p, 0.0, 0.0, sums.forces)
             position, r = rest_end, r + 1
 
 
@@ -157,7 +157,7 @@ def add_forces_of_tail(p, turn, speed, impulse, side, forces) -> None:
     turn : middle of the tail, in forcing periods; speed : with which it began; impulse, side : as for `tail_speed`
     """
     # What the flights do to the momentum, the impulses take from it, and the speed at the start.
-    turned = (speed + abs(impulse)) * (1.0 if side == 0 else -1.0)
+    turned = (speed + abs(impulse)) * (1.0 if side == 0 else -1.0) / (1.0 + p.mass_ratio)
     pull = first_harmonic(p, turn) + second_harmonic(p, turn) - support_position(p, side + 1)
     forces[ACCELERATION] += turned
     forces[SQUARE] += pull * turned
@@ -165,20 +165,23 @@ def add_forces_of_tail(p, turn, speed, impulse, side, forces) -> None:
 
 @jit
 def add_losses(p, log, sums) -> None:
-    """Add the energies lost in the logged impacts on rigid supports, and what impulses these take, to `Integrals`."""
-    losses = sums.energy[2:]
+    """Add the energies lost in the logged impacts on rigid supports, and what impulses these take, to `Integrals`.
+
+    An impact on a housing changes the motion of one body in the other alone, whose mass is 1/(1 + kappa).
+    """
+    losses, inertia = sums.energy[2:], 1.0 / (1.0 + p.mass_ratio)
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         before, impulse = log.velocity[i], log.impulse[i]
         side = abs(log.support[i]) - 1
         if log.support[i] > 0:
-            losses[side] -= impulse * (before + 0.5 * impulse)
+            losses[side] -= inertia * impulse * (before + 0.5 * impulse)
         else:
             speed = tail_speed(p, impulse, side)
-            losses[side] += 0.5 * speed * speed
+            losses[side] += inertia * 0.5 * speed * speed
             if sums.forces.size > 0:
                 add_forces_of_tail(p, log.position[i], speed, impulse, side, sums.forces)
         if sums.forces.size > 0:
-            sums.forces[IMPULSE + side] += abs(impulse)
+            sums.forces[IMPULSE + side] += inertia * abs(impulse)
 
 
 @jit

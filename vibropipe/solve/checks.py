@@ -20,7 +20,7 @@ from vibropipe.words.parameters import STARTS
 from vibropipe.words.records import FINITE
 
 # Outputs that are not computed for a housing that slides.
-NOT_OF_HOUSING = ("power", "frame", "sensitivity")
+NOT_OF_HOUSING = ("sensitivity",)
 LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
 
 

@@ -20,7 +20,7 @@ from vibropipe.orbits.housing import (
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
-from vibropipe.solve.rows.power import label_frame, label_power, largest_drive_force
+from vibropipe.solve.rows.power import label_frame, label_power
 from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC, columns_of
 from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
@@ -100,10 +100,10 @@ def label_rows(
         values["poincare_velocity"] = rows.poincare[:, 1]
     if rows.exponent.size > 0:
         values["lyapunov_exponent"] = rows.exponent[:, 0]
-    if rows.forces.size > 0:
-        values |= _forces(values, rows, nu, parameters, outputs)
     if rows.housing.size > 0:
         values |= {name: rows.housing[:, column] for column, name in HOUSING.items()}
+    if rows.forces.size > 0:
+        values |= _forces(values, rows, nu, parameters, outputs)
     held = {STEADY[name].output for name in values}
     for name, entry in STEADY.items():
         if entry.function is not None and entry.output in held:
@@ -133,8 +133,7 @@ def _forces(
     """Return the quantities of the outputs `power` and `frame`."""
     found: dict[str, np.ndarray] = {}
     if "power" in outputs:
-        found |= label_power(values, rows, nu)
-        found["drive_force_max"] = largest_drive_force(columns_of(parameters))
+        found |= label_power(values, rows, nu, parameters)
     if "frame" in outputs:
         found |= label_frame(values, rows, nu, parameters)
         if "impacts" not in outputs:

@@ -1,7 +1,8 @@
 """The outputs `power` and `frame`: energies, forces and impulses of rows per unit of time, and what impacts wear.
 
 The drive acts between mass and frame, the load on the mass alone. Spring, damper, friction, supports and the reaction
-of the drive then press on the frame with load - x'', whatever they are (docs/theory.md).
+of the drive then press on the frame with load - x'', whatever they are (docs/theory.md). A housing is the frame: where
+it slides, x'' + X'' stands for x''.
 """
 
 from __future__ import annotations
@@ -21,25 +22,56 @@ TWO_PI = 2.0 * np.pi
 PHASES, NEWTON_STEPS = 64, 6
 
 
-def label_power(values: Mapping[str, np.ndarray], rows: RowResults, nu: np.ndarray) -> Values:
+def label_power(
+    values: Mapping[str, np.ndarray], rows: RowResults, nu: np.ndarray, parameters: np.ndarray
+) -> Values:
     """Return the powers of rows.
 
     Parameters
     ----------
     values : mapping
-        Labelled quantities of the rows: energies and impacts.
+        Labelled quantities of the rows: energies and impacts, and those of a housing.
     rows : RowResults
         With `forces`.
     nu : (rows,) array
         2 pi over the time to which energies and impacts per period belong.
+    parameters : (rows, parameters) array
     """
+    p = columns_of(parameters)
     powers = {
         name: per_time(values[energy], nu) for name, energy in POWERS.items() if energy in values
     }
-    struck = mean_over_impacts(rows, lambda speed, _row: 0.5 * speed**2)
-    return powers | {
+    struck = mean_over_impacts(rows, lambda speed, row: 0.5 * inertia_of(p)[row] * speed**2)
+    powers |= {
         "power_struck": per_time(values["impacts_per_period"] * struck, nu),
         "power_input_max": rows.forces[:, POWER_MAX],
+        "drive_force_max": largest_drive_force(p),
+    }
+    if "power_housing_load" in powers:
+        powers |= _creeping(powers, values["housing_velocity_mean"])
+    return powers
+
+
+def inertia_of(p: Mapping[str, np.ndarray]) -> np.ndarray:
+    """Return the share (rows,) of the mass that an impact turns round: both bodies move, 1/(1 + kappa)."""
+    inertia: np.ndarray = 1.0 / (1.0 + p["mass_ratio"])
+    return inertia
+
+
+def _creeping(powers: Mapping[str, np.ndarray], speed: np.ndarray) -> Values:
+    """Return what a housing that creeps costs; NaN where it does not creep, or works against no load.
+
+    speed : (rows,)
+        Mean velocity of the housing.
+    """
+    work = powers["power_input"]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        efficiency = -powers["power_housing_load"] / work
+        per_distance = work / np.abs(speed)
+    is_useful = (powers["power_housing_load"] < 0.0) & (work > 0.0)
+    return {
+        "efficiency": np.where(is_useful, efficiency, np.nan),
+        "work_per_distance": np.where(speed != 0.0, per_distance, np.nan),
     }
 
 
@@ -64,12 +96,16 @@ def label_frame(
     multiples = np.arange(1, rows.amplitudes.shape[1])
     exponent = p["wear_exponent"]
     wear = mean_over_impacts(rows, lambda speed, row: speed ** exponent[row])
+    # The harmonics are those of x, not of the mass, where the housing moves.
+    is_fixed = np.where(p["mass_ratio"] > 0.0, np.nan, 1.0)[:, None]
     frame = {
         "frame_force_mean": load - acceleration,
         "frame_force_rms": np.sqrt(np.maximum(mean_square, 0.0)),
         "frame_force_max": forces[:, FORCE_MAX],
-        "frame_force_amplitude": (multiples * nu[:, None]) ** 2 * values["displacement_amplitude"],
-        "frame_force_phase": values["displacement_phase"],
+        "frame_force_amplitude": is_fixed
+        * (multiples * nu[:, None]) ** 2
+        * values["displacement_amplitude"],
+        "frame_force_phase": is_fixed * values["displacement_phase"],
         "impulse_per_period": forces[:, IMPULSE : IMPULSE + 2] / periods[:, None],
         "wear_rate": per_time(values["impacts_per_period"] * wear, nu),
     }
@@ -103,8 +139,12 @@ def _impulses(rows: RowResults, parameters: np.ndarray) -> np.ndarray:
         return rows.contacts[:, -1]
     owner = np.repeat(np.arange(rows.impact_count.size), rows.impact_count)
     p = columns_of(acting_rows(parameters))
-    restitution = np.where(rows.impact_support == 1, p["R1"][owner], p["R2"][owner])
-    return (1.0 + restitution) * np.abs(rows.impact_velocity)
+    is_first = rows.impact_support == 1
+    restitution = np.where(is_first, p["R1"][owner], p["R2"][owner])
+    # Contacts with soft supports are not known of a housing that slides.
+    is_soft = np.where(is_first, p["k1"][owner], p["k2"][owner]) > 0.0
+    impulses = inertia_of(p)[owner] * (1.0 + restitution) * np.abs(rows.impact_velocity)
+    return np.where(is_soft, np.nan, impulses)
 
 
 def largest_drive_force(p: Mapping[str, np.ndarray]) -> np.ndarray:

@@ -122,6 +122,9 @@ def steady_state(
             With the output power: the same per unit of time.
         power_input_max, drive_force_max, power_struck (support)
             Largest power and force of the drive, and the kinetic energy before impacts per unit of time.
+        power_housing_friction, power_housing_load, efficiency, work_per_distance
+            With the output power, of a housing that slides: what the ground takes and the constant forces do; power
+            against these forces over that of the force, and its work per distance.
         frame_force_mean, frame_force_rms, frame_force_max
         frame_force_amplitude, frame_force_phase (harmonic)
             With the output frame: the force on the frame between impacts on rigid supports, load - x'', and the

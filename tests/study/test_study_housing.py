@@ -38,7 +38,6 @@ def test_motions_and_sweeps_compute_it(scene: str) -> None:
     ("scene", "said"),
     [
         ("motion, solver: {accuracy: 1e-6}", f"solver.accuracy: {LEFT_OUT}, got 1e-06"),
-        ("motion, outputs: [power]", f"outputs: {LEFT_OUT}, got power"),
         ("sweep, over: {nu: [1, 2]}, outputs: [sensitivity]", f"outputs: {LEFT_OUT}, got sensitiv"),
         (
             "basins, over: {x0: [0, 0.1], v0: [0, 1]}",
@@ -78,7 +77,7 @@ def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
         ),
         (
             "}}}",
-            "}, outputs: [power]}}",
+            "}, outputs: [sensitivity]}}",
             "outputs: must be left out with M above 0: it is not computed for a housing that slides",
         ),
     ],

@@ -166,9 +166,7 @@ def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:
 
 @pytest.mark.parametrize("name", NOT_COMPUTED)
 def test_an_effect_that_is_not_computed_is_refused_by_every_face(name: str) -> None:
-    computed = ["simulate", "newmark", "steady_state", "sweep"]
-    if name not in OF_HOUSING:
-        computed += ["boundary", "basins"]
+    computed = ["simulate", "newmark", "steady_state", "sweep", "boundary", "basins"]
     for face, call in _faces(name, 0.5).items():
         if face in computed:
             continue

@@ -27,6 +27,7 @@ LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a h
         "sweep, over: {nu: [1, 2]}, figure: {show: [housing_velocity_mean]}",
         "sweep, over: {mass_ratio: [0.1, 0.2]}, follow: {along: mass_ratio, direction: up}",
         "boundary, of: [fold], over: {nu: [2, 3], f: [0.5, 1]}",
+        "basins, over: {x0: [0, 0.1], v0: [0, 1]}",
         "branch, along: {nu: {from: 2, to: 3}}, figure: {show: [housing_velocity_mean]}",
     ],
 )
@@ -40,7 +41,7 @@ def test_motions_and_sweeps_compute_it(scene: str) -> None:
         ("motion, solver: {accuracy: 1e-6}", f"solver.accuracy: {LEFT_OUT}, got 1e-06"),
         ("sweep, over: {nu: [1, 2]}, outputs: [sensitivity]", f"outputs: {LEFT_OUT}, got sensitiv"),
         (
-            "basins, over: {x0: [0, 0.1], v0: [0, 1]}",
+            "design, vary: {delta: [-0.1, 0.1]}, target: {displacement_mean: 0.01}",
             "mass_ratio: must be 0: a housing that slides is",
         ),
         ("motion, exciter: {mass_ratio: 0}", "housing_friction_1: must be 0 where mass_ratio = 0"),
@@ -72,7 +73,7 @@ def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
         ),
         (
             "kind: sweep, over: {M: [0.5 kg, 1 kg]}",
-            "kind: basins, over: {x0: [0 mm, 1 mm], v0: [0 m/s, 1 m/s]}",
+            "kind: design, vary: {delta: [-1 mm, 1 mm]}, target: {displacement_mean: 0.1 mm}",
             "physical.M: must be left out: a housing that slides is not computed here, got '0.5 kg'",
         ),
         (

@@ -3,8 +3,9 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Literal
+from typing import Annotated, Any, Literal
 
+import numpy as np
 from pydantic import AfterValidator, Field
 
 from vibropipe.physics.effects import all_effect_names
@@ -13,6 +14,7 @@ from vibropipe.physics.start import start_room
 from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size, slowness, steady_bytes
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
 from vibropipe.scenes.keys.checks import (
+    EXCITER,
     EXCITER_CHECK,
     SUPPORTS,
     TOGETHER,
@@ -28,6 +30,7 @@ from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem, required
 from vibropipe.scenes.keys.values import NameRule, NumberRange
+from vibropipe.solve.checks import LEFT_OUT
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS, STARTS
 
@@ -67,6 +70,7 @@ class BasinsScene(BaseScene):
         description="Coexisting motions, and the starts that settle on them."
     )
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     figure: BasinsFigure = figure_key(BasinsFigure, "picture")
     over: dict[SweptName, Grid] = Field(
         description="Grids of the starts, `x0` (not beyond a rigid support) and `v0`, and of one parameter or none."
@@ -99,7 +103,18 @@ class BasinsScene(BaseScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects: which of them occur depends on the start."""
-        return all_effect_names(self.resolved_exciter(), pieces=True)
+        return all_effect_names(self.resolved_exciter(), pieces=True, housing=True)
+
+
+def _housing(scene: BasinsScene) -> Iterator[Problem]:
+    """Check that a scene with a housing that slides asks for nothing that is not computed for one."""
+    values: dict[str, Any] = {**scene.resolved_exciter(), **scene.over_arrays()}
+    if not np.any(values.get("mass_ratio", 0.0)):
+        return
+    if scene.phase % 1.0:
+        yield Problem(("phase",), repr(scene.phase), must=LEFT_OUT)
+    if scene.swept:
+        yield Problem(("over", scene.swept), "", must=LEFT_OUT)
 
 
 def _over(scene: BasinsScene) -> Iterator[Problem]:
@@ -178,6 +193,7 @@ CHECKS = (
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((*SUPPORTS, ("over",)), _supports),
     Check((("figure",), ("over",)), _figure),
+    Check((*EXCITER, ("over",), ("phase",)), _housing),
 )
 
 
@@ -201,4 +217,6 @@ def plan(scene: BasinsScene) -> Work:
 
 def most_shards(scene: BasinsScene) -> int:
     """Return the largest number of shards: each looks for attractors itself, and has as many starts of its own."""
+    if scene.resolved_exciter().get("mass_ratio", 0.0) > 0.0:
+        return 1
     return max(1, scene.row_count // scene.starts)

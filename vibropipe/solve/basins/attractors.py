@@ -12,6 +12,7 @@ from vibropipe.physics.bounds import ultimate_bound
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import within_room
 from vibropipe.solve.basins.attractor_set import Attractor, AttractorSet
+from vibropipe.solve.basins.of_housing import settle_rows
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.equilibrium import about_equilibrium
 from vibropipe.solve.rows.steady import steady_state
@@ -22,13 +23,15 @@ if TYPE_CHECKING:
 
 # Scattered starts by default, which find an attractor of a basin share of 0.2 % as good as surely, and their limits.
 STARTS, STARTS_LIMITS = 4096, (1, 10**7)
+# The same with a housing that slides, whose motions take longer.
+STARTS_OF_HOUSING = 512
 # States at the section stored for each attractor.
 VISITS = 1024
 # Quantile of the normal distribution of a two-sided confidence level of 95 %.
 QUANTILE_95 = 1.959963984540054
 
 
-def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr.Dataset:
+def attractors(exciter: Exciter, starts: int | None = None, harmonics: int = 6) -> xr.Dataset:
     """Find the motions that eqs. (5), (6) settle on from starts scattered over the states that the mass can reach.
 
     Each start is marched until its motion enters a neighbourhood of a known attractor that no motion leaves, or is
@@ -41,7 +44,7 @@ def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr
     exciter : Exciter
     starts : int
         Number of starts, up to 1e7, a Halton sequence [2]_ of displacements between the supports and velocities up to
-        `reachable_velocity`, at tau = 0.
+        `reachable_velocity`, at tau = 0 (default: 4,096; 512 with a housing that slides, which is at rest then).
     harmonics : int
         Number of harmonics, from 1 to 1000.
 
@@ -63,6 +66,12 @@ def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr
     ParameterError
         If an argument is out of range.
 
+    Notes
+    -----
+    With a housing that slides each start is solved as a steady state, and motions are told apart by what they show:
+    orbits by period multiple, impacts, displacement and progression, motions without an orbit by the way of the housing
+    alone.
+
     References
     ----------
     .. [1] G. Datseris, A. Wagemakers, Effortless estimation of basins of attraction, Chaos 32 (2022) 023104.
@@ -71,7 +80,13 @@ def attractors(exciter: Exciter, starts: int = STARTS, harmonics: int = 6) -> xr
     .. [3] E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
        Statistical Association 22 (1927) 209.
     """
+    if starts is None:
+        starts = STARTS if exciter.mass_ratio == 0.0 else STARTS_OF_HOUSING
     check_whole("starts", starts, STARTS_LIMITS)
+    if exciter.mass_ratio > 0.0:
+        scattered = scattered_starts(exciter, starts)
+        owner, _periods, first = settle_rows(exciter, scattered)
+        return motions_dataset(exciter, owner, first, harmonics, f"{starts} scattered")
     attractor_set = AttractorSet(exciter)
     owner, _periods = attractor_set.settle(scattered_starts(exciter, starts))
     text = f"{starts} scattered, |v0| <= {reachable_velocity(exciter):g}"
@@ -135,7 +150,10 @@ def attractor_dataset(
     counts = np.bincount(numbers[numbers >= 0], minlength=len(numbered))
     share, low, high = shares(counts, owner.size)
     states = np.array([states_at_section(each) for each in numbered]).reshape(-1, VISITS, 2)
-    dataset = steady_states(attractor_set.section.exciter, numbered, harmonics)
+    exciter = attractor_set.section.exciter
+    sections = [each.sections[0 if each.period_multiple else -1] for each in numbered]
+    pairs = [(float(within_room(exciter, float(x))), float(v)) for x, v in sections]
+    dataset = steady_states(exciter, pairs, harmonics)
     dataset = dataset.assign_attrs(start=start).assign_coords(
         attractor_id=np.arange(len(numbered), dtype=np.int32)
     )
@@ -147,6 +165,37 @@ def attractor_dataset(
         "poincare_velocity": (("attractor_id", "visit"), states[:, :, 1]),
     }
     return describe(xr.Dataset(variables, attrs=dataset.attrs).merge(dataset)), numbers
+
+
+def motions_dataset(
+    exciter: Exciter, owner: np.ndarray, first: np.ndarray, harmonics: int, start: str
+) -> xr.Dataset:
+    """Return the dataset of the motions that starts settle on, from those of `of_housing.settle_rows`."""
+    import xarray as xr
+
+    counts = np.bincount(owner[owner >= 0], minlength=len(first))
+    share, low, high = shares(counts, owner.size)
+    pairs = [(float(x), float(v)) for x, v in first]
+    dataset = steady_states(exciter, pairs, harmonics).assign_attrs(start=start)
+    dataset = dataset.assign_coords(attractor_id=np.arange(len(first), dtype=np.int32))
+    sections = [_poincare(exciter, *pair) for pair in pairs]
+    states = np.array(sections) if sections else np.empty((0, 2, 0))
+    variables: dict[str, Any] = {
+        "basin_share": ("attractor_id", share),
+        "basin_share_low": ("attractor_id", low),
+        "basin_share_high": ("attractor_id", high),
+        "poincare_displacement": (("attractor_id", "visit"), states[:, 0]),
+        "poincare_velocity": (("attractor_id", "visit"), states[:, 1]),
+    }
+    return describe(xr.Dataset(variables, attrs=dataset.attrs).merge(dataset))
+
+
+def _poincare(exciter: Exciter, x0: float, v0: float) -> tuple[np.ndarray, np.ndarray]:
+    """Return the states at the section that the motion from a start settles on."""
+    with warnings.catch_warnings():
+        warnings.filterwarnings("ignore", message="status max_periods")
+        row = steady_state(exciter, x0=x0, v0=v0, outputs=("poincare",))
+    return row["poincare_displacement"].values, row["poincare_velocity"].values
 
 
 def attractor_ids(attractor_set: AttractorSet) -> np.ndarray:
@@ -181,22 +230,20 @@ def states_at_section(attractor: Attractor, visits: int = VISITS) -> np.ndarray:
     return last
 
 
-def steady_states(exciter: Exciter, known: Sequence[Attractor], harmonics: int) -> xr.Dataset:
-    """Return the steady states from a section point of each attractor over `attractor_id`; `impact` is ragged.
+def steady_states(
+    exciter: Exciter, starts: Sequence[tuple[float | None, float]], harmonics: int
+) -> xr.Dataset:
+    """Return the steady states from some starts over `attractor_id`; `impact` is ragged.
 
-    Without attractors, the variables are those of one motion, over dimensions without entries.
+    Without starts, the variables are those of one motion, over dimensions without entries.
     """
     import xarray as xr
 
-    sections = [each.sections[0 if each.period_multiple else -1] for each in known]
-    starts: list[tuple[float | None, float]] = [
-        (within_room(exciter, float(x)), float(v)) for x, v in sections
-    ]
     each = []
-    for x0, v0 in starts or [(None, 0.0)]:
+    for x0, v0 in starts or ((None, 0.0),):
         with warnings.catch_warnings():
             # An attractor without an orbit is no failure, nor is a motion that is left out.
-            warnings.filterwarnings("ignore", message="status max_periods" if known else "")
+            warnings.filterwarnings("ignore", message="status max_periods" if starts else "")
             each.append(steady_state(exciter, x0=x0, v0=v0, harmonics=harmonics))
     impacts = [dataset[list(_over_impacts(dataset))] for dataset in each]
     # VISITS states at the section are stored in place of those that a steady state may have.
@@ -207,7 +254,7 @@ def steady_states(exciter: Exciter, known: Sequence[Attractor], harmonics: int) 
     joined = xr.concat(rows, "attractor_id", data_vars="all", **kwargs)
     flat = xr.concat(impacts, "impact", data_vars="minimal", **kwargs)
     merged = joined.merge(flat.drop_vars(joined.coords, errors="ignore"))
-    return merged if known else merged.isel(attractor_id=slice(0), impact=slice(0))
+    return merged if starts else merged.isel(attractor_id=slice(0), impact=slice(0))
 
 
 def _over_impacts(dataset: xr.Dataset) -> list[str]:

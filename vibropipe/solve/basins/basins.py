@@ -16,11 +16,13 @@ from vibropipe.solve.basins.attractors import (
     STARTS_LIMITS,
     attractor_dataset,
     attractor_ids,
+    motions_dataset,
 )
 from vibropipe.solve.basins.basin_rows import Assigned, BasinRows, joined_rows
 from vibropipe.solve.basins.basin_shares import shares_dataset
 from vibropipe.solve.basins.border_orbits import border_orbits, with_border_orbits
-from vibropipe.solve.checks import check_over, check_soft, check_whole
+from vibropipe.solve.basins.of_housing import settle_rows
+from vibropipe.solve.checks import LEFT_OUT, check_over, check_soft, check_whole
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS
@@ -114,6 +116,10 @@ def basins(
 
     Notes
     -----
+    With a housing that slides and is at rest at the start, motions are told apart as `attractors` does, forwards and
+    backwards among them; they are those of the starts of the grid alone, and borders have no orbits. Neither `phase`
+    nor `over` is computed for it.
+
     A start whose motion is chaotic before it settles reaches an attractor that depends on rounding; such starts have
     large `periods_to_attractor`. A mass that dry friction holds for ever stays at any of many places, none of which
     attracts: its starts have the attractor -1.
@@ -132,10 +138,21 @@ def basins(
     values = {} if over is None else _check_over(exciter, over, xs)
     grid = SweepGrid({**values, "x0": xs, "v0": vs}, None, exciter.stated())
     rows, assigned = BasinRows(exciter, grid, turn, starts), None
+    check_rows_of_housing(rows, client)
     if client is not None:
         shards = solve_on_cluster(client, rows.shard, rows.grid)
         assigned = joined_rows([assigned_in(shard) for shard in shards])
     return solve_basins(rows, harmonics, progress, assigned)
+
+
+def check_rows_of_housing(rows: BasinRows, client: Any = None) -> None:
+    """Raise a ParameterError for basins that are not computed for a housing that slides."""
+    if not any(exciter.mass_ratio > 0.0 for exciter in rows.exciters):
+        return
+    asked = {"phase": rows.phase, "over": rows.parameter, "client": client}
+    for name, value in asked.items():
+        if value:
+            raise ParameterError(name, value, must=LEFT_OUT)
 
 
 def assigned_in(shard: xr.Dataset) -> Assigned:
@@ -153,6 +170,10 @@ def solve_basins(
     if rows.parameter is not None:
         return _over_values(rows, rows.parameter, harmonics, progress, assigned)
     exciter, turn, (xs, vs) = rows.exciter, rows.phase, (rows.x0, rows.v0)
+    if exciter.mass_ratio > 0.0:
+        owner, periods, first = settle_rows(exciter, rows.starts(0), progress)
+        dataset = motions_dataset(exciter, owner, first, harmonics, _starts_text(rows))
+        return _with_starts(dataset, rows, owner.astype(np.int32), periods)
     attractors, (owner, periods) = rows.settle(0, assigned, progress)
     dataset, numbers = attractor_dataset(attractors, owner, harmonics, _starts_text(rows))
     parameters = {name: ((), value) for name, value in exciter.stated().items()}

@@ -272,8 +272,9 @@ class _Reader:
             goal = named(name, str(path[-2]))
         except ParameterError as error:
             problem = refused(path, error)
-            if path[-2] == MEASURED and "did you mean" not in problem.found:
-                problem = replace(problem, hint=did_you_mean(name, NAMES))
+            if path[-2] == MEASURED and (hint := did_you_mean(name, NAMES)):
+                found = problem.found.partition(" (did you mean")[0]
+                problem = replace(problem, found=found, hint=hint)
             self.problems.append(problem)
             return ""
         if goal.derived == SENSITIVITY:

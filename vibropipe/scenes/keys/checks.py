@@ -194,13 +194,18 @@ def check_numbers(
 
 def check_vary_corners(scene: Any) -> Iterator[Problem]:
     """Check that l is given, and that every corner of the ranges has supports and a start between them."""
-    ends = {str(name): ends for name, ends in scene.vary.items() if name in OF_SUPPORTS}
-    corners = itertools.product(*ends.values())
-    changes = [dict(zip(ends, corner, strict=True)) for corner in corners]
+    varied = {str(name): ends for name, ends in scene.vary.items() if name in OF_SUPPORTS}
+    corners = itertools.product(*varied.values())
+    changes = [dict(zip(varied, corner, strict=True)) for corner in corners]
     problems = list(check_changes(scene, scene.vary, changes))
     yield from problems
     if not problems:
         yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.vary.items()})
+        ends = {str(name): np.array(ends) for name, ends in scene.vary.items()}
+        try:
+            all_effects({**scene.resolved_exciter(), **ends}, pieces=scene.COMPUTES_PIECES)
+        except ParameterError as error:
+            yield refused(("vary" if error.name in ends else "exciter", error.name), error)
 
 
 def check_varied_supports(

@@ -12,10 +12,11 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import is_of
-from vibropipe.scenes.certificate import REFUSED, STATEMENT, proof_of
+from vibropipe.scenes.certificate import STATEMENT, proof_of
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE, certificate_answer, limits_text
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
+from vibropipe.words.proofs import REFUSED
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7)
 WITHIN = {"R1": 0.01, "R2": 0.01, "delta": 0.002}

@@ -14,7 +14,6 @@ from vibropipe.jobs.plan import as_cut, check_cut, plan_scene, record
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.certificate import REFUSED
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.kind import Kind
@@ -33,7 +32,7 @@ from vibropipe.store.opening import SCENES
 from vibropipe.store.shards import ROW_RANGE_ATTRS
 from vibropipe.study import Study, fingerprint
 from vibropipe.words.progress import Progress
-from vibropipe.words.proofs import MISSING
+from vibropipe.words.proofs import MISSING, REFUSED
 from vibropipe.words.regimes import Regime
 
 if TYPE_CHECKING:

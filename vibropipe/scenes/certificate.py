@@ -8,15 +8,15 @@ import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.physical import stored
-from vibropipe.words.proofs import PREFIX
+from vibropipe.words.proofs import PREFIX, REFUSED
 from vibropipe.words.vocabulary import of_proof
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter
     from vibropipe.scenes.keys.proofs import Prove
 
-# Attributes: what was found, or why nothing was tried to prove; by which arithmetic.
-STATEMENT, REFUSED, METHOD = f"{PREFIX}statement", f"{PREFIX}refused", f"{PREFIX}method"
+# Attributes: what was found, and by which arithmetic.
+STATEMENT, METHOD = f"{PREFIX}statement", f"{PREFIX}method"
 # Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s.
 STRETCHES, PARTS = 256, 1000
 

@@ -18,11 +18,11 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.parts import Answer, Table
-from vibropipe.scenes.certificate import METHOD, REFUSED, proof_of
+from vibropipe.scenes.certificate import METHOD, proof_of
 from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.proofs import Proved, ProvedStable, Why
+from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why
 from vibropipe.words.wording import series
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube

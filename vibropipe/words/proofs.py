@@ -10,6 +10,8 @@ BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
 """The parameters on which a motion between rigid supports depends, those of the boxes of a proof."""
 PREFIX = "proof_"
 """Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""
+REFUSED = f"{PREFIX}refused"
+"""Attribute: why nothing was tried to prove."""
 MISSING = "python-flint: is required for proofs and not installed"
 
 

@@ -8,12 +8,13 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.scenes.certificate import REFUSED, with_certificate
+from vibropipe.scenes.certificate import with_certificate
 from vibropipe.solve.design.face import design
 from vibropipe.solve.physical import stored
 from vibropipe.solve.rebuild import exciter_of
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.designs import DesignResult
+from vibropipe.words.proofs import REFUSED
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:

@@ -127,13 +127,13 @@ def test_a_mutation_of_the_flow_is_found(monkeypatch, slot):
 
 
 def test_a_mutation_of_the_saltation_is_found(monkeypatch):
-    row, derivative = vp.steady_state(PAPER), values._derivative
+    row, derivative = vp.steady_state(PAPER), values.trace_and_determinant
 
     def mutated(model, law, u):
         model.force = lambda time: Flights.force(model, time) * (1 + arb(1e-9))
         return derivative(model, law, u)
 
-    monkeypatch.setattr(values, "_derivative", mutated)
+    monkeypatch.setattr(values, "trace_and_determinant", mutated)
     trace = row.floquet_multiplier.values.sum().real
     proof = vp.prove(row)
     error = 3 * row.floquet_multiplier_error.values.max()

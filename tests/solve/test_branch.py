@@ -309,7 +309,7 @@ def test_orbits_with_rests_are_followed_to_their_last_rest() -> None:
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [
-        (("tau", 2.0), "along: must be one of nu, f, .*, phi2, got 'tau'"),
+        (("tau", 2.0), "along: must be one of nu, f, .*, phi2, .*, got 'tau'"),
         (("nu", 1.0), "to: must differ from the exciter's own nu, got 1.0"),
         (("nu", (2.0, 3.0)), "to: must be a number, or two that enclose the exciter's own nu, 1.0"),
         (("R1", 1.2), "to: must be a number from 0 to 1, got 1.2"),

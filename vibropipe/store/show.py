@@ -17,7 +17,7 @@ if TYPE_CHECKING:
 LETTERS = {
     "alpha": "α", "beta": "β", "delta": "δ", "Delta": "Δ", "varepsilon": "ε", "mu": "μ", "nu": "ν", "pi": "π",
     "tau": "τ", "kappa": "κ", "lambda": "λ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
-    "det": "det", "partial": "∂", "Sigma": "Σ", "chi": "χ", "gamma": "γ", "sum": "Σ",
+    "det": "det", "partial": "∂", "Sigma": "Σ", "chi": "χ", "eta": "η", "gamma": "γ", "sum": "Σ",
 }  # fmt: skip
 ACCENTS = {"dot": "\u0307", "bar": "\u0304"}
 # characters shown of a text of several lines

@@ -29,7 +29,9 @@ class Flight(NamedTuple):
         Frequency of the force, and the time in forcing periods and in tau.
     free : Impulse
     first, second : complex
-        Responses from rest to exp(i nu tau) and exp(2 i nu tau); the latter is None without a second harmonic.
+        Responses from rest to exp(i nu tau) and exp(2 i nu tau); the latter is 0 without a second harmonic.
+    second_harmonic : int or None
+        The effect. What tests `second` itself for None can raise where it is a number.
     """
 
     stiffness: float
@@ -41,7 +43,8 @@ class Flight(NamedTuple):
     t: float
     free: Impulse
     first: complex
-    second: complex | None
+    second: complex
+    second_harmonic: int | None
 
 
 @jit
@@ -51,14 +54,14 @@ def flight_over(stiffness, damping, load, force: Force, nu, turns, second=None) 
     free = impulse_response(stiffness, damping, t)
     first = harmonic_motion(stiffness, damping, nu, turns, t, free.s)
     other = _second_motion(stiffness, damping, nu, turns, t, free.s, second)
-    return Flight(stiffness, damping, load, force, nu, turns, t, free, first, other)
+    return Flight(stiffness, damping, load, force, nu, turns, t, free, first, other, second)
 
 
 @jit_inline
 def _second_motion(stiffness, damping, nu, turns, t, s, second):
-    """Return the response to exp(2 i nu tau); None without a second harmonic."""
+    """Return the response to exp(2 i nu tau); 0 without a second harmonic."""
     if second is None:
-        return None
+        return complex(0.0, 0.0)
     return harmonic_motion(stiffness, damping, 2.0 * nu, 2.0 * turns, t, s)
 
 
@@ -69,12 +72,13 @@ def _mixed(sine, cosine, response):
 
 
 @jit
-def harmonic_response(flight, response, w, sine, cosine):
+def harmonic_response(flight, response, w, sine, cosine, harmonic=1):
     """Return displacement and velocity by one harmonic of the frequency w that begins with its sine and cosine.
 
-    response : `Flight.first` or `second`; None, without this harmonic, gives zeros.
+    response : `Flight.first` or `second`
+    harmonic : 1, or `Flight.second_harmonic`, of which None gives zeros
     """
-    if response is None:
+    if harmonic is None:
         return 0.0, 0.0
     rate = flight.free.s + complex(0.0, w) * response
     return _mixed(sine, cosine, response), _mixed(sine, cosine, rate)
@@ -86,7 +90,7 @@ def forced_response(flight, force: Force):
     nu = flight.nu
     y, w = harmonic_response(flight, flight.first, nu, force.sine, force.cosine)
     more, more_rate = harmonic_response(
-        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2, flight.second_harmonic
     )
     return y + more, w + more_rate
 
@@ -106,13 +110,15 @@ def force_at_end(flight):
     """Return the force at the end of a flight."""
     sine, cosine = sincos_turns(flight.turns)
     force = flight.force
-    return force.sine * cosine + force.cosine * sine + _second_at_end(flight, flight.second)
+    return (
+        force.sine * cosine + force.cosine * sine + _second_at_end(flight, flight.second_harmonic)
+    )
 
 
 @jit_inline
-def _second_at_end(flight, response):
-    """Return the second harmonic of the force at the end of a flight; 0 without one, where the response is None."""
-    if response is None:
+def _second_at_end(flight, second):
+    """Return the second harmonic of the force at the end of a flight; 0 without one."""
+    if second is None:
         return 0.0
     sine, cosine = sincos_turns(2.0 * flight.turns)
     return flight.force.sine_2 * cosine + flight.force.cosine_2 * sine
@@ -158,15 +164,21 @@ def _square_response(flight, square):
     force, nu = flight.force, flight.nu
     a, b, c = _harmonic_square(flight, square, flight.first, nu, force.sine, force.cosine)
     more, more_b, more_c = _harmonic_square(
-        flight, square, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+        flight,
+        square,
+        flight.second,
+        2.0 * nu,
+        force.sine_2,
+        force.cosine_2,
+        flight.second_harmonic,
     )
     return a + more, b + more_b, c + more_c
 
 
 @jit
-def _harmonic_square(flight, square, response, w, sine, cosine):
+def _harmonic_square(flight, square, response, w, sine, cosine, harmonic=1):
     """Return motion, rate and acceleration of 1/q^2 under one harmonic; zeros without it."""
-    if response is None:
+    if harmonic is None:
         return 0.0, 0.0, 0.0
     iw = complex(0.0, w)
     motion = square_motion(
@@ -186,7 +198,7 @@ def by_frequency(flight):
     force, nu = flight.force, flight.nu
     by, rate_by = _frequency_response(flight, flight.first, nu, force.sine, force.cosine)
     more, more_rate = _frequency_response(
-        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2
+        flight, flight.second, 2.0 * nu, force.sine_2, force.cosine_2, flight.second_harmonic
     )
     return by + 2.0 * more, rate_by + 2.0 * more_rate
 
@@ -197,15 +209,20 @@ def by_phase(flight):
     force, nu = flight.force, flight.nu
     y, w = harmonic_response(flight, flight.first, nu, force.cosine, -force.sine)
     more, more_rate = harmonic_response(
-        flight, flight.second, 2.0 * nu, 2.0 * force.cosine_2, -2.0 * force.sine_2
+        flight,
+        flight.second,
+        2.0 * nu,
+        2.0 * force.cosine_2,
+        -2.0 * force.sine_2,
+        flight.second_harmonic,
     )
     return y + more, w + more_rate
 
 
 @jit
-def _frequency_response(flight, response, w, sine, cosine):
+def _frequency_response(flight, response, w, sine, cosine, harmonic=1):
     """Return the derivative of the motion and of its rate under one harmonic by its frequency; zeros without it."""
-    if response is None:
+    if harmonic is None:
         return 0.0, 0.0
     i = complex(0.0, 1.0)
     by_rate = motion_by_rate(flight.stiffness, flight.damping, w, flight.t, response)

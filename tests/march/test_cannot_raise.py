@@ -74,7 +74,7 @@ def functions() -> dict[str, Any]:
     vp.sweep(replace(EXCITER, k1=50.0, k2=80.0, friction=0.1), {"nu": [0.9]}, outputs=of_pieces)
     of_housing = {"mass_ratio": 0.5, "housing_friction_1": 0.1, "housing_friction_2": 0.2}
     slides = replace(EXCITER, k1=50.0, friction=0.1, **of_housing)
-    vp.sweep(slides, {"nu": [0.9]}, outputs=of_pieces)
+    vp.sweep(replace(slides, f2=0.2), {"nu": [0.9]}, outputs=OUTPUTS)
     vp.simulate(slides, 20.0, energy=True)
     vp.simulate(slides, 20.0, method="newmark", steps_per_period=64)
     vp.simulate(EXCITER, 20.0, energy=True)

@@ -16,6 +16,7 @@ from vibropipe.words.status import Status
 
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "lyapunov", "subharmonics", "sensitivity")
 SUFFIX = "_sensitivity"
+OF_HOUSING = ("mass_ratio", "housing_friction_1", "housing_friction_2", "housing_load")
 SOFT = vp.Exciter(l=0.5, nu=0.9, f=1.0, h=0.2, k1=50.0, h1=1.0, k2=800.0, h2=0.5, load=0.05)
 RUBBED = vp.Exciter(l=0.5, nu=1.3, f=1.2, h=0.1, delta=0.05, R1=0.6, k2=300.0, h2=2.0, friction=0.1)
 STICKING = vp.Exciter(l=0.4, nu=0.5, f=0.6, h=0.1, R1=0.5, R2=0.6, friction=0.15, f2=0.2, phi2=0.4)
@@ -23,8 +24,17 @@ RESTING = vp.Exciter(l=1.0, nu=0.3, f=1.3, h=0.1, delta=0.1, R1=0.3, R2=0.5, fri
 # At the phase 0 the mass rests on a support, or is held by friction.
 BEGINS_AT_REST = vp.Exciter(l=0.5, nu=0.27, f=1.5, load=1.3, h=0.1, R1=0.5, R2=0.5, friction=0.03)
 BEGINS_HELD = vp.Exciter(l=1.0, nu=0.82, f=1.5, h=0.1, delta=0.02, R1=0.7, R2=0.7, friction=0.7)
+SLIDING = vp.Exciter(l=0.3, nu=1.1, f=1.0, h=0.1, R1=0.6, R2=0.75, mass_ratio=0.4, housing_friction_1=0.3,
+                     housing_friction_2=0.5, housing_load=0.05)  # fmt: skip
+# On a soft support, with friction within; its housing stops and slips off again.
+SLIDING_SOFT = vp.Exciter(l=0.4, nu=1.3, f=1.1, h=0.15, delta=0.05, load=0.02, k1=60.0, h1=1.0, R2=0.6, friction=0.05,
+                          mass_ratio=0.3, housing_friction_1=0.4, housing_friction_2=0.6)  # fmt: skip
+# Slides all the time, under two harmonics of the force.
+ALWAYS = vp.Exciter(l=0.3, nu=2.2, f=1.3, h=0.3, R1=0.3, R2=0.3, f2=0.4, phi2=0.3, mass_ratio=1.5,
+                    housing_friction_1=0.02, housing_friction_2=0.03)  # fmt: skip
 CASES = {"soft": SOFT, "rubbed": RUBBED, "sticking": STICKING, "resting": RESTING}
 CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
+CASES |= {"sliding": SLIDING, "sliding on soft supports": SLIDING_SOFT, "sliding always": ALWAYS}
 
 
 def steady(exciter: vp.Exciter, **options: float) -> xr.Dataset:
@@ -67,6 +77,9 @@ def differences(
         ("resting", ("nu", "f", "delta", "R1", "friction")),
         ("begins at rest", ("nu", "f", "load", "R1", "friction")),
         ("begins held", ("nu", "f", "h", "delta", "R2", "friction")),
+        ("sliding", ("nu", "h", "delta", "R1", *OF_HOUSING)),
+        ("sliding on soft supports", ("nu", "f", "load", "k1", "h1", "friction", *OF_HOUSING)),
+        ("sliding always", ("nu", "f2", "phi2", "l", *OF_HOUSING)),
     ],
 )
 def test_derivatives_are_those_of_neighbours(case: str, parameters: tuple[str, ...]) -> None:
@@ -90,8 +103,9 @@ def test_derivatives_are_those_of_neighbours(case: str, parameters: tuple[str, .
 
 
 # Power of the scale of lengths with which quantities grow; the others have none.
-LENGTHS, SQUARES = ("displacement", "velocity", "impact_velocity"), ("energy",)
-OF_LENGTH = ["f", "l", "delta", "load", "f2", "friction"]
+LENGTHS = ("displacement", "velocity", "impact_velocity", "housing_velocity")
+SQUARES = ("energy",)
+OF_LENGTH = ["f", "l", "delta", "load", "f2", "friction", *OF_HOUSING[1:]]
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -393,9 +393,7 @@ def test_without_a_housing_its_parameters_are_refused_in_words() -> None:
     ("call", "name"),
     [
         (lambda: vp.simulate(FORCED, 1.0, accuracy=1e-6), "accuracy"),
-        (lambda: vp.steady_state(FORCED, outputs=["sensitivity"]), "outputs"),
         (lambda: vp.steady_state(FORCED, accuracy=1e-6), "accuracy"),
-        (lambda: vp.branch(FORCED, "nu", (2.0, 2.2), outputs=["sensitivity"]), "outputs"),
         (lambda: vp.basins(FORCED, [0.0], [0.0], phase=0.5), "phase"),
         (lambda: vp.basins(FORCED, [0.0], [0.0], over={"nu": [1.0, 2.0]}), "over"),
         (lambda: vp.tolerance(FORCED, {"nu": 0.01}), "mass_ratio"),

@@ -24,6 +24,7 @@ LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a h
     [
         "motion",
         "motion, outputs: [motion, impacts, harmonics, energy]",
+        "sweep, over: {nu: [1, 2]}, outputs: [sensitivity, stability]",
         "sweep, over: {nu: [1, 2]}, figure: {show: [housing_velocity_mean]}",
         "sweep, over: {mass_ratio: [0.1, 0.2]}, follow: {along: mass_ratio, direction: up}",
         "boundary, of: [fold], over: {nu: [2, 3], f: [0.5, 1]}",
@@ -39,7 +40,10 @@ def test_motions_and_sweeps_compute_it(scene: str) -> None:
     ("scene", "said"),
     [
         ("motion, solver: {accuracy: 1e-6}", f"solver.accuracy: {LEFT_OUT}, got 1e-06"),
-        ("sweep, over: {nu: [1, 2]}, outputs: [sensitivity]", f"outputs: {LEFT_OUT}, got sensitiv"),
+        (
+            "sweep, over: {nu: [1, 2]}, solver: {accuracy: 1e-6}",
+            f"solver.accuracy: {LEFT_OUT}, got 1e-06",
+        ),
         (
             "design, vary: {delta: [-0.1, 0.1]}, target: {displacement_mean: 0.01}",
             "mass_ratio: must be 0: a housing that slides is",
@@ -78,8 +82,8 @@ def test_a_study_in_units_has_the_mass_of_the_housing() -> None:
         ),
         (
             "}}}",
-            "}, outputs: [sensitivity]}}",
-            "outputs: must be left out with M above 0: it is not computed for a housing that slides",
+            "}, solver: {accuracy: 1e-6}}}",
+            "solver.accuracy: must be left out with M above 0: it is not computed for a housing that slides",
         ),
     ],
 )

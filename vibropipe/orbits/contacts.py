@@ -111,23 +111,27 @@ def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> 
 
 
 @jit
-def write_contacts(e, p, march_room, out, row, first) -> None:
-    """Write the contacts of a solved row into `out.contacts`: of an impact on a rigid support, the velocity after it.
+def write_contacts(contacts, e, p, march_room, out, row, first) -> None:
+    """Write the contacts of a solved row: of an impact on a rigid support, the velocity after it.
 
     And its impulse, if there is room for it.
 
     Parameters
     ----------
+    contacts : (n, columns) float or None
+        NaN on entry; nothing is written, or compiled, without it or its columns.
     e, p, march_room
         As for `march_orbit`.
     out : RowResults
-        Compacted results, with their impacts; `contacts` NaN on entry.
+        Compacted results, with their impacts.
     row : int
         Index of the row.
     first : int
         Index of its first impact.
     """
-    if out.impact_count[row] == 0:
+    if contacts is None:
+        return
+    if contacts.shape[1] == 0 or out.impact_count[row] == 0:
         return
     grid = grid_in_room(e, p, exact_steps(e, p), march_room[2])
     for i in range(first, first + out.impact_count[row]):
@@ -135,8 +139,8 @@ def write_contacts(e, p, march_room, out, row, first) -> None:
         if is_soft(e, p, home):
             # Only the phase matters: a time of few digits before the point keeps more behind it.
             position = out.impact_position[i] - math.floor(out.impact_position[i])
-            march_contact(e, p, grid, position, home, velocity, march_room, out.contacts[i])
+            march_contact(e, p, grid, position, home, velocity, march_room, contacts[i])
         else:
-            out.contacts[i, 0] = -restitution_of(e, p, home) * velocity
-            if out.contacts.shape[1] > CONTACT_COLUMNS:
-                out.contacts[i, CONTACT_COLUMNS] = abs(out.contacts[i, 0] - velocity)
+            contacts[i, 0] = -restitution_of(e, p, home) * velocity
+            if contacts.shape[1] > CONTACT_COLUMNS:
+                contacts[i, CONTACT_COLUMNS] = abs(contacts[i, 0] - velocity)

@@ -33,7 +33,7 @@ DIFFERENTIATED = tuple(
 """The parameters by which all motions are differentiated, in the order of derivatives."""
 ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES, *OF_HOUSING)
 N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED) - len(OF_HOUSING)
-N_WITH_SECOND = N_PARAMETERS + len(OF_SECOND)
+N_WITH_SECOND, N_WITH_HOUSING = N_PARAMETERS + len(OF_SECOND), len(ALL_DIFFERENTIATED)
 NU, F, H, L, DELTA, R1, R2, LOAD, F2, PHI2, K1, K2, H1, H2, FRICTION = map(
     ALL_DIFFERENTIATED.index,
     ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "k1", "k2", "h1", "h2", "friction"),
@@ -44,9 +44,13 @@ MASS_RATIO, HOUSING_FRICTION_1, HOUSING_FRICTION_2, HOUSING_LOAD = map(
 )
 
 
-def differentiated_by(pieces: bool, second: bool) -> tuple[str, ...]:
-    """Return the parameters of derivatives with soft supports or friction, or not, and with a second harmonic."""
-    return (*DIFFERENTIATED, *(OF_SECOND if second else ()), *(OF_PIECES if pieces else ()))
+def differentiated_by(pieces: bool, second: bool, housing: bool = False) -> tuple[str, ...]:
+    """Return the parameters of derivatives with soft supports or friction, a second harmonic, or a housing, or not.
+
+    Those of a housing come with those of pieces.
+    """
+    further = (*(OF_SECOND if second else ()), *(OF_PIECES if pieces or housing else ()))
+    return (*DIFFERENTIATED, *further, *(OF_HOUSING if housing else ()))
 
 
 @jit_inline

@@ -120,7 +120,10 @@ def steady_bytes(
         # here, since it imports numba, which a command that only reads studies does not need
         from vibropipe.physics.derivatives import differentiated_by
 
-        by = len(differentiated_by(effects.has_pieces, effects.second_harmonic is not None))
+        has_second, has_housing = (
+            each is not None for each in (effects.second_harmonic, effects.housing)
+        )
+        by = len(differentiated_by(effects.has_pieces, has_second, has_housing))
     size = 0.0
     for entry in STEADY.values():
         is_present = not entry.effect or getattr(effects, entry.effect) is not None

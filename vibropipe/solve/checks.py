@@ -19,8 +19,6 @@ from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import STARTS
 from vibropipe.words.records import FINITE
 
-# Outputs that are not computed for a housing that slides.
-NOT_OF_HOUSING = ("sensitivity",)
 LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
 
 
@@ -162,16 +160,9 @@ def check_housing(exciter: Exciter, velocity: Any, **asked: bool) -> float:
     return start
 
 
-def check_outputs_of_housing(
-    effect: int | None, outputs: Sequence[str], accuracy: float | None
-) -> None:
-    """Raise a ParameterError for what steady states with a housing that slides, `effect`, do not have."""
-    if effect is None:
-        return
-    missing = [name for name in NOT_OF_HOUSING if name in outputs]
-    if missing:
-        raise ParameterError("outputs", outputs, must=LEFT_OUT, got=missing[0])
-    if accuracy is not None:
+def check_accuracy_of_housing(effect: int | None, accuracy: float | None) -> None:
+    """Raise a ParameterError for an accuracy of steady states with a housing that slides, `effect`."""
+    if effect is not None and accuracy is not None:
         raise ParameterError("accuracy", accuracy, must=LEFT_OUT, got="")
 
 

@@ -118,7 +118,9 @@ def flown_held(e, p, law, i, flight, start, t, k):
         sine, cosine = unit.sine_2, unit.cosine_2
         if k != F2:
             sine, cosine = force_by_phase(p, unit), -p.f2 * unit.sine_2
-        return harmonic_response(flight, flight.second, 2.0 * p.nu, sine, cosine)
+        return harmonic_response(
+            flight, flight.second, 2.0 * p.nu, sine, cosine, flight.second_harmonic
+        )
     change = 0.0
     if home > 0:
         change = load_derivative(home, k)

@@ -22,7 +22,7 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.forces import NODES, WEIGHTS
 from vibropipe.orbits.harmonics import ONE_PERIOD
-from vibropipe.orbits.law.flights import flight_of, flown_by
+from vibropipe.orbits.law.flights import flight_of, flown_by, force_on
 from vibropipe.orbits.law.states import sign_of
 from vibropipe.orbits.sensitivity.law_orbit import (
     PLACE,
@@ -43,7 +43,7 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
-from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period
+from vibropipe.physics.load import fastest_forcing, force_times, forcing_period
 from vibropipe.physics.piece import acceleration_of, by_phase, flown, force_at_end
 from vibropipe.physics.stiffness import damping_of, piece_rate
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
@@ -192,7 +192,7 @@ def add_stretch(e, p, law, i, m, start, stretch, by, out) -> None:
 def add_moving(e, p, orbit, i, m, changes, node, out) -> None:
     """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start."""
     (start, _end, turns), law, period = ends_of_piece(e, p, orbit, i), orbit.law, forcing_period(p)
-    second, sigma = e.second_harmonic, sign_of(law.codes[i, HOME])
+    second = e.second_harmonic
     (amplitudes, subharmonics, energy), by = out, (orbit.columns, changes, node)
     whole = flight_of(e, p, law, i, start.t, turns)
     wave = max(amplitudes.shape[0], subharmonics.shape[0] / m) * p.nu
@@ -203,7 +203,7 @@ def add_moving(e, p, orbit, i, m, changes, node, out) -> None:
         if length * period * (rate + max(rate, wave)) > MANY_STEPS * REACH_OF_NODES:
             # With steps as long as what is left of the motion allows.
             y, w = flown(flight_of(e, p, law, i, start.t, done), start.y, start.w)
-            force = force_at(p, sigma, start.t + done, second)
+            force = force_on(e, p, law, i, start.t + done)
             decay = decay_of(y, w, force, whole.load, whole.stiffness, whole.damping, p, second)
             rate = decay.rate
             if decay.kind != FOLLOWING:

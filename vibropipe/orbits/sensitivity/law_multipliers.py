@@ -13,14 +13,19 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import FORM, HELD, RESTING
-from vibropipe.orbits.law.determinants import less_inverse_times, transfer
+from vibropipe.orbits.housing_jacobian import Coupling, eigenvalues_of_three
+from vibropipe.orbits.law.determinants import (
+    less_inverse_times,
+    return_map_of_three,
+    transfer,
+)
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.flights import flight_of
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.law_orbit import ends_of_piece
 from vibropipe.orbits.sensitivity.multipliers import DOUBLE
-from vibropipe.physics.derivatives import ALL_DIFFERENTIATED, H1, H2, K1, K2, NU, H
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED, H1, H2, K1, K2, MASS_RATIO, NU, H
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
@@ -37,7 +42,7 @@ STEP = 1e-3
 @jit
 def difference_step(e, p, orbit, j, size):
     """Return the step of a parameter along which column j of the derivatives is a difference; size : its scale."""
-    fastest, turns_phases = 1.0 / size, orbit.columns[j] in (NU, H, K1, K2, H1, H2)
+    fastest, turns_phases = 1.0 / size, orbit.columns[j] in (NU, H, K1, K2, H1, H2, MASS_RATIO)
     for i in range(orbit.u.shape[0]):
         if orbit.law.codes[i, FORM] in (HELD, RESTING):
             continue
@@ -59,7 +64,7 @@ def fill_slopes(e, values, orbit, j, none, beside, slopes) -> None:
     values : (1, parameters) float, changed and restored
     """
     index = INDICES[orbit.columns[j]]
-    own, p, (n, _two) = values[0, index], row_parameters(values, 0), orbit.u.shape
+    own, p, (n, width) = values[0, index], row_parameters(values, 0), orbit.u.shape
     step = difference_step(e, p, orbit, j, max(abs(own), 0.1 * min(1.0, p.l)))
     slopes.before[:] = 0.0
     slopes.at[:] = 0.0
@@ -69,11 +74,18 @@ def fill_slopes(e, values, orbit, j, none, beside, slopes) -> None:
         moved = factor * step
         values[0, index] = own + moved
         for i in range(n):
-            for part in range(2):
+            for part in range(width):
                 slopes.rest[i, part] = orbit.u[i, part] + moved * orbit.du[i, part, j]
         fill_blocks(e, row_parameters(values, 0), orbit.law, slopes.rest, none, beside)
         # (f(-2) - 8 f(-1) + 8 f(1) - f(2)) / 12
         weight = (8.0 / factor if abs(factor) == 1 else -2.0 / factor) / (12.0 * step)
+        if e.housing is not None:
+            # All that is wanted of three rows: derivatives of trace, principal minors and determinant.
+            matrix, minors, determinant = return_map_of_three(beside.before, beside.at)
+            slopes.before[0, 0, 0] += weight * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2])
+            slopes.before[0, 0, 1] += weight * minors
+            slopes.before[0, 0, 2] += weight * determinant
+            continue
         for i in range(n):
             for row in range(2):
                 for c in range(2):
@@ -128,7 +140,10 @@ def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
     row : int
     """
     n, none = orbit.u.shape[0], np.zeros(0, np.int64)
-    beside, slopes = new_blocks(n, 0), new_blocks(n, 0)
+    beside, slopes = new_blocks(n, 0, e.housing), new_blocks(n, 0, e.housing)
+    if e.housing is not None:
+        write_three(e, values, orbit, m, out, row, none, beside, slopes)
+        return
     first, second = floquet_multipliers(*orbit.return_map)
     # A rest erases all perturbations.
     is_erased, difference = first == 0.0, first - second
@@ -149,3 +164,30 @@ def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
             out.d_exponent[row, k] = divide(d_first, first).real / length
             if k == NU:
                 out.d_exponent[row, k] += math.log(abs(first)) / (length * nu)
+
+
+@jit
+def write_three(e, values, orbit, m, out, row, none, beside, slopes) -> None:
+    """Write the derivatives of three multipliers, roots of a cubic; arguments as for `write_multiplier_derivatives`."""
+    trace, minors, determinant, _zero = orbit.return_map
+    roots = eigenvalues_of_three(
+        (trace, -minors, 1.0, 0.0), Coupling(determinant, 0.0, 0.0, 1.0, 0.0)
+    )
+    length, nu = m * forcing_period(row_parameters(values, 0)), values[0, INDICES[NU]]
+    for j in range(orbit.columns.size):
+        k = orbit.columns[j]
+        fill_slopes(e, values, orbit, j, none, beside, slopes)
+        by = slopes.before[0, 0]
+        by_trace, by_minors, by_last = by[0], by[1], by[2]
+        for which in range(3):
+            root = roots[0] if which == 0 else roots[1] if which == 1 else roots[2]
+            slope = (3.0 * root - 2.0 * trace) * root + minors
+            if not abs(slope) > DOUBLE * abs(roots[0]) * abs(roots[0]):
+                continue  # of a double root
+            change = divide((root * by_trace - by_minors) * root + by_last, slope)
+            if out.d_multipliers.size > 0:
+                out.d_multipliers[row, which, k] = change
+            if which == 0 and out.d_exponent.size > 0 and root != 0.0:
+                out.d_exponent[row, k] = divide(change, root).real / length
+                if k == NU:
+                    out.d_exponent[row, k] += math.log(abs(root)) / (length * nu)

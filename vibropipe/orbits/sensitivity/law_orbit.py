@@ -20,9 +20,14 @@ from vibropipe.march.piece_log import (
     FORM,
     HELD,
     HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     LEAVE,
+    P_END,
+    P_START,
     PIECES,
     RESTING,
+    SLIP,
     SPAN,
     STICK,
     TOUCH,
@@ -33,10 +38,10 @@ from vibropipe.march.piece_log import (
     Y,
 )
 from vibropipe.march.piece_state import coefficients
-from vibropipe.orbits.law.determinants import return_map
+from vibropipe.orbits.law.determinants import return_map, return_map_of_three
 from vibropipe.orbits.law.elimination import solve_columns
 from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks, row_power
-from vibropipe.orbits.law.law import Law, is_contact
+from vibropipe.orbits.law.law import WAY, Law, is_contact, width_of
 from vibropipe.orbits.law.states import (
     arrival,
     arrival_by,
@@ -49,7 +54,17 @@ from vibropipe.orbits.piece_terms import load_of_piece
 from vibropipe.orbits.sensitivity.errors import SAMPLES, ULP, random_sign
 from vibropipe.orbits.sensitivity.flights import SINGULAR
 from vibropipe.physics.contact import to_velocity
-from vibropipe.physics.derivatives import F2, FRICTION, K1, N_OF_PIECES, PHI2
+from vibropipe.physics.derivatives import (
+    F2,
+    FRICTION,
+    HOUSING_FRICTION_1,
+    HOUSING_FRICTION_2,
+    K1,
+    N_OF_PIECES,
+    N_WITH_HOUSING,
+    PHI2,
+)
+from vibropipe.physics.housing import momentum_share
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate, stiffness_of
 
@@ -64,16 +79,16 @@ class VariedOrbit(NamedTuple):
     ----------
     law : Law
         Its first event is the section.
-    u : (n, 2) float
+    u : (n, w) float
         Unknowns of its equations.
-    du : (n, 2, k + SAMPLES) float
+    du : (n, w, k + SAMPLES) float
         Their derivatives by k parameters, and samples of their errors.
     blocks : Blocks
         Of the equations.
     columns : (k,) int64
         The parameters.
     return_map : tuple of 4 floats
-        Derivative of the return map of the section.
+        Derivative of the return map of the section; with a housing its trace, principal minors, determinant, and 0.
     """
 
     law: Law
@@ -90,8 +105,11 @@ def columns_of(e, p):
 
     By a friction that is absent it has one to one side only.
     """
-    columns = np.arange(N_OF_PIECES)
+    columns = np.arange(N_OF_PIECES if e.housing is None else N_WITH_HOUSING)
     is_by = columns >= 0
+    if e.housing is not None:
+        is_by[HOUSING_FRICTION_1] = p.housing_friction_1 > 0.0
+        is_by[HOUSING_FRICTION_2] = p.housing_friction_2 > 0.0
     for support in (1, 2):
         is_by[K1 + support - 1] = stiffness_of(p, support) > 0.0
     is_by[FRICTION] = p.friction > 0.0
@@ -100,15 +118,14 @@ def columns_of(e, p):
 
 
 @jit_allocating
-def law_of_log(p, pieces, m):
+def law_of_log(e, p, pieces, m):
     """Return the law of the logged pieces of an orbit of m periods, its unknowns, and whether it is smooth there."""
-    n = pieces.counts[PIECES]
-    codes, u, logged, values = (
-        pieces.codes[:n].copy(),
-        np.zeros((n, 2)),
-        pieces.codes,
-        pieces.values,
-    )
+    n, width = pieces.counts[PIECES], width_of(e.housing)
+    codes, u = np.zeros((n, 2 + width), np.int8), np.zeros((n, width))
+    logged, values = pieces.codes, pieces.values
+    for i in range(n):
+        for column in range(logged.shape[1]):
+            codes[i, column] = logged[i, column]
     is_smooth, home = codes[0, CAUSE] == BEGIN, codes[0, HOME]
     for i in range(1, n):
         if is_contact(codes[i, CAUSE]):
@@ -131,9 +148,38 @@ def law_of_log(p, pieces, m):
         if i == 0:
             u[0, 0], u[0, 1] = own, to_velocity(there, values[0, W])
         else:
-            u[i, 0], u[i, 1] = values[i, AT], own if cause in (TURN, STICK) else 0.0
+            has_own = cause in (TURN, STICK, HOUSING_STOP)
+            u[i, 0], u[i, 1] = values[i, AT], own if has_own else 0.0
         is_smooth = is_smooth and cause != TOUCH
+    is_smooth = add_housing(pieces.housing, p, pieces, codes, u) and is_smooth
     return Law(codes, float(m), 0), u, is_smooth
+
+
+@jit
+def add_housing(log, p, pieces, codes, u) -> bool:
+    """Add a housing to codes and unknowns of logged pieces; return whether the orbit is smooth there.
+
+    log : `pieces.housing`, None without one
+    """
+    if log is None:
+        return True
+    is_smooth, share = True, momentum_share(p)
+    for i in range(codes.shape[0]):
+        cause, values = codes[i, CAUSE], pieces.values
+        codes[i, WAY] = np.int8(sign_of(codes[i, HOME])) * log.way[i]
+        velocity = to_velocity(pieces.codes[i, HOME], values[i, W])
+        if i == 0:
+            u[0, 2] = log.values[0, P_START] / share if log.way[0] != 0 else 0.0
+            continue
+        if cause == HOUSING_STOP:
+            u[i, 2] = velocity
+        elif log.way[i - 1] != 0:
+            u[i, 2] = log.values[i - 1, P_END] / share
+        if cause == HOUSING_SLIP:
+            u[i, 1] = velocity
+        at_once = cause in (HOUSING_STOP, SLIP) and values[i - 1, SPAN] == 0.0
+        is_smooth = is_smooth and not at_once and codes[i, FORM] != RESTING
+    return is_smooth
 
 
 @jit
@@ -177,9 +223,9 @@ def vary_orbit(e, p, pieces, m, closing, columns):
     columns : (k,) int64
         Parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`.
     """
-    law, u, is_smooth = law_of_log(p, pieces, m)
+    law, u, is_smooth = law_of_log(e, p, pieces, m)
     n, k = u.shape[0], columns.size
-    blocks = new_blocks(n, k + SAMPLES)
+    blocks = new_blocks(n, k + SAMPLES, e.housing)
     fill_blocks(e, p, law, u, columns, blocks)
     for i in range(n):
         after = (i + 1) % n
@@ -188,11 +234,18 @@ def vary_orbit(e, p, pieces, m, closing, columns):
     for s in range(SAMPLES):
         blocks.by[0, 0, k + s] += random_sign(7921 + s) * closing
         blocks.by[0, 1, k + s] += random_sign(104731 + s) * closing
+    du = np.zeros(blocks.by.shape)
+    solve_columns(blocks.before, blocks.at, -blocks.by, du, e.housing)
+    if e.housing is not None:
+        matrix, minors, last = return_map_of_three(blocks.before, blocks.at)
+        trace = matrix[0, 0] + matrix[1, 1] + matrix[2, 2]
+        determinant = 1.0 - trace + minors - last
+        scale = 1.0 + abs(trace) + abs(minors) + abs(last)
+        varied = VariedOrbit(law, u, du, blocks, columns, (trace, minors, last, 0.0))
+        return varied, is_smooth and abs(determinant) > SINGULAR * scale
     (m11, m12, m21, m22), _determinant = return_map(blocks)
     determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
     scale = 1.0 + abs(m11 + m22) + abs(m11 * m22 - m12 * m21)
-    du = np.zeros(blocks.by.shape)
-    solve_columns(blocks.before, blocks.at, -blocks.by, du)
     varied = VariedOrbit(law, u, du, blocks, columns, (m11, m12, m21, m22))
     return varied, is_smooth and abs(determinant) > SINGULAR * scale
 
@@ -206,6 +259,8 @@ def fill_arrival(e, p, orbit, i, changes) -> None:
         changes[TIME, j] = state.timed * du[0, j]
         changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + by
         changes[RATE, j] = state.w_1 * du[1, j]
+        if e.housing is not None:
+            changes[RATE, j] += state.w_2 * du[2, j]
 
 
 @jit
@@ -217,6 +272,8 @@ def fill_departure(e, p, orbit, i, changes) -> None:
         changes[TIME, j] = state.timed * du[0, j]
         changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + y
         changes[RATE, j] = state.w_1 * du[1, j] + w
+        if e.housing is not None:
+            changes[RATE, j] += state.w_2 * du[2, j]
 
 
 @jit

@@ -24,6 +24,7 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.march.piece_state import coefficients, start_state
 from vibropipe.orbits.contacts import write_contacts
+from vibropipe.orbits.housing import STROBE
 from vibropipe.orbits.law.law import is_contact
 from vibropipe.orbits.law.states import arrival, hold_force
 from vibropipe.orbits.results import RowResults
@@ -40,11 +41,12 @@ from vibropipe.orbits.sensitivity.errors import (
     note_impact,
     rms,
 )
+from vibropipe.orbits.sensitivity.law_housing import write_housing_derivatives
 from vibropipe.orbits.sensitivity.law_integrals import add_integrals, reference_derivative
 from vibropipe.orbits.sensitivity.law_multipliers import write_multiplier_derivatives
 from vibropipe.orbits.sensitivity.law_orbit import columns_of, ends_of_piece, vary_orbit
 from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
-from vibropipe.physics.derivatives import F2, LOAD, N_OF_PIECES, PHI2
+from vibropipe.physics.derivatives import F2, LOAD, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import MAX_ROW_WORK
@@ -53,15 +55,16 @@ from vibropipe.physics.stiffness import piece_rate
 
 
 @jit
-def march_orbit(e, p, x, v, m, march_room) -> bool:
+def march_orbit(e, p, x, v, m, march_room, velocity=0.0) -> bool:
     """Log the orbit of m periods that begins at (x, v); return whether it could be marched and grazes nothing.
 
     march_room : log, work array of `march`, and `new_grid_room`
+    velocity : of a housing that may slide
     """
     log, c, grid_room = march_room
     grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
     clear_log(log)
-    state = start_state(log.pieces, e, p, grid, 0.0, x, v)
+    state = start_state(log.pieces, e, p, grid, 0.0, x, v, velocity)
     allow_work(log, MAX_ROW_WORK)
     end = grid_time(float(m), grid.steps)
     _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
@@ -212,7 +215,10 @@ def write_row(e, values, march_room, out, row, first) -> None:
     """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row."""
     p, m, speed = row_parameters(values, 0), out.period_multiple[row], 0.0
     x, v = out.section[row, 0], out.section[row, 1]
-    if not march_orbit(e, p, x, v, m, march_room):
+    velocity = 0.0
+    if e.housing is not None and p.mass_ratio > 0.0:
+        velocity = out.housing[row, STROBE]
+    if not march_orbit(e, p, x, v, m, march_room, velocity):
         return
     for j in range(first, first + out.impact_count[row]):
         speed = max(speed, abs(out.impact_velocity[j]))
@@ -222,15 +228,24 @@ def write_row(e, values, march_room, out, row, first) -> None:
     orbit, is_isolated = vary_orbit(e, p, march_room[0].pieces, m, closing, columns)
     if not is_isolated:
         return
-    write_errors(e, p, orbit, m, closing, out, row, first)
+    if e.housing is None:
+        write_errors(e, p, orbit, m, closing, out, row, first)
     if has_derivatives:
         write_derivatives(e, p, orbit, m, out, row, first)
+        if e.housing is not None:
+            write_housing_derivatives(e, p, orbit, m, out.d_housing[row])
         if out.d_multipliers.size + out.d_exponent.size > 0:
             write_multiplier_derivatives(e, values, orbit, m, out, row)
 
 
 @jit_nogil
-def write_rows(e: Effects, parameters: np.ndarray, out: RowResults, pieces: PieceLog) -> None:
+def write_rows(
+    e: Effects,
+    parameters: np.ndarray,
+    out: RowResults,
+    pieces: PieceLog,
+    contacts: np.ndarray | None,
+) -> None:
     """Write the errors of solved rows, their derivatives, and the contacts with soft supports.
 
     Parameters
@@ -238,10 +253,12 @@ def write_rows(e: Effects, parameters: np.ndarray, out: RowResults, pieces: Piec
     e : Effects
     parameters : (rows, parameters) float
     out : RowResults
-        Compacted results of the rows, with their impacts; errors, derivatives and contacts are NaN on entry. Contacts
-        without columns, and derivatives without entries, are not computed.
+        Compacted results of the rows, with their impacts; errors, derivatives and contacts are NaN on entry.
+        Derivatives without entries are not computed.
     pieces : PieceLog
         Its capacity is that for contacts and rests of an orbit, too.
+    contacts : (n, columns) float or None
+        Those of `out`, if they are wanted: with soft supports and without a housing.
     """
     capacity = pieces.values.shape[0]
     log, c = new_log(capacity, capacity, pieces, None), np.empty(DEGREE + 1)
@@ -251,8 +268,7 @@ def write_rows(e: Effects, parameters: np.ndarray, out: RowResults, pieces: Piec
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
             write_row(e, values, march_room, out, row, first)
-        if e.soft is not None and out.contacts.shape[1] > 0:
-            write_contacts(e, row_parameters(values, 0), march_room, out, row, first)
+        write_contacts(contacts, e, row_parameters(values, 0), march_room, out, row, first)
         if out.d_section.size > 0:
             # Kernels count displacements from the equilibrium, which the load moves.
             out.d_section[row, 0, LOAD] += 1.0
@@ -289,7 +305,11 @@ def with_errors_of_pieces(
     has_derivatives = rows.d_section.size > 0
     if has_derivatives:
         room = with_impact_derivatives(room)
-    write_rows(effects, parameters, room, pieces)
+    has_contacts = effects.soft is not None and effects.housing is None
+    write_rows(effects, parameters, room, pieces, room.contacts if has_contacts else None)
+    if effects.housing is not None:
+        # Errors are not known beside a housing that slides.
+        room = room._replace(e_row=rows.e_row, e_impacts=rows.e_impacts)
     if not has_derivatives or effects.second_harmonic is not None:
         return room
     return without_second(room)
@@ -297,7 +317,7 @@ def with_errors_of_pieces(
 
 def without_second(rows: RowResults) -> RowResults:
     """Return results without the derivatives by the parameters of a second harmonic, which all are computed with."""
-    kept = [k for k in range(N_OF_PIECES) if k not in (F2, PHI2)]
+    kept = [k for k in range(rows.d_section.shape[-1]) if k not in (F2, PHI2)]
     return rows._replace(
         **{
             name: values[..., kept]

@@ -17,6 +17,7 @@ from vibropipe.physics.derivatives import (
     F2,
     LOAD,
     N_OF_PIECES,
+    N_WITH_HOUSING,
     NU,
     F,
     H,
@@ -144,6 +145,10 @@ def write_held(support, out, row) -> None:
             out.d_energy[row, :, k] = 0.0
 
 
+# No output is called so.
+NEVER = "never"
+
+
 def new_derivatives(
     n: int,
     harmonics: int,
@@ -151,6 +156,7 @@ def new_derivatives(
     outputs: tuple[str, ...],
     pieces: bool,
     second: int | None,
+    housing: int | None = None,
 ) -> dict[str, np.ndarray]:
     """Return the arrays of `RowResults` for derivatives: NaN, or without entries unless `sensitivity` is requested.
 
@@ -168,8 +174,12 @@ def new_derivatives(
         Whether motions have soft supports or friction: derivatives by more parameters, and of one more energy.
     second : int or None
         The effect `second_harmonic`.
+    housing : int or None
+        The effect, with which energies have no derivatives, and there is one more multiplier.
     """
     parameters = N_OF_PIECES if pieces else n_parameters(second)
+    if housing is not None:
+        parameters = N_WITH_HOUSING
 
     def unknown(when: str, *shape: int, dtype: type = float) -> np.ndarray:
         wanted = "sensitivity" in outputs and (when == "" or when in outputs)
@@ -181,9 +191,10 @@ def new_derivatives(
         "d_section": unknown("", 2),
         "d_amplitudes": unknown("harmonics", harmonics + 1, dtype=complex),
         "d_subharmonics": unknown("subharmonics", subharmonics + 1, dtype=complex),
-        "d_multipliers": unknown("stability", 2, dtype=complex),
+        "d_multipliers": unknown("stability", 2 if housing is None else 3, dtype=complex),
         "d_exponent": unknown("lyapunov"),
-        "d_energy": unknown("energy", 5 if pieces else 4),
+        "d_energy": unknown("energy" if housing is None else NEVER, 5 if pieces else 4),
+        "d_housing": unknown("" if housing is not None else NEVER, 3),
         "d_velocity_max": unknown("impacts", 2),
         "d_impacts": np.empty((0, 2, parameters)),
     }

@@ -23,7 +23,7 @@ from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, argument_path, refused, required
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.solve.checks import LEFT_OUT, NOT_OF_HOUSING, check_soft
+from vibropipe.solve.checks import LEFT_OUT, check_soft
 from vibropipe.words.exciter import EFFECTS as RECORDS
 from vibropipe.words.parameters import FORCES, PARAMETERS
 from vibropipe.words.quantities import QUANTITIES
@@ -243,9 +243,6 @@ def check_housing(scene: Any) -> Iterator[Problem]:
     """Check that a scene with a housing that slides asks for nothing that is not computed for one."""
     if not np.any({**scene.resolved_exciter(), **scene.over_arrays()}.get("mass_ratio", 0.0)):
         return
-    for name in NOT_OF_HOUSING:
-        if name in scene.outputs:
-            yield Problem(("outputs",), name, must=LEFT_OUT)
     if scene.accuracy_asked() is not None:
         yield Problem(("solver", "accuracy"), repr(scene.accuracy_asked()), must=LEFT_OUT)
 

@@ -21,7 +21,6 @@ from vibropipe.solve.branch.branch_of_pieces import follow_branches_of_pieces, s
 from vibropipe.solve.branch.rest_branch import follow_rest
 from vibropipe.solve.checks import (
     check_outputs,
-    check_outputs_of_housing,
     check_soft,
     check_whole,
 )
@@ -149,7 +148,6 @@ def branch(
     problem, signs = _problem(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
-    check_outputs_of_housing(problem.effects.housing, requested, None)
     ends = [problem.low, problem.high]
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}

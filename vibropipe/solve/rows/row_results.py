@@ -112,7 +112,13 @@ def new_rows(
         contacts=np.empty((0, 0)),
         housing=np.zeros((n if effects.housing is not None else 0, N_COLUMNS)),
         **new_derivatives(
-            n, harmonics, SUBHARMONICS_PER_HARMONIC * harmonics, outputs, pieces, second
+            n,
+            harmonics,
+            SUBHARMONICS_PER_HARMONIC * harmonics,
+            outputs,
+            pieces,
+            second,
+            effects.housing,
         ),
     )
 

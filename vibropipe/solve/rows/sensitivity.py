@@ -15,12 +15,14 @@ from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_cont
 from vibropipe.solve.rows.power import TWO_PI, per_time
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, row_dims
 
+# Quantities of a housing that have derivatives, by the columns of `RowResults.d_housing`.
+OF_HOUSING = ("housing_velocity_strobe", "housing_velocity_mean", "housing_slip_share")
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 # Parameters of derivatives by their number: those of every combination of effects differ in it.
 NAMES = {
     len(names): names
-    for names in (differentiated_by(*effects) for effects in product((False, True), repeat=2))
+    for names in (differentiated_by(*effects) for effects in product((False, True), repeat=3))
 }
 
 
@@ -54,7 +56,7 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
     }
     if rows.d_amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
-        if rows.forces.size > 0:
+        if rows.forces.size > 0 and rows.d_housing.size == 0:
             values |= _frame_forces(rows.amplitudes, values, nu)
     if rows.d_multipliers.size > 0:
         values["floquet_multiplier"] = rows.d_multipliers
@@ -76,6 +78,9 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         amplitude, phase = _polar(rows.subharmonics[:, 1:], rows.d_subharmonics[:, 1:])
         values["subharmonic_displacement_amplitude"] = amplitude
         values["subharmonic_displacement_phase"] = phase
+    if rows.d_housing.size > 0:
+        for column, name in enumerate(OF_HOUSING):
+            values[name] = rows.d_housing[:, column]
     if rows.d_exponent.size > 0:
         values["lyapunov_exponent"] = rows.d_exponent
     derivatives: Variables = {

@@ -18,9 +18,9 @@ from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import row_errors, with_error
 from vibropipe.solve.checks import (
+    check_accuracy_of_housing,
     check_follow,
     check_outputs,
-    check_outputs_of_housing,
     check_over,
     check_whole,
     swept_dampings,
@@ -209,7 +209,7 @@ def solve_blocks(
     values = {**grid.shared, **grid.values}
     farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
     e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
-    check_outputs_of_housing(e.housing, requested_outputs, accuracy)
+    check_accuracy_of_housing(e.housing, accuracy)
     attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:

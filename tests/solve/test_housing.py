@@ -396,10 +396,8 @@ def test_without_a_housing_its_parameters_are_refused_in_words() -> None:
         (lambda: vp.steady_state(FORCED, accuracy=1e-6), "accuracy"),
         (lambda: vp.basins(FORCED, [0.0], [0.0], phase=0.5), "phase"),
         (lambda: vp.basins(FORCED, [0.0], [0.0], over={"nu": [1.0, 2.0]}), "over"),
-        (lambda: vp.tolerance(FORCED, {"nu": 0.01}), "mass_ratio"),
         (lambda: vp.symmetric_orbit(SYMMETRIC), "mass_ratio"),
         (lambda: vp.amplitude_frequency(FORCED, [1.0]), "mass_ratio"),
-        (lambda: vp.design(FORCED, {"nu": (1.0, 2.0)}, {"displacement_mean": 0.0}), "mass_ratio"),
     ],
 )
 def test_calls_that_do_not_compute_it_refuse_it_in_words(call: Any, name: str) -> None:

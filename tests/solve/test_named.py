@@ -11,18 +11,23 @@ import vibropipe as vp
 from vibropipe.solve.rows.gradient import exact_slopes
 from vibropipe.solve.rows.named import SMOOTH, labels, named, outputs_of
 from vibropipe.solve.rows.points import solve_points
-from vibropipe.words.vocabulary import OF_SOFT
+from vibropipe.words.vocabulary import STEADY
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7, friction=0.1)
 SOFT = replace(EXCITER, R1=1.0, R2=1.0, k1=200.0, h1=3.0, k2=100.0, h2=2.0)
 
 
-@pytest.mark.parametrize("exciter", [EXCITER, SOFT], ids=["rigid", "soft"])
+SLIDES = replace(SOFT, mass_ratio=0.5, housing_friction_1=0.1, housing_friction_2=0.1)
+
+
+@pytest.mark.parametrize("exciter", [EXCITER, SOFT, SLIDES], ids=["rigid", "soft", "slides"])
 def test_every_name_is_the_column_of_a_table(exciter):
+    is_there = {"": True, "friction": True, "housing": exciter.mass_ratio > 0}
+    is_there["soft"] = exciter.k1 > 0 and not is_there["housing"]
     names = [
         named(label, "target")
         for variable in SMOOTH
-        if not variable.startswith("subharmonic") and (exciter.k1 or variable not in OF_SOFT)
+        if not variable.startswith("subharmonic") and is_there[STEADY[variable].effect]
         for label in labels(variable)
     ]
     outputs = outputs_of(names)
@@ -30,7 +35,7 @@ def test_every_name_is_the_column_of_a_table(exciter):
     values = solve_points(np.array(row), (None, 0.0), outputs, 3).values(names)[0]
     table = vp.table(vp.sweep(exciter, over={"nu": [1.0]}, outputs=outputs))
     assert {name.name for name in names} <= {*table.columns}
-    assert [table[name.name][0] for name in names] == values.tolist()
+    np.testing.assert_array_equal([table[name.name][0] for name in names], values)
 
 
 def test_rows_without_friction_lose_nothing_by_it():

@@ -108,6 +108,7 @@ class DesignScene(VariedScene):
     """Parameters that give a wanted law of motion."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["design"] = Field(description="Parameters that give a wanted law of motion.")
     figure: DesignFigure = figure_key(DesignFigure)
     vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
@@ -178,7 +179,7 @@ class DesignScene(VariedScene):
 
 def _goals(scene: DesignScene) -> Iterator[Problem]:
     """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
-    from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
+    from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
 
     arguments = scene.arguments()
     try:
@@ -190,7 +191,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
         yield refused(argument_path(error), error)
         return
     try:
-        check_supports(scene.resolved_exciter(), goals)
+        check_presence(scene.resolved_exciter(), goals)
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
 

@@ -65,6 +65,7 @@ class IdentifyScene(VariedScene):
     """Parameters that explain a measured motion or response."""
 
     COMPUTES_PIECES = True
+    COMPUTES_HOUSING = True
     kind: Literal["identify"] = Field(
         description="Parameters that explain a measured motion or response."
     )

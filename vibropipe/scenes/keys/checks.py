@@ -203,7 +203,11 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
         yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.vary.items()})
         ends = {str(name): np.array(ends) for name, ends in scene.vary.items()}
         try:
-            all_effects({**scene.resolved_exciter(), **ends}, pieces=scene.COMPUTES_PIECES)
+            all_effects(
+                {**scene.resolved_exciter(), **ends},
+                pieces=scene.COMPUTES_PIECES,
+                housing=scene.COMPUTES_HOUSING,
+            )
         except ParameterError as error:
             yield refused(("vary" if error.name in ends else "exciter", error.name), error)
 

@@ -107,5 +107,7 @@ class VariedScene(BaseScene):
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects of the ranges: which of them occur depends on the parameters found."""
         return all_effect_names(
-            {**self.resolved_exciter(), **self.ranges()}, pieces=self.COMPUTES_PIECES
+            {**self.resolved_exciter(), **self.ranges()},
+            pieces=self.COMPUTES_PIECES,
+            housing=self.COMPUTES_HOUSING,
         )

@@ -138,7 +138,9 @@ def design_dataset(
     points = solve_points(parameters, start, outputs, harmonics)
     start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
     attrs = {
-        **origin_attrs(all_effect_names(columns_of(parameters), pieces=True), start_words),
+        **origin_attrs(
+            all_effect_names(columns_of(parameters), pieces=True, housing=True), start_words
+        ),
         **problem.goals.texts,
     }
     attrs["vary"] = " ".join(problem.vary)

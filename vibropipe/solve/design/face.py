@@ -12,7 +12,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import check_keys
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.design.dataset import design_dataset
-from vibropipe.solve.design.goals import check_allow, check_supports, goals_of
+from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
 from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.scatter import (
@@ -228,7 +228,7 @@ def design(
     exciter.check_frequency(sigma.keys() - {"nu"})
     scatter = sigma or (assumed_scatter(exciter, ranges) if allowed else {})
     problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, scatter)
-    check_supports({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
+    check_presence({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)

@@ -15,7 +15,7 @@ from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.solve.rows.named import STD, Named, named
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.units import MINUS
-from vibropipe.words.vocabulary import OF_SOFT
+from vibropipe.words.vocabulary import OF_SOFT, STEADY
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9
@@ -239,10 +239,17 @@ def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, fl
     return {name: number_within(f"allow.{name}", allow[name], POSITIVE) for name in targets}
 
 
-def check_supports(values: Mapping[str, Any], goals: Goals) -> None:
-    """Raise a ParameterError where the contacts with a support are wanted whose stiffness among `values` is 0."""
+def check_presence(values: Mapping[str, Any], goals: Goals) -> None:
+    """Raise a ParameterError where something is wanted of a part that no exciter has.
+
+    That is of contacts with a support whose stiffness among `values` is 0, and of a housing that is fixed.
+    """
     for name in goals.names:
         stiffness = f"k{name.number}"
         if name.variable in OF_SOFT and not values.get(stiffness, 0.0):
             must = f"must be above 0, since {name.name} is wanted: a support with 0 is rigid"
             raise ParameterError(stiffness, 0.0, must=must)
+        effect = STEADY[name.variable].effect if name.variable in STEADY else ""
+        if effect == "housing" and not values.get("mass_ratio", 0.0):
+            must = f"must be above 0, since {name.name} is wanted: a housing with 0 is fixed"
+            raise ParameterError("mass_ratio", 0.0, must=must)

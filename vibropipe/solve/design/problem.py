@@ -5,7 +5,6 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 
@@ -13,6 +12,7 @@ from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
+from vibropipe.solve.rows.many import Start
 from vibropipe.solve.rows.named import SENSITIVITY, Named, harmonics_of, outputs_of
 from vibropipe.solve.rows.points import Points, solve_points, within_ranges
 from vibropipe.words.outputs import OUTPUTS
@@ -103,10 +103,10 @@ class Problem:
         return self._solved(parameters, (self.x0, self.v0), sensitivity)
 
     def near(self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
-        """Return the motions that settle from states (n, 2), with sensitivities if asked for."""
-        return self._solved(parameters, (states[:, 0], states[:, 1]), sensitivity)
+        """Return the motions that settle from states (n, 3), with sensitivities if asked for."""
+        return self._solved(parameters, tuple(states.T), sensitivity)
 
-    def _solved(self, parameters: np.ndarray, start: tuple[Any, Any], sensitivity: bool) -> Points:
+    def _solved(self, parameters: np.ndarray, start: Start, sensitivity: bool) -> Points:
         outputs = (*self.outputs, OUTPUT) if sensitivity else self.outputs
         return solve_points(
             parameters, start, tuple(dict.fromkeys(outputs)), harmonics_of(self.names)

@@ -53,7 +53,7 @@ class Search:
     problem : Problem
     share : (k,) array
         The sample.
-    state : (2,) array
+    state : (3,) array
         Its settled state.
     law : (4,) int array
         Its law of motion, which is kept.

@@ -31,7 +31,8 @@ OUTPUTS = ("harmonics", "impacts", "stability", "energy")
 SPREAD = tuple(
     name
     for name in SMOOTH
-    if STEADY[name].output in OUTPUTS and not (STEADY[name].is_constant or STEADY[name].is_complex)
+    if (STEADY[name].output in OUTPUTS or name == "housing_velocity_mean")
+    and not (STEADY[name].is_constant or STEADY[name].is_complex)
 )
 SAMPLES, SAMPLES_LIMITS = 4096, (16, 10**7)
 # Standard deviations that the worst case reaches to.
@@ -120,7 +121,8 @@ def tolerance(
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
     attrs = origin_attrs(
-        all_effect_names(vars(exciter), pieces=True), f"x0 = {x0 or 0.0:g}, v0 = {v0:g}"
+        all_effect_names(vars(exciter), pieces=True, housing=True),
+        f"x0 = {x0 or 0.0:g}, v0 = {v0:g}",
     )
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     points = from_start(moved_rows(base, sigma, samples, reach))
@@ -180,7 +182,7 @@ def spread_variables(
 
     def near(parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
         outputs = (*OUTPUTS, "sensitivity") if sensitivity else OUTPUTS
-        return solve_points(parameters, (states[:, 0], states[:, 1]), outputs, harmonics)
+        return solve_points(parameters, tuple(states.T), outputs, harmonics)
 
     def read(points: Points) -> np.ndarray:
         return points.values(names)

@@ -190,7 +190,9 @@ def _dataset(model: Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) 
     coords |= {"parameter": found, "other_parameter": found}
     coords["direction_of_fit"] = np.arange(1, len(found) + 1)
     start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
-    effects = all_effect_names({**vars(model.exciter), **parameters, **data.over}, pieces=True)
+    effects = all_effect_names(
+        {**vars(model.exciter), **parameters, **data.over}, pieces=True, housing=True
+    )
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
     return describe(xr.Dataset(variables, coords, attrs))
 

@@ -21,7 +21,7 @@ Difference = Callable[[np.ndarray, np.ndarray], np.ndarray]
 
 
 class Solve(Protocol):
-    """Solves points (n, p) from starts (n, 2), with the output `sensitivity` if it is asked for."""
+    """Solves points (n, p) from starts (n, 3), with the output `sensitivity` if it is asked for."""
 
     def __call__(
         self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False
@@ -51,7 +51,7 @@ def values_and_jacobian(
     Parameters
     ----------
     parameters : (p,) array
-    state : (2,) array
+    state : (3,) array
         Start near the orbit.
     columns : sequence of int
         Parameters by which the derivatives are taken.

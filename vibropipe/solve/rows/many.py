@@ -61,8 +61,8 @@ PROGRESS_INTERVAL = 0.25
 
 # The solutions of each part of some chains, for each piece of a block.
 Solving = Calls[list[list[RowResults]]]
-# x0 and v0, of all rows or as arrays (rows,).
-Start = tuple[Any, Any]
+# x0, v0 and, if it is not 0, the velocity of the housing, of all rows or as arrays (rows,).
+Start = tuple[Any, ...]
 
 
 @jit_nogil
@@ -134,7 +134,7 @@ class _Solver:
     of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
-        """Return the compacted results of parameters (rows, parameters) from starts (rows, 2)."""
+        """Return the compacted results of parameters (rows, parameters) from starts (rows, 3)."""
         # Each thread keeps its buffer: the first use of a page costs more than a row.
         if not hasattr(self.of_thread, "buffer"):
             self.of_thread.buffer = new_impact_buffer(self.buffer_rows)
@@ -144,7 +144,9 @@ class _Solver:
         out = new_rows(len(values), self.harmonics, self.outputs, buffer, self.effects)
         load = values[:, LOAD]
         chain = max(1, min(self.chain_length, len(values)))
-        starts = from_equilibrium(seeds, load)
+        starts = from_equilibrium(np.ascontiguousarray(seeds[:, :2]), load)
+        if out.housing.size > 0:
+            out.housing[:, STROBE] = seeds[:, 2]
         solve_piece(
             self.effects, values, starts, chain, self.max_periods, self.patience, out,
             pieces[0], pieces[1], self.row_work,
@@ -170,12 +172,22 @@ class _Solver:
         for first, stop in pairwise(ends):
             parameter_sets = [acting_rows(values) for values in self.parameters(first, stop)]
             start = self.start(first, stop) if callable(self.start) else self.start
-            seeds = [row_starts(values, *start) for values in parameter_sets]
+            seeds = [
+                _with_housing(row_starts(values, *start[:2]), *start[2:])
+                for values in parameter_sets
+            ]
             if solved:  # the chain continues
                 for seed, before in zip(seeds, solved[-1], strict=True):
-                    seed[0] = before.section[-1]
+                    seed[0, :2] = before.section[-1]
+                    if before.housing.size > 0:
+                        seed[0, 2] = before.housing[-1, STROBE]
             solved.append([self.solve(*each) for each in zip(parameter_sets, seeds, strict=True)])
         return solved
+
+
+def _with_housing(starts: np.ndarray, velocity: Any = 0.0) -> np.ndarray:
+    """Return starts (rows, 2) with the velocity of a housing, (rows, 3)."""
+    return np.column_stack([starts, np.broadcast_to(velocity, len(starts))])
 
 
 def solve_rows(
@@ -204,9 +216,9 @@ def solve_rows(
     parameters : callable
         parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
         side.
-    start : (float or None, float) or callable
-        x0 and v0 of the first row of each chain (`row_starts`); if they differ, start(first, stop) returns those of
-        rows, numbered as for `parameters`.
+    start : (float or None, float), (float or None, float, float) or callable
+        x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
+        differ, start(first, stop) returns those of rows, numbered as for `parameters`.
     chain_length : int
         Rows per chain.
     max_periods, patience : int
@@ -249,7 +261,7 @@ def solve_rows(
             yield block[-1][-1], concatenate_solutions(parts)
         return
     # Compile or load the kernel once, before several threads request it.
-    solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 2)))
+    solver.solve(np.empty((0, len(Parameters._fields))), np.empty((0, 3)))
     threads, waiting = Threads(n_threads), deque[Solving]()
     unstarted = iter(blocks)
     try:

@@ -13,7 +13,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.quantities import Quantity
-from vibropipe.words.vocabulary import OF_SOFT, POWERS, SENSITIVITY_SUFFIX, STEADY, quantity
+from vibropipe.words.vocabulary import POWERS, SENSITIVITY_SUFFIX, STEADY, quantity
 
 if TYPE_CHECKING:
     from vibropipe.solve.rows.label import Variables
@@ -89,11 +89,13 @@ class Named(NamedTuple):
         """Return its values (rows,) from labelled rows and their parameters (rows, n)."""
         if self.is_parameter:
             return parameters[:, Parameters._fields.index(self.variable)]
-        if self.variable not in variables and self.variable in OF_SOFT:
-            return np.full(len(parameters), np.nan)  # all supports are rigid
         if self.variable not in variables and self.entry.is_loss:
             given = "power_input" if self.variable in POWERS else "energy_input"
             return np.where(np.isfinite(variables[given][1]), 0.0, np.nan)
+        if self.variable not in variables and self.entry.effect:
+            return np.full(
+                len(parameters), np.nan
+            )  # all supports are rigid, or the housing is held
         values = variables[self.variable][1]
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real

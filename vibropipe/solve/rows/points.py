@@ -46,10 +46,10 @@ class Points(NamedTuple):
 
     @property
     def states(self) -> np.ndarray:
-        """States (n, 2) at the section."""
-        return np.stack(
-            [self.variables[f"{kind}_strobe"][1] for kind in ("displacement", "velocity")], axis=1
-        )
+        """States (n, 3) at the section, of mass and housing."""
+        held = ((), np.zeros(len(self.parameters)))
+        kinds = ("displacement", "velocity", "housing_velocity")
+        return np.stack([self.variables.get(f"{kind}_strobe", held)[1] for kind in kinds], axis=1)
 
     @property
     def is_stable(self) -> np.ndarray:
@@ -88,7 +88,7 @@ def solve_points(
     ----------
     parameters : (n, p) array
         Valid parameters in the order of `PARAMETERS`.
-    start : (x0, v0)
+    start : (x0, v0) or (x0, v0, housing_v0)
         Of all points, or as arrays (n,); displacements beyond a support are placed on it.
     outputs : tuple of str
         In the order of `OUTPUTS`.
@@ -101,11 +101,10 @@ def solve_points(
         return [parameters[first:stop]]
 
     def starts(first: int, stop: int) -> Start:
-        x0, v0 = (part if np.ndim(part) == 0 else part[first:stop] for part in start)
-        return x0, v0
+        return tuple(part if np.ndim(part) == 0 else part[first:stop] for part in start)
 
     columns = columns_of(parameters)
-    effects, soft = all_effects(columns, pieces=True), has_soft_support(columns)
+    effects, soft = all_effects(columns, pieces=True, housing=True), has_soft_support(columns)
     solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
     n = len(parameters)
     with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n))) as blocks:

@@ -80,6 +80,8 @@ def test_gravity_pulls_back_along_the_slope() -> None:
     assert plain.load * 8000 == pytest.approx(3 - 2 * 9.80665 / 2, rel=1e-14)
     moon = vp.Exciter.from_physical(**PHYSICAL, slope=-math.pi / 2, gravity="1.62 m/s^2")
     assert moon.load * 8000 == pytest.approx(2 * 1.62, rel=1e-14)
+    robot = vp.Exciter.from_physical(**PHYSICAL, M="5 kg", P="1 N", slope="30 deg")
+    assert robot.housing_load * 8000 == pytest.approx(1 - 5 * 9.80665 / 2, rel=1e-14)
     with pytest.raises(
         vp.ParameterError, match=r"^lode: is an unknown .*\(did you mean 'load'\?\)$"
     ):
@@ -142,6 +144,29 @@ def test_a_study_with_units_knows_the_slope() -> None:
     swept = swept.replace("5 N]}}", "5 N]}, physical: {slope: 30 deg}}")
     with pytest.raises(StudyError, match="slope: must be left out, since load is swept"):
         study_of_text(swept, "s")
+
+
+def test_gravity_pulls_at_what_stands_in_a_study_or_in_its_scene() -> None:
+    base = STUDY.replace("}\nscenes", ", M: 5 kg, load: 3 N, P: 1 N}\nscenes")
+
+    def loads(text: str) -> list[float]:
+        exciter = study_of_text(text, "s").scene("motion").resolved_exciter()
+        return [exciter[name] * 8000 for name in ("load", "housing_load")]
+
+    g = 9.80665 / 2
+    for text in (
+        base.replace("0.5 s}", "0.5 s, physical: {slope: 30 deg}}"),
+        base.replace("P: 1 N", "P: 1 N, slope: 30 deg"),
+        base.replace("P: 1 N", "P: 0 N, slope: 30 deg").replace(
+            "0.5 s}", "0.5 s, physical: {P: 1 N}}"
+        ),
+    ):
+        assert loads(text) == pytest.approx([3 - 2 * g, 1 - 5 * g], rel=1e-14)
+    level = base.replace("P: 1 N", "P: 1 N, slope: 30 deg")
+    assert loads(level.replace("0.5 s}", "0.5 s, physical: {slope: 0}}")) == pytest.approx([3, 1])
+    heavier = level.replace("motion, tau_end: 0.5 s", "sweep, over: {M: [1 kg, 5 kg]}")
+    with pytest.raises(StudyError, match="M: must be left out beside slope: gravity pulls"):
+        study_of_text(heavier, "s")
 
 
 def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:

@@ -49,8 +49,10 @@ def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
             value = value / math.sqrt(si["m"]) / math.sqrt(si["C"])
         values[physical.non_dimensional] = value
     if si.get("slope", 0.0) != 0.0:
-        weight = si["m"] * si.get("gravity", STANDARD_GRAVITY)
-        values["load"] = values.get("load", 0.0) - weight * math.sin(si["slope"]) / si["C"]
+        down = si.get("gravity", STANDARD_GRAVITY) * math.sin(si["slope"]) / si["C"]
+        values["load"] = values.get("load", 0.0) - si["m"] * down
+        if "M" in si:
+            values["housing_load"] = values.get("housing_load", 0.0) - si["M"] * down
     return values
 
 

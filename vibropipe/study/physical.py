@@ -29,6 +29,8 @@ NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entr
 WRITTEN = {name: written for written, name in NAMES.items()}
 # Keys of `physical` beside m and C.
 TAKEN = PHYSICAL.keys() - {"m", "C"}
+# Keys of `physical` that share in the pull of gravity.
+OF_GRAVITY = {"slope", "gravity", "load", "P", "M"}
 # Keys of scenes that take a quantity: dimension and range.
 KEYS: dict[str, tuple[str, Range]] = {
     **{name: PHYSICAL[name][:2] for name in NAMES},
@@ -77,7 +79,7 @@ def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
             if isinstance(scene, dict) and "physical" in scene
         ]
         return tree, [Problem(path, "", must=must) for path in paths if "physical" not in tree]
-    reader = _Reader(tree["physical"])
+    reader = _Reader(tree)
     plain = {**tree, "exciter": reader.exciter(tree, ())}
     if named:
         plain["scenes"] = {
@@ -100,8 +102,9 @@ def _last_key(path: KeyPath) -> str:
 class _Reader:
     """Reads the quantities of one study and lists their faults."""
 
-    def __init__(self, physical: dict[str, Any]) -> None:
+    def __init__(self, tree: dict[str, Any]) -> None:
         self.problems: list[Problem] = []
+        self.tree, physical = tree, tree["physical"]
         self.units = {name: _si(name, physical.get(name)) or STAND_IN for name in ("m", "C")}
 
     def exciter(self, owner: dict[str, Any], path: KeyPath) -> Any:
@@ -120,7 +123,23 @@ class _Reader:
         read = {name: _si(name, value) for name, value in physical.items() if name in TAKEN}
         si = {name: STAND_IN if value is None else value for name, value in read.items()}
         given = non_dimensional({**self.units, **si})
+        above = self.above(path)
+        if "slope" in {**above, **physical} and not OF_GRAVITY.isdisjoint(physical):
+            # Gravity pulls at the masses, and beside the forces, that stand here or above.
+            read = {name: _si(name, above[name]) for name in OF_GRAVITY & above.keys()}
+            pulled = {name: STAND_IN if value is None else value for name, value in read.items()}
+            loads = non_dimensional({**self.units, **pulled, **si})
+            given |= {name: loads[name] for name in ("load", "housing_load") if name in loads}
         return {name: value for name, value in numbers.items() if name not in WRITTEN} | given
+
+    def above(self, path: KeyPath) -> dict[str, Any]:
+        """Return `physical` of all that a scene or a motion is within."""
+        node, physical = self.tree, dict(self.tree["physical"]) if path else {}
+        for key in path[:-1]:
+            node = node[key]
+            own = node.get("physical", {})
+            physical |= own if isinstance(own, dict) else {}
+        return physical
 
     def scene(self, scene: dict[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return a scene without units."""
@@ -136,6 +155,14 @@ class _Reader:
                     )
                     found = describe(physical[name])
                     self.problems.append(Problem((*path, "physical", name), found, must=must))
+        beside = {**self.above(path), **(physical if isinstance(physical, dict) else {})}
+        for key in VARIED if "slope" in beside else ():
+            varied = scene.get(key)
+            if isinstance(varied, dict) and "M" in varied:
+                must = (
+                    "must be left out beside slope: gravity pulls at the housing in proportion to M"
+                )
+                self.problems.append(Problem((*path, key, "M"), describe(varied["M"]), must=must))
         if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:
             swept = follow["along"]
             if swept not in over:

@@ -160,7 +160,7 @@ PHYSICAL: Mapping[str, PhysicalParameter] = {
     **{name: physical for each in RECORDS for name, physical in _with_units(each).items()},
     "slope": PhysicalParameter(
         *("angle", FINITE, ""),
-        "Angle at which x rises: gravity adds -m gravity sin(slope) to the load (0).",
+        "Angle at which x rises: gravity adds -m gravity sin(slope) to load, and -M gravity sin(slope) to P (0).",
     ),
     "gravity": PhysicalParameter(
         *("acceleration", NOT_NEGATIVE, ""),
@@ -169,7 +169,8 @@ PHYSICAL: Mapping[str, PhysicalParameter] = {
 }
 """Parameters of the exciter with units, from which eqs. (2)-(4) make the others.
 
-x rises at the angle `slope`, so that gravity adds -m gravity sin(slope) to `load`.
+x rises at the angle `slope`, so that gravity adds -m gravity sin(slope) to `load`, and -M gravity sin(slope) to `P`
+with a housing that slides.
 """
 
 STANDARD_GRAVITY = 9.80665  # m/s^2

@@ -134,7 +134,8 @@ class _Reader:
 
     def above(self, path: KeyPath) -> dict[str, Any]:
         """Return `physical` of all that a scene or a motion is within."""
-        node, physical = self.tree, dict(self.tree["physical"]) if path else {}
+        node: Any = self.tree
+        physical = dict(self.tree["physical"]) if path else {}
         for key in path[:-1]:
             node = node[key]
             own = node.get("physical", {})

@@ -14,7 +14,10 @@ import vibropipe as vp
 from vibropipe.lab.power_series import period_of
 from vibropipe.words.status import Status
 
-OUTPUTS = ("harmonics", "impacts", "stability", "energy", "lyapunov", "subharmonics", "sensitivity")
+OUTPUTS = (
+    "harmonics", "impacts", "stability", "energy", "lyapunov", "subharmonics", "sensitivity",
+    "power",
+)  # fmt: skip
 SUFFIX = "_sensitivity"
 OF_HOUSING = ("mass_ratio", "housing_friction_1", "housing_friction_2", "housing_load")
 SOFT = vp.Exciter(l=0.5, nu=0.9, f=1.0, h=0.2, k1=50.0, h1=1.0, k2=800.0, h2=0.5, load=0.05)
@@ -103,8 +106,10 @@ def test_derivatives_are_those_of_neighbours(case: str, parameters: tuple[str, .
 
 
 # Power of the scale of lengths with which quantities grow; the others have none.
-LENGTHS = ("displacement", "velocity", "impact_velocity", "housing_velocity")
-SQUARES = ("energy",)
+LENGTHS = (
+    "displacement", "velocity", "impact_velocity", "housing_velocity", "work_per_distance",
+)  # fmt: skip
+SQUARES = ("energy", "power")
 OF_LENGTH = ["f", "l", "delta", "load", "f2", "friction", *OF_HOUSING[1:]]
 
 

@@ -1,4 +1,4 @@
-"""Derivatives of what an orbit shows of its housing: velocity at the section, mean velocity, and share of sliding."""
+"""Derivatives of what an orbit shows of its housing: velocity at the section, mean velocity, share of sliding, work."""
 
 from __future__ import annotations
 
@@ -6,6 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import HOME
+from vibropipe.orbits.housing import GROUND, LOADS
 from vibropipe.orbits.law.law import WAY
 from vibropipe.orbits.law.momentum import momentum_rate
 from vibropipe.orbits.law.sliding import pull_by, way_of
@@ -18,8 +19,15 @@ from vibropipe.orbits.sensitivity.law_orbit import (
     fill_arrival,
     fill_departure,
 )
-from vibropipe.physics.derivatives import MASS_RATIO, NU
-from vibropipe.physics.housing import momentum_share
+from vibropipe.physics.derivatives import (
+    HOUSING_FRICTION_1,
+    HOUSING_FRICTION_2,
+    HOUSING_LOAD,
+    LOAD,
+    MASS_RATIO,
+    NU,
+)
+from vibropipe.physics.housing import ground_friction, momentum_share, total_load
 from vibropipe.physics.load import forcing_period
 
 # Rows of the derivatives.
@@ -33,16 +41,25 @@ def share_by(p, k) -> float:
 
 
 @jit
+def friction_by(way, k) -> float:
+    """Return the derivative of `ground_friction` by parameter k, of a housing that slides."""
+    if way > 0:
+        return 1.0 if k == HOUSING_FRICTION_1 else 0.0
+    return -1.0 if k == HOUSING_FRICTION_2 else 0.0
+
+
+@jit
 def change_of(momentum: Momentum, du, j) -> float:
     """Return the derivative of a momentum by column j, from those of the unknowns of its event."""
     return momentum.q_1 * du[1, j] + momentum.q_2 * du[2, j]
 
 
 @jit_allocating
-def write_housing_derivatives(e, p, orbit, m, out) -> None:
+def write_housing_derivatives(e, p, orbit, m, out, energy) -> None:
     """Write the derivatives of a housing of an orbit of m periods into out, (3, parameters).
 
-    It drifts by (q_0 + q_1)/2 c t - c (x_1 - x_0) along a piece of the time t on which it slides, and not on others.
+    And those of the energies of the ground and of the loads into energy, (N_ENERGIES - 1, parameters) or empty. It
+    drifts by (q_0 + q_1)/2 c t - c (x_1 - x_0) along a piece of the time t on which it slides, and not on others.
     """
     law, n, columns = orbit.law, orbit.u.shape[0], orbit.columns
     begin, end = np.empty((3, columns.size)), np.empty((3, columns.size))
@@ -50,6 +67,8 @@ def write_housing_derivatives(e, p, orbit, m, out) -> None:
     for k in columns:
         for row in range(3):
             out[row, k] = 0.0
+        if energy.size > 0:
+            energy[GROUND, k], energy[LOADS, k] = 0.0, 0.0
     drift = 0.0
     for i in range(n):
         if law.codes[i, WAY] == 0:
@@ -73,7 +92,13 @@ def write_housing_derivatives(e, p, orbit, m, out) -> None:
                 dt -= t / p.nu
             by = t * dq + (momentum.q + rate * t) * dt
             by += 0.5 * t * t * sigma * pull_by(way, k) - (end[PLACE, j] - begin[PLACE, j])
-            out[MEAN, k] += sigma * (c * by + share_by(p, k) * own)
+            moved, gone = sigma * (c * by + share_by(p, k) * own), sigma * c * own
+            out[MEAN, k] += moved
+            if energy.size > 0:
+                energy[GROUND, k] += ground_friction(p, way) * moved + friction_by(way, k) * gone
+                energy[LOADS, k] += total_load(p) * moved
+                if k in (LOAD, HOUSING_LOAD):
+                    energy[LOADS, k] += gone
             out[SHARE, k] += (end[TIME, j] - begin[TIME, j]) / m
             if i == 0:
                 slow = momentum.q - start.w

@@ -37,6 +37,7 @@ from vibropipe.physics.decay import FOLLOWING, decay_of
 from vibropipe.physics.derivatives import (
     FRICTION,
     H1,
+    MASS_RATIO,
     NU,
     H,
     force_derivative,
@@ -246,7 +247,7 @@ def add_event(e, p, orbit, i, energy) -> None:
     work0, damped0, contact0 = 0.0, 0.0, 0.0
     if law.codes[i, FORM] not in (HELD, RESTING):
         work0, damped0, contact0 = loss_rates(e, p, law, i, start.t, start.w)
-    before = law.codes[(i - 1) % n, HOME]
+    before, inertia = law.codes[(i - 1) % n, HOME], 1.0 / (1.0 + p.mass_ratio)
     for j in range(columns.size):
         later = period * end.timed * orbit.du[i, 0, j]
         energy[0, j] += (work1 - work0) * later
@@ -260,7 +261,10 @@ def add_event(e, p, orbit, i, energy) -> None:
             if kind == IMPACT:
                 kept = p.R1 if home == 1 else p.R2
             lost = (1.0 - kept) * (1.0 + kept) * v * orbit.du[i, 1, j]
-            energy[1 + home, j] += lost - kept * restitution_derivative(home, columns[j]) * v * v
+            lost -= kept * restitution_derivative(home, columns[j]) * v * v
+            energy[1 + home, j] += inertia * lost
+            if columns[j] == MASS_RATIO:
+                energy[1 + home, j] -= 0.5 * (1.0 - kept) * (1.0 + kept) * v * v * inertia * inertia
 
 
 @jit

@@ -7,6 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_inline, jit_nogil
+from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
 from vibropipe.orbits.sensitivity.flights import Contacts
@@ -175,7 +176,7 @@ def new_derivatives(
     second : int or None
         The effect `second_harmonic`.
     housing : int or None
-        The effect, with which energies have no derivatives, and there is one more multiplier.
+        The effect, with which there are two more energies and one more multiplier.
     """
     parameters = N_OF_PIECES if pieces else n_parameters(second)
     if housing is not None:
@@ -193,7 +194,7 @@ def new_derivatives(
         "d_subharmonics": unknown("subharmonics", subharmonics + 1, dtype=complex),
         "d_multipliers": unknown("stability", 2 if housing is None else 3, dtype=complex),
         "d_exponent": unknown("lyapunov"),
-        "d_energy": unknown("energy" if housing is None else NEVER, 5 if pieces else 4),
+        "d_energy": unknown("energy", (5 if pieces else 4) if housing is None else N_ENERGIES - 1),
         "d_housing": unknown("" if housing is not None else NEVER, 3),
         "d_velocity_max": unknown("impacts", 2),
         "d_impacts": np.empty((0, 2, parameters)),

@@ -7,7 +7,9 @@ from typing import Any
 
 import numpy as np
 
+from vibropipe.orbits.housing import GROUND, LOADS, MEAN
 from vibropipe.orbits.results import RowResults
+from vibropipe.orbits.sensitivity.law_housing import MEAN as DRIFT
 from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
@@ -72,6 +74,9 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         values["energy_impact"] = energy[:, 2:4]
         if energy.shape[1] > 4:
             values["energy_friction"] = energy[:, 4]
+        if energy.shape[1] > GROUND:
+            values["energy_housing_friction"] = energy[:, GROUND]
+            values["energy_housing_load"] = energy[:, LOADS]
         if rows.forces.size > 0:
             values |= _powers(rows, values, nu)
     if rows.d_subharmonics.size > 0:
@@ -153,6 +158,7 @@ def _powers(rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray) -> dict
     """Return the derivatives of powers from those of the energies per forcing period."""
     periods = np.maximum(rows.period_multiple, 1)[:, None]
     columns: dict[str, Any] = {"input": 0, "damping": 1, "impact": slice(2, 4), "friction": 4}
+    columns |= {"housing_friction": GROUND, "housing_load": LOADS}
     powers = {}
     for name, column in columns.items():
         if (slopes := of.get(f"energy_{name}")) is not None:
@@ -161,7 +167,24 @@ def _powers(rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray) -> dict
                 TWO_PI * periods.reshape(-1, *(1,) * (power.ndim - 2))
             )
             powers[f"power_{name}"] = power
+    if rows.d_housing.size > 0:
+        powers |= _creeping(rows, powers, nu)
     return powers
+
+
+def _creeping(rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray) -> dict[str, np.ndarray]:
+    """Return the derivatives of what a housing that creeps costs, from those of powers; NaN where there is none."""
+    periods = np.maximum(rows.period_multiple, 1)
+    work, loads = (per_time(rows.energy[:, n] / periods, nu)[:, None] for n in (0, LOADS))
+    speed = rows.housing[:, MEAN, None]
+    with np.errstate(divide="ignore", invalid="ignore"):
+        efficiency = loads * of["power_input"] / work**2 - of["power_housing_load"] / work
+        per_distance = of["power_input"] / np.abs(speed)
+        per_distance -= work / np.abs(speed) / speed * rows.d_housing[:, DRIFT]
+    return {
+        "efficiency": np.where((loads < 0.0) & (work > 0.0), efficiency, np.nan),
+        "work_per_distance": np.where(speed != 0.0, per_distance, np.nan),
+    }
 
 
 def _polar(values: np.ndarray, derivatives: np.ndarray) -> tuple[np.ndarray, np.ndarray]:

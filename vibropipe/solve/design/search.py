@@ -20,6 +20,8 @@ ROUNDS, REFINED = 3, 12
 MIN_SAMPLE_DISTANCE, MIN_DESIGN_DISTANCE = 0.08, 0.02
 # A design reached from the start has the quantities of the search within this share of their scales.
 SAME = 1e-7
+# Searches that end this near to each other, in shares of the ranges, have found one design.
+COPY_DISTANCE = 1e-6
 # A share this near to an end of a range lies on it.
 AT_END = 1e-5
 
@@ -137,6 +139,22 @@ def seeds(problem: Problem, samples: Samples, most: int) -> list[int]:
     return distinct_points(
         samples.share[order], samples.law[order], MIN_SAMPLE_DISTANCE, most, order
     )
+
+
+def without_copies(problem: Problem, candidates: Sequence[Candidate]) -> list[Candidate]:
+    """Return candidates without those that searches from several samples led to again, those that are met first.
+
+    Of those beside each other the one of least cost is kept; without a quantity to be least, `distinct` has the choice.
+    """
+    values = np.array([candidate.values for candidate in candidates])
+    has_cost = len(problem.goals.objectives) == 1
+    costs = problem.costs(values)[:, 0] if has_cost else np.zeros(len(candidates))
+    ranks = zip(candidates, costs.tolist(), strict=True)
+    ordered = [each for each, _ in sorted(ranks, key=lambda rank: (not rank[0].is_met, rank[1]))]
+    share, law = (np.array([getattr(each, name) for each in ordered]) for name in ("share", "law"))
+    distance = MIN_DESIGN_DISTANCE if has_cost else COPY_DISTANCE
+    kept = distinct_points(share, law, distance, len(ordered), range(len(ordered)))
+    return [ordered[n] for n in kept]
 
 
 def distinct_points(

@@ -69,12 +69,14 @@ def law_margin(problem: Problem, share: np.ndarray) -> float:
     those where a parameter has no meaning do not. 1 if no change is found.
     """
     rays = directions(share.size)
-    same = _is_same(problem, share, (rays[:, None] * DISTANCES[:, None]).reshape(-1, share.size))
-    changed = ~same.reshape(len(rays), DISTANCES.size)
-    if not changed.any():
+    # Far motions, which may be chaotic and slow, are marched only where nothing changes nearer.
+    for first in range(DISTANCES.size):
+        changed = ~_is_same(problem, share, rays * DISTANCES[first])
+        if changed.any():
+            break
+    else:
         return 1.0
-    first = int(changed.any(axis=0).argmax())
-    rays = rays[changed[:, first]]
+    rays = rays[changed]
     low = np.full(len(rays), DISTANCES[first - 1] if first else 0.0)
     high = np.full(len(rays), DISTANCES[first])
     for _ in range(BISECTIONS):

@@ -12,7 +12,7 @@ from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.exciter import EFFECTS, PARAMETERS
-from vibropipe.words.parameters import FURTHER, of_effect
+from vibropipe.words.parameters import FURTHER, PHYSICAL, of_effect
 from vibropipe.words.vocabulary import physical_name
 
 FEW = 3  # values that are listed
@@ -23,6 +23,13 @@ WORDS = {"m": "mass", "C": "stiffness"} | {
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
 # Restitution of each support, and the names of the stiffness without which it is rigid.
 RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
+# Constant forces and friction, under both names.
+FORCES = {
+    each
+    for name, entry in PHYSICAL.items()
+    if entry.dimension == "force" and entry.non_dimensional in FURTHER
+    for each in (name, entry.non_dimensional)
+}
 LETTERS = SYMBOLS | {each.name: each.letter for each in PARAMETERS}
 
 
@@ -83,6 +90,8 @@ def values_text(name: str, datasets: Datasets) -> str:
     """Write the values of a parameter over all datasets with their unit; empty without it or its effect."""
     arrays = [data[name] for data in datasets.values() if name in data.variables]
     found = np.concatenate([np.empty(0), *(np.ravel(array.values) for array in arrays)])
+    if name in FORCES and len(arrays) < len(datasets):
+        found = np.append(found, 0.0)  # datasets without a force leave it out
     values = np.unique(found[np.isfinite(found)])
     is_further = name in FURTHER or name in map(physical_name, FURTHER)
     if not values.size or (is_further and not values.any()):

@@ -18,7 +18,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.report.parts import DASH, Answer, Table
+from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table
 from vibropipe.scenes.basins.attractors import (
     at_rest,
     attractor_words,
@@ -30,6 +30,8 @@ from vibropipe.scenes.basins.attractors import (
 )
 from vibropipe.words.wording import count, series
 
+# Motions whose speeds are told.
+MAX_TOLD = 3
 # Share of border starts above which lines between the basins would cover them, and above which they are many.
 MAX_BORDER, MANY = 0.25, 0.1
 NOT_FOUND = "No motion was found on which the starts settle"
@@ -138,7 +140,28 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
         f"{shares[first]} of the starts settle on {named(dataset, first)}, "
         f"{shares[others[0]]} on {named(dataset, others[0])}."
     )
-    return [Answer(lead, rest), border_answer(dataset), *knock_answers(dataset)]
+    answers = [Answer(lead, rest), *creep_answers(dataset), border_answer(dataset)]
+    return [*answers, *knock_answers(dataset)][:MAX_ANSWERS]
+
+
+def creep_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Write how fast each motion lets a housing creep, and which way; nothing where it is fixed."""
+    if "housing_velocity_mean" not in dataset:
+        return []
+    speeds = dataset["housing_velocity_mean"].sel(attractor_id=ordered(dataset))
+    known = speeds[np.isfinite(speeds.values)][:MAX_TOLD]
+    letters = letters_of(dataset)
+    one_way = bool((known.values > 0).all() or (known.values < 0).all())
+    ways = ["along x" if value > 0 else "against x" for value in known.values]
+    told = [
+        f"{letters[int(speed['attractor_id'])]} with {with_units(speed, digits(abs(float(speed))))}"
+        for speed in known
+    ]
+    if one_way:
+        told[-1] += f", {ways[-1]}"
+    else:
+        told = [f"{text} {way}" for text, way in zip(told, ways, strict=True)]
+    return [Answer(f"The housing creeps on {series(told)}.")] if told else []
 
 
 def border_answer(dataset: xr.Dataset) -> Answer:
@@ -188,6 +211,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         return None
     is_soft = "support_force_max" in dataset
     hardest = "support_force_max" if is_soft else "impact_velocity_max"
+    has_housing = "housing_velocity_mean" in dataset
     knocks, speed = knocks_of(dataset), dataset["v0"]
     rows = []
     for index in ordered(dataset):
@@ -195,18 +219,23 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
         ends = outwards(low, high, 3)
         largest = float(np.abs(row["floquet_multiplier"].values).max())
+        creeps = [signed_text(row["housing_velocity_mean"])] if has_housing else []
         rows.append(
             [
                 letters_of(dataset)[index],
                 attractor_words(dataset, index),
+                *creeps,
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
                 knock_text(knocks[index], step_of(dataset)),
             ]
         )
+    progression = (
+        [in_brackets("progression", dataset["housing_velocity_mean"])] if has_housing else []
+    )
     head = [
-        "", "motion", "share of the starts", "multiplier",
+        "", "motion", *progression, "share of the starts", "multiplier",
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
         in_brackets("knock survived", speed),
@@ -219,6 +248,12 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     )
     unknown = " A dash: none, or not known by the map." if any(DASH in row for row in rows) else ""
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
+
+
+def signed_text(value: xr.DataArray) -> str:
+    """Write a value without unit; a dash if it is not known."""
+    number = float(value)
+    return digits(number) if math.isfinite(number) else DASH
 
 
 def knock_text(knock: float, step: float) -> str:

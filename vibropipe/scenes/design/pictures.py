@@ -47,7 +47,10 @@ NAMES_DRAWN = ("l", "delta", "R1", "R2", "k1", "k2", "C1", "C2", "h1", "h2", "H1
 def draw_sketch(dataset: xr.Dataset) -> Figure:
     """Draw supports, offset and equilibrium of design 1 to scale, with the tolerances beside the deviations."""
     names = limited(dataset)
-    below = max(0, len(names) - FEW_LINES) * LINE
+    given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
+    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}" for name in given]
+    line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
+    below = max(0, len(names) - FEW_LINES, line.count("\n")) * LINE
     height = 5.7 + below
     figure = new_canvas(height)
     ax = axes(figure, 0, 0, WIDE, height)
@@ -56,10 +59,7 @@ def draw_sketch(dataset: xr.Dataset) -> Figure:
     draw_exciter(ax, dataset, MIDDLE if names else CENTRED)
     if names:
         draw_limits(ax, dataset, names)
-    given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
-    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}" for name in given]
-    line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
-    ax.text(WALL, 0.02, line, va="bottom", linespacing=1.3)
+    ax.text(WALL, 0.42, line, va="top", linespacing=1.3)
     return figure
 
 
@@ -87,7 +87,7 @@ def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
         Rectangle((inside - MASS / 2, 0.8), MASS, 0.95, facecolor="white", edgecolor=INK, lw=0.9)
     )
     ax.text(inside, 1.27, "$m$", ha="center", va="center", zorder=5)
-    ground(ax, WALL - 0.25, 0.75, 0.25, 1.05)
+    block(ax, dataset, WALL - 0.25, 0.75, 0.25, 1.05)
     ax.plot([WALL] * 2, [0.75, 1.8], color=INK, lw=1.4, solid_capstyle="butt")
     coil(ax, WALL, inside - MASS / 2, 1.5)
     damper(ax, WALL, inside - MASS / 2, 1.04)
@@ -110,7 +110,7 @@ def draw_support(ax: Axes, dataset: xr.Dataset, number: int, edge: float, sign: 
     stiffness, damping = (held_name(dataset.coords, f"{name}{number}") for name in "kh")
     soft = stiffness in dataset.coords and bool(np.ravel(dataset[stiffness].values)[0])
     depth, near = (0.2, 0.35) if soft else (0.5, 0.0)
-    ground(ax, min(edge + sign * near, edge + sign * (near + depth)), 2.8, depth, 0.75)
+    block(ax, dataset, min(edge + sign * near, edge + sign * (near + depth)), 2.8, depth, 0.75)
     if soft:
         coil(
             ax,
@@ -175,11 +175,18 @@ def quantity_text(dataset: xr.Dataset, name: str) -> str:
     return f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}"
 
 
-def ground(ax: Axes, x: float, y: float, width: float, height: float) -> None:
-    """Draw a hatched block."""
+def block(ax: Axes, dataset: xr.Dataset, x: float, y: float, width: float, height: float) -> None:
+    """Draw a block of the frame: hatched as the ground is, or plain where it is a housing that slides."""
+    hatch = "" if slides(dataset) else "//////"
     ax.add_patch(
-        Rectangle((x, y), width, height, facecolor=BAND, edgecolor=GREY, hatch="//////", lw=0)
+        Rectangle((x, y), width, height, facecolor=BAND, edgecolor=GREY, hatch=hatch, lw=0)
     )
+
+
+def slides(dataset: xr.Dataset) -> bool:
+    """Return whether the supports are those of a housing that slides."""
+    mass = held_name(dataset.coords, "mass_ratio")
+    return mass in dataset.coords and bool(np.ravel(dataset[mass].values)[0])
 
 
 def coil(
@@ -228,6 +235,7 @@ def describe_sketch(dataset: xr.Dataset) -> str:
     """Return the caption of the sketch."""
     parts = [
         "Dash-dotted: static equilibrium without supports; dashed: middle between the supports",
+        "Grey: parts of the housing, which slides" if slides(dataset) else "",
         f"Wanted: {wanted_text(dataset)}",
     ]
     if has_tolerances(dataset):

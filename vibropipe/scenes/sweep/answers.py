@@ -31,6 +31,7 @@ from vibropipe.words.wording import count, series
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
+NO_PROGRESS = 1e-9  # of the largest speed of a housing: a mean that is rounding
 MAX_LEAD = 110  # letters of what is bold
 DIGITS = 3
 OF_LINES = (
@@ -49,6 +50,7 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
     is_line = not is_map(dataset)
     chaos, hardest = aperiodic_answer(dataset), hardest_answer(dataset)
     found = [
+        progress_answer(dataset),
         exponent_answer(dataset) if is_line else None,
         moves_answer(dataset) if is_line else fills_answer(dataset),
         together_answer(dataset, axis_of(dataset)),
@@ -127,6 +129,29 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     elif len(dims) == 1:
         where = f"It occurs in the row {point_text(top, dims)}."
     return Answer(lead, where)
+
+
+def progress_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how fast orbits let the housing creep, and which way; none where it is fixed."""
+    if "housing_velocity_mean" not in dataset:
+        return None
+    values, dims = of_orbits(dataset, "housing_velocity_mean"), dataset["regime"].dims
+    top, speed = largest(values), largest(of_orbits(dataset, "housing_velocity_max"))
+    if top is None or speed is None:
+        return None
+    if abs(float(top)) <= NO_PROGRESS * float(speed):
+        return Answer("In no orbit does the housing creep.")
+    ways = ("along x", "against x") if float(top) > 0 else ("against x", "along x")
+    lead = (
+        f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {ways[0]}."
+    )
+    back = largest(values.where(values * float(top) < 0))
+    rises = rising_text(values, top, dims)
+    if back is not None and abs(float(back)) > NO_PROGRESS * float(speed):
+        return Answer(lead, f"It reaches {value_text(back, abs(back), DIGITS)} {ways[1]}.")
+    if rises:
+        return Answer(lead, f"Its speed {rises.removeprefix('it ')}.")
+    return Answer(lead, f"That is at {point_text(top, dims)}.")
 
 
 def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:

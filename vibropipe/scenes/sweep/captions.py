@@ -20,10 +20,9 @@ from vibropipe.report.findings import largest, place_texts, value_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
-from vibropipe.scenes.sweep.maps import LABELLED, MAX_MAPS, drawn_panels, value_norm
+from vibropipe.scenes.sweep.maps import LABELLED, MAX_MAPS, drawn_panels, has_negative, value_norm
 from vibropipe.scenes.sweep.neighbours import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.quantities import (
-    SIGNED,
     Panel,
     Series,
     axis_and_others,
@@ -100,7 +99,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
     subject = plain.removeprefix("Largest ")
-    size = "is largest in size" if own.name in SIGNED else "is largest"
+    size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
     seen = f"{subject[0].upper()}{subject[1:]} {size}"
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" on support {own.position + 1}"
@@ -285,10 +284,10 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     sides = ", towards support 1", ", towards support 2"
     has_chaos = bool((dataset["regime"] == Regime.APERIODIC).any())
     among = " of orbits" if has_chaos else ""
-    signed = [each for each in found if each.name in SIGNED]
+    signed = [each for each in found if has_negative(dataset, each.name)]
     has_side = any(each.name.startswith("displacement") for each in signed)
     return sentences(
-        f"Largest in size{among}: {series(largest_values)}" if largest_values else "",
+        f"Largest{' in size' if signed else ''}{among}: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"
         f"{sides[1] if has_side else ''}"

@@ -57,6 +57,7 @@ PANEL_CM, LOW_PANEL_CM, BAR_CM = 3.2, 2.5, 1.15
 MAX_PANELS, MANY_PANELS = 12, 8
 NO_VALUE = 1
 # Negative values from this share of the scale on are striped, so that grey tells them from positive ones.
+ROUNDING = 1e-9  # of the largest value
 STRIPED_FROM = 0.2
 
 
@@ -172,7 +173,7 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
         )
         plain_ticks(bar.ax.yaxis, 5)
         extend(bar.ax, values, norms[each.name])
-        if each.name in WITH_SIGN:
+        if (norms[each.name].vmin or 0.0) < 0.0:
             stripe(bar.ax, norms[each.name])
         write_titles(ax, fitted_title(dataset, each, place.width + BAR_CM - 0.2), title)
     return figure
@@ -184,11 +185,12 @@ def draw_values(
     """Draw a quantity, hatched and named where it has no value, with the outlines of these rows and of chaos."""
     edges = edges_of(part, x, y)
     values = series.of(part).transpose(y, x).values
-    colours = SIGNED if series.name in WITH_SIGN else MAGNITUDES
+    is_signed = (norm.vmin or 0.0) < 0.0
+    colours = SIGNED if is_signed else MAGNITUDES
     drawn = ax.pcolormesh(
         *edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, rasterized=True
     )
-    if series.name in WITH_SIGN:  # which only their hue tells from positive ones
+    if is_signed:  # which only their hue tells from positive ones
         striped = values < -STRIPED_FROM * (norm.vmax or 1.0)
         draw_hatch(ax, part[x].values, part[y].values, striped, "-----", HAIRLINE)
     missing = ~np.isfinite(values)
@@ -203,14 +205,24 @@ def draw_values(
 
 
 def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
-    """Return the scale of a quantity, up to the HIGHEST_SHARE quantile: from 0, or symmetric about it if signed."""
+    """Return the scale of a quantity, up to the HIGHEST_SHARE quantile: from 0, or symmetric about it if some is below.
+
+    What rounding leaves below 0 does not count.
+    """
     series = series_of(dataset, name)
     kept = series if series[0].dim in ("support", None) else series[:1]
-    values = np.concatenate([np.abs(each.of(dataset).values.ravel()) for each in kept])
-    values = values[np.isfinite(values)]
+    found = np.concatenate([each.of(dataset).values.ravel() for each in kept])
+    found = found[np.isfinite(found)]
+    values = np.abs(found)
     high = float(np.quantile(values, HIGHEST_SHARE)) if values.size else 0.0
     high = high or float(values.max(initial=0.0)) or 1.0
-    return Normalize(-high if name in WITH_SIGN else 0.0, high)
+    is_signed = name in WITH_SIGN and found.min(initial=0.0) < -ROUNDING * high
+    return Normalize(-high if is_signed else 0.0, high)
+
+
+def has_negative(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether the scale of a quantity has a negative part."""
+    return bool((value_norm(dataset, name).vmin or 0.0) < 0.0)
 
 
 def stripe(ax: Axes, norm: Normalize) -> None:

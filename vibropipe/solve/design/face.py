@@ -241,7 +241,9 @@ def design(
         candidates, swept = front(problem, candidates, steps)
     candidates = [moved_inside(problem, candidate) for candidate in candidates]
     is_front &= candidates[0].is_met
-    candidates = undominated(problem, candidates) if is_front else without_copies(problem, candidates)
+    candidates = (
+        undominated(problem, candidates) if is_front else without_copies(problem, candidates)
+    )
     margins = [law_margin(problem, candidate.share) for candidate in candidates]
     order = list(range(len(candidates))) if is_front else distinct(problem, candidates, margins)
     parts = {n: judged(problem, candidates[n]) for n in order if problem.scatter}

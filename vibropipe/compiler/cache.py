@@ -12,12 +12,15 @@ import gc
 import hashlib
 import os
 import shutil
+import signal
 import sys
 import tempfile
+import threading
 import time
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
 from pathlib import Path
+from types import FrameType
 from typing import Any
 
 from vibropipe.compiler.sources import kernel_hash, source_hash
@@ -93,6 +96,47 @@ def opened(cache: Callable[[Any], Any], function: Any, part: str = "") -> Any:
         return cache(function)
     finally:
         numba.config.CACHE_DIR = before  # type: ignore[attr-defined]
+
+
+class _Interrupt:
+    """Handler of SIGINT that remembers Ctrl-C and raises nothing."""
+
+    pressed = False
+
+    def __call__(self, _number: int, _frame: FrameType | None) -> None:
+        self.pressed = True
+
+    def check(self) -> None:
+        """Raise what Ctrl-C would have raised."""
+        if self.pressed:
+            raise KeyboardInterrupt
+
+
+@contextmanager
+def interrupted_between() -> Iterator[None]:
+    """Let Ctrl-C wait for the begin or end of such a context.
+
+    LLVM calls functions of Python, where an exception is lost or ends the process by a segmentation fault.
+    """
+    handler = signal.getsignal(signal.SIGINT)
+    if isinstance(handler, _Interrupt):  # a function is compiled for another one
+        handler.check()
+        yield
+        handler.check()
+        return
+    if (
+        handler is not signal.default_int_handler
+        or threading.current_thread() is not threading.main_thread()
+    ):
+        yield
+        return
+    interrupt = _Interrupt()
+    signal.signal(signal.SIGINT, interrupt)
+    try:
+        yield
+    finally:
+        signal.signal(signal.SIGINT, handler)
+        interrupt.check()
 
 
 @contextmanager

@@ -13,7 +13,7 @@ from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, compile_result
 from numba.core.registry import CPUDispatcher
 
-from vibropipe.compiler.cache import compiling, one_at_a_time, opened
+from vibropipe.compiler.cache import compiling, interrupted_between, one_at_a_time, opened
 
 
 class _Library(JITCodeLibrary):
@@ -59,6 +59,10 @@ class _PieceCache(_Cache):
 class _Piece(CPUDispatcher):
     _cache: Any
 
+    def compile(self, signature: Any) -> Any:
+        with interrupted_between():
+            return super().compile(signature)
+
     def add_overload(self, kernel: Any) -> None:
         if kernel.entry_point is None:
             kernel = kernel._replace(entry_point=kernel.library, type_annotation=None)
@@ -72,7 +76,10 @@ class _Entry(CPUDispatcher):
     def compile(self, signature: Any) -> Any:
         if isinstance(self._cache, NullCache):  # most functions that are imported are never called
             self._cache = opened(_Cache, self.py_func)
-        with one_at_a_time(f"{self.stats.cache_path} {self.py_func.__qualname__} {signature}"):
+        with (
+            one_at_a_time(f"{self.stats.cache_path} {self.py_func.__qualname__} {signature}"),
+            interrupted_between(),
+        ):
             return super().compile(signature)
 
     def add_overload(self, kernel: Any) -> None:

@@ -25,7 +25,7 @@ from vibropipe.cli.options import (
     parse_shard,
     takes_parameters,
 )
-from vibropipe.cli.results import new, run, show, table, verify, view
+from vibropipe.cli.results import compare, new, run, show, table, verify, view
 from vibropipe.words.methods import METHODS
 
 app = typer.Typer(
@@ -234,7 +234,7 @@ def report(
     typer.echo(f"{output}, without {', '.join(failed)}" if failed else output)
 
 
-for on_results in (show, table, verify, view):
+for on_results in (show, table, compare, verify, view):
     app.command()(on_results)
 
 

@@ -84,6 +84,13 @@ TableFile = Annotated[
     Path | None,
     file_option("Write to this file, .csv, which spreadsheets open.", ".csv"),
 ]
+ComparisonFile = Annotated[
+    Path | None,
+    file_option(
+        "Write a table of what differs, .csv, or maps or curves of it, .pdf, .svg or .png.",
+        ".csv", ".pdf", ".svg", ".png",
+    ),
+]  # fmt: skip
 DatasetFile = Annotated[Path | None, file_option("Write the dataset: .nc.", ".nc")]
 PlotFile = Annotated[
     Path | None,

@@ -11,7 +11,7 @@ from typing import Annotated
 
 import typer
 
-from vibropipe.cli.options import PageFile, ResultsFolder, TableFile
+from vibropipe.cli.options import ComparisonFile, PageFile, ResultsFolder, TableFile
 from vibropipe.words.exit_codes import INTERRUPTED
 
 # Folders that contain the workflow: in an installed package, and in a clone.
@@ -163,6 +163,28 @@ def table(
         return
     with atomic_file(output) as temporary:
         temporary.write_text(text, encoding="utf-8")
+
+
+def compare(
+    one: Annotated[Path, typer.Argument(metavar="A", help="A .nc file.")],
+    two: Annotated[Path, typer.Argument(metavar="B", help="Another one of the same scene.")],
+    output: ComparisonFile = None,
+) -> None:
+    """Tell what differs between two datasets: studies, rows, laws of motion, and quantities beyond their errors."""
+    from vibropipe.jobs.comparison import as_lines, as_table, compare_datasets, draw
+    from vibropipe.store import atomic_file, load
+
+    first, second = load(one), load(two)
+    found = compare_datasets(first, second)
+    typer.echo("\n".join(as_lines(found)))
+    if output is None:
+        return
+    figure = None if output.suffix == ".csv" else draw(first, second, found)
+    with atomic_file(output) as temporary:
+        if figure is None:
+            temporary.write_text(as_table(found).to_csv(index=False), encoding="utf-8")
+        else:
+            figure.savefig(temporary, format=output.suffix.removeprefix("."))
 
 
 def verify(

@@ -1,0 +1,101 @@
+"""Two datasets beside each other: what is told of them, and what cannot be compared."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+import xarray as xr
+from typer.testing import CliRunner
+
+import vibropipe as vp
+from vibropipe.cli.commands import app
+from vibropipe.jobs.comparison import as_lines, as_table, compare_datasets, draw
+from vibropipe.store import write
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.7, R2=0.7)
+OVER = {"nu": np.linspace(0.8, 1.0, 5), "f": [0.6, 1.2]}
+OUTPUTS = ["harmonics", "impacts", "stability"]
+
+
+@pytest.fixture(scope="module")
+def pair() -> tuple[xr.Dataset, xr.Dataset]:
+    """Return a sweep of one exciter, and of one with another restitution."""
+    other = replace(EXCITER, R1=0.69)
+    return vp.sweep(EXCITER, OVER, outputs=OUTPUTS), vp.sweep(other, OVER, outputs=OUTPUTS)
+
+
+def test_equal_datasets_agree_in_all(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    found = compare_datasets(pair[0], pair[0])
+    assert (found.settings, found.laws, found.changes, found.left_out) == ([], [], [], [])
+    assert (found.rows, found.only) == (10, (0, 0))
+    assert found.same > 10
+    assert as_table(found).empty
+
+
+def test_what_differs_is_told_with_its_row(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one, two = pair
+    found = compare_datasets(one, two)
+    assert [tuple(each) for each in found.settings] == [("R1", "0.7", "0.69")]
+    change = next(each for each in found.changes if each.name == "impact_velocity_max")
+    moved = np.abs(two.impact_velocity_max - one.impact_velocity_max)
+    assert change.largest == float(moved.max())
+    top = moved.isel({k: int(v) for k, v in moved.argmax(...).items()})
+    assert change.where == (
+        f"nu = {float(top.nu):.12g}, f = {float(top.f):.12g}, support = {int(top.support)}"
+    )
+    laws = [(one[n] != two[n]) for n in ("regime", "period_multiple")]
+    orbits = (one.impacts_per_orbit != two.impacts_per_orbit).any("support") & (one.regime < 5)
+    assert len(found.laws) == int((laws[0] | laws[1] | orbits).sum())
+
+
+def test_only_rows_of_both_are_compared(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one = pair[0].drop_dims("impact")
+    found = compare_datasets(one, one.isel(nu=slice(2, None)))
+    assert (found.rows, found.only, found.changes) == (6, (4, 0), [])
+    assert "6 rows in both, 4 in A alone, 0 in B alone" in as_lines(found)
+
+
+def test_values_within_their_errors_agree(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one = pair[0]
+    shift = 1e-6 * float(abs(one.velocity_strobe).max())
+    two = one.assign(velocity_strobe=one.velocity_strobe + shift)
+    assert [each.name for each in compare_datasets(one, two).changes] == ["velocity_strobe"]
+    error = xr.full_like(one.velocity_strobe, 0.6 * shift)
+    known = [data.assign(velocity_strobe_error=error) for data in (one, two)]
+    assert compare_datasets(*known).changes == []
+
+
+def test_angles_differ_the_short_way_round(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one = pair[0]
+    turned = one.displacement_phase + (2 * np.pi - 1e-3)
+    two = one.assign(displacement_phase=turned.assign_attrs(one.displacement_phase.attrs))
+    (change,) = compare_datasets(one, two).changes
+    assert change.largest == pytest.approx(1e-3, rel=1e-9)
+
+
+def test_what_cannot_be_compared_is_refused(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one = pair[0]
+    line = vp.sweep(EXCITER, {"nu": [0.8, 0.9]})
+    with pytest.raises(vp.ParameterError, match="B: must have rows over nu, f, as A has, got nu"):
+        compare_datasets(one, line)
+    far = line.assign_coords(nu=[2.0, 3.0])
+    with pytest.raises(vp.ParameterError, match="rows in common with A, got none of 2 rows"):
+        compare_datasets(line, far)
+    with pytest.raises(vp.ParameterError, match="pictures are of sweeps over one or two"):
+        draw(vp.steady_state(EXCITER), vp.steady_state(EXCITER), compare_datasets(line, line))
+
+
+def test_the_command_writes_a_table_and_pictures(
+    pair: tuple[xr.Dataset, xr.Dataset], tmp_path
+) -> None:
+    one, two = (str(tmp_path / f"{name}.nc") for name in "ab")
+    for data, path in zip(pair, (one, two), strict=True):
+        write(data, path)
+    for name in ("c.csv", "c.pdf"):
+        done = CliRunner().invoke(app, ["compare", one, two, "-o", str(tmp_path / name)])
+        assert done.exit_code == 0, done.output
+        assert (tmp_path / name).stat().st_size > 100
+    assert "R1       0.7  0.69" in done.output
+    assert (tmp_path / "c.csv").read_text().startswith("name,unit,rows,largest,relative,where")

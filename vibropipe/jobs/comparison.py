@@ -1,0 +1,309 @@
+"""Two datasets beside each other: what differs in their studies, rows, laws of motion and quantities."""
+
+from __future__ import annotations
+
+import difflib
+from collections.abc import Iterator
+from typing import TYPE_CHECKING, Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.exciter import ParameterError
+from vibropipe.words.regimes import Regime
+from vibropipe.words.units import plain_units
+from vibropipe.words.wording import aligned, count
+
+if TYPE_CHECKING:
+    import pandas as pd
+    import xarray as xr
+
+# Values agree within their stated errors and this share of the largest value of the quantity.
+SHARE = 1e-9
+# The law of motion of a row, and attributes that are told if they differ.
+LAW = ("regime", "period_multiple", "impacts_per_orbit")
+TOLD = ("title", "method", "effects", "start", "follow", "version", "git_commit", "kernel_hash")
+# How a row was computed, which tells nothing of its motion.
+WORK = ("residual", "periods_to_settle", "window_periods", "row_size", "base_frequency")
+ERROR, STUDY, MAX_LINES = "_error", "study", 40
+
+
+class Setting(NamedTuple):
+    """A parameter, or what else a dataset was made with, of both."""
+
+    name: str
+    one: str
+    two: str
+
+
+class Change(NamedTuple):
+    """A quantity that differs: in how many rows, at most by how much, over its largest value, and where."""
+
+    name: str
+    unit: str
+    rows: int
+    largest: float
+    relative: float
+    where: str
+
+
+class Comparison(NamedTuple):
+    """What differs between two datasets.
+
+    Attributes
+    ----------
+    settings : list of Setting
+    study : list of str
+        Lines of their studies that differ, each after - or +.
+    rows, only : int, (int, int)
+        Rows in both, and in one of them alone.
+    laws : list of str
+        Of each row with another law of motion, where it lies and both laws.
+    changes : list of Change
+        Those of the largest relative difference first.
+    same : int
+        Number of quantities that agree.
+    left_out : list of str
+        Quantities that one of them lacks, or has in another shape.
+    """
+
+    settings: list[Setting]
+    study: list[str]
+    rows: int
+    only: tuple[int, int]
+    laws: list[str]
+    changes: list[Change]
+    same: int
+    left_out: list[str]
+
+
+def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
+    """Compare two datasets of a scene: of two versions of a study or of the program.
+
+    Rows are those of equal coordinates.
+
+    Raises
+    ------
+    ParameterError
+        If they have no row in common, or one is in SI and the other without units.
+    """
+    import xarray as xr
+
+    if ("m" in one.coords) != ("m" in two.coords):
+        must = "must have units as the other dataset has, or none as it"
+        raise ParameterError("B", "", must=must, got="")
+    swept = [", ".join(row_dims(data)) or "nothing" for data in (one, two)]
+    if swept[0] != swept[1]:
+        must = f"must have rows over {swept[0]}, as A has"
+        raise ParameterError("B", "", must=must, got=swept[1])
+    indexed = [str(name) for name in one.dims if name in one.indexes and name in two.indexes]
+    others = [name for name in {*one.dims, *two.dims} if name not in indexed]
+    first, second = xr.align(one, two, join="inner", exclude=others)
+    dims = [name for name in row_dims(one) if name in indexed]
+    sizes = [int(np.prod([data.sizes[name] for name in dims])) for data in (first, one, two)]
+    rows, only = sizes[0], (sizes[1] - sizes[0], sizes[2] - sizes[0])
+    if not rows:
+        must = "must have rows in common with A"
+        raise ParameterError("B", "", must=must, got=f"none of {count(sizes[1], 'row')}")
+    changes, same, left_out = [], 0, []
+    for name in sorted({*map(str, one.data_vars), *map(str, two.data_vars)}):
+        if name in (*LAW, *WORK) or name.endswith(ERROR):
+            continue
+        has_both = name in first.data_vars and name in second.data_vars
+        if not has_both or first[name].shape != second[name].shape:
+            left_out.append(name)
+            continue
+        if first[name].dtype.kind not in "iufc":
+            continue
+        change = change_of(first, second, name, dims)
+        changes += [change] if change is not None else []
+        same += change is None
+    changes.sort(key=lambda change: -change.relative)
+    return Comparison(
+        [*settings_of(one, two)], study_lines(one, two), rows, only,
+        [*laws_of(first, second, dims)], changes, same, left_out,
+    )  # fmt: skip
+
+
+def row_dims(dataset: xr.Dataset) -> list[str]:
+    """Return the dimensions of the rows of a dataset: those of the regime, or else those with numbers."""
+    if "regime" in dataset:
+        return [str(name) for name in dataset["regime"].dims]
+    return [str(name) for name in dataset.dims if name in dataset.indexes]
+
+
+def settings_of(one: xr.Dataset, two: xr.Dataset) -> Iterator[Setting]:
+    """Yield scalar parameters and attributes that differ; a dash stands for what one of them has not."""
+    names = dict.fromkeys(map(str, [*one.coords, *two.coords]))
+    for name in names:
+        pair = [data.coords.get(name) for data in (one, two)]
+        if any(each is not None and each.ndim for each in pair):
+            continue
+        texts = ["-" if each is None else value_of(each) for each in pair]
+        if texts[0] != texts[1]:
+            yield Setting(name, *texts)
+    for name in TOLD:
+        texts = [str(data.attrs.get(name, "-")) for data in (one, two)]
+        if texts[0] != texts[1]:
+            yield Setting(name, *texts)
+
+
+def value_of(array: xr.DataArray) -> str:
+    """Write a scalar with its unit."""
+    unit = plain_units(array.attrs.get("units", "1"))
+    text = f"{array.item():.12g}" if array.dtype.kind in "iuf" else str(array.item())
+    return text if unit == "1" else f"{text} {unit}"
+
+
+def study_lines(one: xr.Dataset, two: xr.Dataset) -> list[str]:
+    """Return the lines of both studies that differ."""
+    before, after = (str(data.attrs.get(STUDY, "")).splitlines() for data in (one, two))
+    lines = difflib.unified_diff(before, after, n=0, lineterm="")
+    return [line for line in lines if not line.startswith(("---", "+++", "@@"))]
+
+
+def change_of(one: xr.Dataset, two: xr.Dataset, name: str, dims: list[str]) -> Change | None:
+    """Return how a quantity differs in rows of equal coordinates; None if it agrees within its errors."""
+    moved, scale = difference(one, two, name)
+    values = [data[name] for data in (one, two)]
+    is_other = np.isfinite(values[0]) != np.isfinite(values[1])
+    errors = sum(
+        data[name + ERROR].fillna(0.0) for data in (one, two)
+        if name + ERROR in data and set(data[name + ERROR].dims) <= set(values[0].dims)
+    )  # fmt: skip
+    differs = is_other | (abs(moved) > errors + SHARE * scale)
+    if not bool(differs.any()):
+        return None
+    own = [str(dim) for dim in differs.dims if dim not in dims]
+    size = abs(moved).where(differs).fillna(0.0)
+    place = size if bool(size.any()) else is_other
+    at = place.isel({str(k): int(v) for k, v in place.argmax(...).items()}) if place.ndim else place
+    where = ", ".join(
+        f"{dim} = {value_of(at[dim])}" for dim in map(str, differs.dims) if dim in at.coords
+    )
+    largest = float(size.max())
+    unit = plain_units(values[0].attrs.get("units", "1"))
+    return Change(
+        name, "" if unit == "1" else unit, int(differs.any(own).sum()), largest,
+        largest / scale if scale else 0.0, where,
+    )  # fmt: skip
+
+
+def difference(one: xr.Dataset, two: xr.Dataset, name: str) -> tuple[xr.DataArray, float]:
+    """Return B - A of a quantity, of angles the short way round, and its largest size in either."""
+    values = [data[name] for data in (one, two)]
+    if values[0].dtype.kind in "iu":
+        values = [each.astype(float) for each in values]
+    moved = values[1] - values[0]
+    if values[0].attrs.get("units") == "rad":
+        moved = (moved + np.pi) % (2 * np.pi) - np.pi
+    sizes = [abs(each).where(np.isfinite(each)) for each in values]
+    scale = max(float(each.max()) if bool(each.notnull().any()) else 0.0 for each in sizes)
+    return moved, scale
+
+
+def laws_of(one: xr.Dataset, two: xr.Dataset, dims: list[str]) -> Iterator[str]:
+    """Yield where a law of motion differs, and both."""
+    changed = changed_laws(one, two)
+    if changed is None:
+        return
+    for index in np.argwhere(changed.values):
+        at = dict(zip(map(str, changed.dims), map(int, index), strict=True))
+        place = ", ".join(f"{name} = {value_of(one[name][n])}" for name, n in at.items())
+        before, after = (law_text(data.isel(at)) for data in (one, two))
+        yield f"{place}: {before} -> {after}" if place else f"{before} -> {after}"
+
+
+def changed_laws(one: xr.Dataset, two: xr.Dataset) -> xr.DataArray | None:
+    """Return in which rows the laws of motion differ; None of data without laws, or not over coordinates."""
+    kept = [name for name in LAW if name in one and name in two]
+    if "regime" not in kept or one["regime"].shape != two["regime"].shape:
+        return None
+    if any(dim not in one.indexes for dim in one["regime"].dims):
+        return None
+    changed = one["regime"] != two["regime"]
+    is_orbit = one["regime"] < Regime.APERIODIC
+    for name in kept[1:]:  # which are averages of a motion without an orbit
+        other = one[name] != two[name]
+        other = other.any([dim for dim in other.dims if dim not in changed.dims])
+        changed = changed | (is_orbit & other)
+    return changed
+
+
+def law_text(row: xr.Dataset) -> str:
+    """Write a law of motion: `two-sided (2; 1, 1)`."""
+    regime = Regime(int(row["regime"])).name.lower().replace("_", " ")
+    is_orbit = int(row["regime"]) < Regime.APERIODIC
+    if not is_orbit or "period_multiple" not in row or "impacts_per_orbit" not in row:
+        return regime
+    impacts = ", ".join(f"{float(each):g}" for each in np.ravel(row["impacts_per_orbit"].values))
+    return f"{regime} ({int(row['period_multiple'])}; {impacts})"
+
+
+def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
+    """Write a comparison as lines of text, at most so many of each kind."""
+    lines = []
+    if found.settings:
+        lines += aligned([("setting", "A", "B"), *found.settings])
+    if found.study:
+        lines += ["", "study (- A, + B)", *cut(found.study, most)]
+    rows = f"{count(found.rows, 'row')} in both"
+    lines += ["", f"{rows}, {found.only[0]:,} in A alone, {found.only[1]:,} in B alone"]
+    lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} differ")
+    lines += cut([f"  {law}" for law in found.laws], most)
+    if found.changes:
+        head = ("quantity", "rows", "largest difference", "of largest value", "at")
+        cells = [
+            (each.name, f"{each.rows:,}", f"{each.largest:.3g} {each.unit}".strip(), f"{each.relative:.2g}", each.where)
+            for each in found.changes
+        ]  # fmt: skip
+        lines += ["", *aligned([head, *cells])]
+    lines += [
+        "",
+        f"{count(found.same, 'quantity', 'quantities')} agree within errors and {SHARE:g}",
+    ]
+    if found.left_out:
+        lines.append(f"not compared, in one alone or in another shape: {', '.join(found.left_out)}")
+    return lines
+
+
+def cut(lines: list[str], most: int) -> list[str]:
+    """Return the first lines, and how many more there are."""
+    more = len(lines) - most
+    return [*lines[:most], f"  and {more:,} more"] if more > 0 else lines
+
+
+def as_table(found: Comparison) -> pd.DataFrame:
+    """Return the quantities that differ as a table."""
+    import pandas as pd
+
+    return pd.DataFrame(found.changes, columns=list(Change._fields))
+
+
+def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
+    """Draw where laws differ, and the difference of the quantity that differs most, of a sweep over one or two.
+
+    Raises
+    ------
+    ParameterError
+        If the datasets are no such sweeps.
+    """
+    from vibropipe.figures.comparison import draw_curve, draw_map
+
+    dims = row_dims(one)
+    if len(dims) not in (1, 2) or any(one[dim].dtype.kind not in "iuf" for dim in dims):
+        must = "must be a table, .csv: pictures are of sweeps over one or two parameters"
+        raise ParameterError("output", "", must=must, got="")
+    import xarray as xr
+
+    others = [name for name in {*one.dims, *two.dims} if name not in one.indexes]
+    first, second = xr.align(one, two, join="inner", exclude=others)
+    scalars = [
+        each.name for each in found.changes if {*first[each.name].dims} <= {*dims, "support"}
+        and {*dims} <= {*first[each.name].dims}
+    ]  # fmt: skip
+    moved = None
+    if scalars:
+        moved = abs(difference(first, second, scalars[0])[0]).assign_attrs(first[scalars[0]].attrs)
+        moved = moved.max("support", keep_attrs=True) if "support" in moved.dims else moved
+    drawn = draw_map if len(dims) == 2 else draw_curve
+    return drawn(changed_laws(first, second), moved, found.rows)

@@ -9,6 +9,7 @@ from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.solve.checks import check_whole
+from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED
 
 if TYPE_CHECKING:
@@ -28,6 +29,7 @@ def prove(
     parts: int = PARTS,
     largest: bool = False,
     stretches: int = 0,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Prove that an orbit exists, is the only one nearby and is a motion, for every exciter within tolerances.
 
@@ -38,7 +40,7 @@ def prove(
     ----------
     orbit : Exciter or xarray.Dataset
         An exciter, whose motion from rest settles on the orbit; or one row of a steady state, a sweep, a branch or an
-        orbit in closed form, stable or not.
+        orbit in closed form, stable or not. Of a whole sweep or branch each row is proved on its own.
     within : mapping of str to float, optional
         How far parameters may be off, either way, all at once: any of nu, f, h, l, delta, R1, R2, load, f2, phi2.
         Without it the exciter alone is meant, its parameters exact doubles.
@@ -50,6 +52,8 @@ def prove(
         Also seek how much larger, or smaller, `within` may be. Takes some ten times as long.
     stretches : int
         Equal stretches of the orbit, up to 10,000, on each of which the displacement gets bounds; 0 for none.
+    progress : callable, optional
+        Called as progress(done, total), in rows.
 
     Returns
     -------
@@ -84,6 +88,9 @@ def prove(
 
         The attribute `statement` is what was found, as a sentence.
 
+        Of several rows `proved`, `why` and `proved_stable` alone, over their dimensions; `not_tried` are those without
+        an orbit, with rests, without impacts or with more than 100.
+
     Raises
     ------
     ParameterError
@@ -99,8 +106,15 @@ def prove(
     66 (2017) 1281-1292.
     """
     from vibropipe.proof.given import check_within, given_orbit
+    from vibropipe.proof.rows import dims_of_rows, prove_rows
     from vibropipe.proof.statement import prove_orbit
 
+    if not isinstance(orbit, Exciter) and dims_of_rows(orbit):
+        if within is not None or largest or stretches:
+            name = "within" if within is not None else "largest" if largest else "stretches"
+            must = "must be left out with several rows: select one, as with .isel(point=0)"
+            raise ParameterError(name, within, must=must, got="")
+        return prove_rows(orbit, progress)
     check_whole("harmonics", harmonics, HARMONICS)
     check_whole("parts", parts, PARTS_LIMITS)
     check_whole("stretches", stretches, STRETCHES)

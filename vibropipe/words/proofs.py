@@ -41,3 +41,4 @@ class Why(Reasoned):
     STABILITY = 4, "on which side of the unit circle the multipliers lie"
     FAMILY = 5, "that the orbits of all parts are one family"
     PARTS = 6, "with the parts that were allowed"
+    NOT_TRIED = 7, "since only orbits that strike a support and do not rest on one are tried"

@@ -1,0 +1,62 @@
+"""Proofs of whole sweeps and branches: each row as on its own, and none of a row that is wrong."""
+
+from __future__ import annotations
+
+from dataclasses import replace
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.words.proofs import Proved, ProvedStable, Why
+
+flint = pytest.importorskip("flint")
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, delta=0.01, R1=0.7, R2=0.7)
+OVER = {"nu": np.linspace(0.7, 1.2, 6), "f": [-0.05, -1.0]}
+
+
+@pytest.fixture(scope="module")
+def rows():
+    return vp.sweep(EXCITER, OVER, outputs=["impacts", "stability"])
+
+
+def test_rows_are_proved_as_each_is_alone(rows):
+    seen = []
+    proof = vp.prove(rows, progress=lambda done, total: seen.append((done, total)))
+    assert seen[-1] == (12, 12)
+    struck = (rows.impacts_per_orbit.sum("support") > 0) & (rows.period_multiple > 0)
+    assert int(struck.sum()) == 5
+    assert ((proof.why == Why.NOT_TRIED) == ~struck).all()
+    for n in np.flatnonzero(struck[:, 1]):
+        row = replace(EXCITER, nu=float(rows.nu[n]))
+        alone = vp.prove(row)
+        assert int(proof.proved[n, 1]) == int(alone.proved) == Proved.PROVED
+        assert int(proof.proved_stable[n, 1]) == int(alone.proved_stable)
+    assert proof.statement == "5 of 5 orbits are proved; 7 rows were not tried."
+
+
+def test_a_row_whose_section_is_moved_is_not_proved(rows):
+    moved = rows.assign(velocity_strobe=rows.velocity_strobe + 1e-3)
+    proof = vp.prove(moved.isel(f=[1]))
+    assert not (proof.proved == Proved.PROVED).any()
+    assert (proof.why == Why.EXISTENCE).sum() == 5
+
+
+def test_points_of_a_branch_have_the_stability_that_is_stored():
+    branch = vp.branch(replace(EXCITER, f=-0.6), "f", -0.4)
+    proof = vp.prove(branch)
+    proved = proof.proved.values == Proved.PROVED
+    assert proved.sum() > 0.9 * proved.size
+    assert {*np.unique(proof.proved_stable.values[proved])} >= {ProvedStable.STABLE}
+    np.testing.assert_array_equal(
+        proof.proved_stable.values[proved] == ProvedStable.STABLE, branch.stable.values[proved] == 1
+    )
+
+
+def test_several_rows_have_no_tolerances_and_no_soft_supports(rows):
+    with pytest.raises(vp.ParameterError, match="within: must be left out with several rows"):
+        vp.prove(rows, within={"R1": 0.01})
+    soft = vp.sweep(replace(EXCITER, R1=1.0, k1=50.0), {"nu": [0.9, 1.0]})
+    with pytest.raises(vp.ParameterError, match="k1: must be 0"):
+        vp.prove(soft)

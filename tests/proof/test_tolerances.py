@@ -126,8 +126,10 @@ def test_what_is_not_covered_is_refused_in_words(orbit, within, message):
 
 def test_a_grid_is_refused_with_the_remedy():
     grid = vp.sweep(PAPER, SWEEP)
+    with pytest.raises(vp.ParameterError, match=r"select one, as with .isel\(point=0\)"):
+        vp.prove(grid, within={"R1": 0.01})
     with pytest.raises(vp.ParameterError, match=r"select it, as with .isel\(point=0\)"):
-        vp.prove(grid)
+        vp.prove_bifurcation(grid, "fold", "nu")
     assert vp.prove(grid.isel(nu=1)).proved == Proved.PROVED
 
 

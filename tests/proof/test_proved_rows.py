@@ -8,6 +8,11 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+import vibropipe.proof.rows
+from vibropipe.jobs.solving import solve_scene, solve_to_file
+from vibropipe.scenes.certificate import proof_answer
+from vibropipe.store import load
+from vibropipe.study import StudyError, load_study, study_of_text
 from vibropipe.words.proofs import Proved, ProvedStable, Why
 
 flint = pytest.importorskip("flint")
@@ -60,3 +65,52 @@ def test_several_rows_have_no_tolerances_and_no_soft_supports(rows):
     soft = vp.sweep(replace(EXCITER, R1=1.0, k1=50.0), {"nu": [0.9, 1.0]})
     with pytest.raises(vp.ParameterError, match="k1: must be 0"):
         vp.prove(soft)
+
+
+STUDY = """
+title: T
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, delta: 0.01, R1: 0.7, R2: 0.7}
+scenes: {rows: {kind: sweep, over: {nu: {start: 0.7, stop: 1.3, points: 7}}, prove: true}}
+"""
+
+
+def study_in(folder):
+    """Return the study, written into a folder."""
+    (folder / "t.yaml").write_text(STUDY, encoding="utf-8")
+    return load_study(folder / "t.yaml")
+
+
+def test_a_sweep_of_a_study_stores_and_tells_its_proofs(tmp_path):
+    study = study_in(tmp_path)
+    whole = solve_scene(study, "rows")
+    expected = vp.prove(vp.sweep(EXCITER, {"nu": np.linspace(0.7, 1.3, 7)}))
+    for name in ("proved", "why", "proved_stable"):
+        np.testing.assert_array_equal(whole[name].values, expected[name].values)
+    solve_to_file(study, "rows", tmp_path / "rows.nc", None, 1)
+    stored = load(tmp_path / "rows.nc")
+    assert stored.proved.dtype == np.int8
+    np.testing.assert_array_equal(stored.proved.values, whole.proved.values)
+    proved = int((whole.proved == Proved.PROVED).sum())
+    answer = proof_answer(stored)
+    assert answer.lead == f"{proved} of {proved} orbits are proved."
+    assert (
+        answer.rest
+        == f"{7 - proved} rows without impacts, with rests or without an orbit, not tried."
+    )
+
+
+def test_without_the_library_a_sweep_says_so(monkeypatch, tmp_path):
+    def missing(*_):
+        raise ModuleNotFoundError("python-flint: is required for proofs and not installed")
+
+    monkeypatch.setattr(vibropipe.proof.rows, "prove_orbit", missing)
+    whole = solve_scene(study_in(tmp_path), "rows")
+    assert "proved" not in whole
+    assert proof_answer(whole).lead == "No orbit is proved."
+
+
+def test_what_is_not_covered_is_refused_when_the_study_is_read():
+    with pytest.raises(
+        StudyError, match="prove: must be left out: the k1 of the exciter is beyond"
+    ):
+        study_of_text(STUDY.replace("R1: 0.7", "k1: 50"), "t")

@@ -1,4 +1,4 @@
-"""The proof of an orbit in the dataset of its scene, under names with a prefix."""
+"""The proof of an orbit in the dataset of its scene, under names with a prefix, and those of the rows of a sweep."""
 
 from __future__ import annotations
 
@@ -7,9 +7,11 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.report.parts import Answer
 from vibropipe.solve.physical import stored
-from vibropipe.words.proofs import PREFIX, REFUSED
+from vibropipe.words.proofs import PREFIX, REFUSED, Proved, Why
 from vibropipe.words.vocabulary import of_proof
+from vibropipe.words.wording import count, series, share
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter
@@ -64,3 +66,20 @@ def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
     proof = dataset[kept].drop_vars(others, errors="ignore")
     names = [name for name in (*kept, *map(str, proof.dims)) if name.startswith(PREFIX)]
     return proof.rename({name: name.removeprefix(PREFIX) for name in names})
+
+
+def proof_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how many orbits are proved; none of a sweep that does not ask for it."""
+    if REFUSED in dataset.attrs:
+        return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
+    if "proved" not in dataset:
+        return None
+    codes, tried = dataset["proved"].values, int((dataset["why"].values != Why.NOT_TRIED).sum())
+    amount, wrong = (int((codes == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
+    parts = [f"{wrong:,} {'is' if wrong == 1 else 'are'} disproved"] if wrong else []
+    if codes.size > tried:
+        parts.append(
+            f"{count(codes.size - tried, 'row')} without impacts, with rests or without an orbit, not tried"
+        )
+    rest = f"{series(parts)}." if parts else ""
+    return Answer(f"{share(amount, tried, 'orbit')} proved.", rest)

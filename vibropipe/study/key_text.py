@@ -72,6 +72,8 @@ def _type_text(annotation: Any) -> str:
         return f"a list of {nouns[0] if nouns else entry.replace(' or ', ', ')}"
     if origin is dict:
         return f"a mapping of {_entries(arguments[1])}"
+    if annotation is bool:
+        return "true or false"
     if isinstance(annotation, type) and issubclass(annotation, BaseModel):
         return f"a mapping with {', '.join(keys_of(annotation))}"
     raise TypeError(f"no words for {annotation!r}")

@@ -170,7 +170,7 @@ class BaseScene(StudyModel):
         """Return the keys that the data of the scene depend on, with defaults filled in, and their `meaning`."""
         keys = {name: plain(getattr(self, name)) for name in type(self).model_fields}
         keys = {name: value for name, value in keys.items() if name not in NO_DATA}
-        if keys.get("prove") is None:  # as of scenes before there were proofs
+        if not keys.get("prove"):  # as of scenes before there were proofs
             keys.pop("prove", None)
         for name in ("outputs", "effects"):
             if keys.get(name) is not None:

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
 from pydantic import Field
@@ -19,6 +19,7 @@ from vibropipe.words.proofs import BOXED
 
 CERTIFICATE = "certificate"  # its picture
 ONE_SECONDS, BOX_SECONDS = 0.1, 0.4  # of an exciter, and of each parameter that may be off
+ROW_SECONDS = 0.03  # of a row of a sweep
 
 
 class Prove(StudyModel):
@@ -60,11 +61,16 @@ def check_prove(scene: Any) -> Iterator[Problem]:
             if not (allowed.contains(value - off) and allowed.contains(value + off)):
                 must = f"must keep {name} {allowed.text}"
                 yield Problem(path, f"{value:.6g} +- {off:.6g}", must=must)
+    yield from check_covered(scene.extent(), describe(scene.prove.limits()))
+
+
+def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
+    """Check that exciters have no effect that cannot be proved."""
     try:
-        all_effects(scene.extent())
+        all_effects(values)
     except ParameterError as error:
         must = f"must be left out: the {error.name} of the exciter is beyond what can be proved"
-        yield Problem(("prove",), describe(scene.prove.limits()), must=must)
+        yield Problem(("prove",), found, must=must)
 
 
 def proof_seconds(prove: Prove | None) -> float:

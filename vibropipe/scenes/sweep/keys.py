@@ -23,6 +23,7 @@ from vibropipe.scenes.costs import (
 from vibropipe.scenes.keys.base import Harmonics, Outputs
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
+    EXCITER,
     EXCITER_CHECK,
     HOUSING,
     SOLVER,
@@ -37,6 +38,7 @@ from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffec
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, Follow, Solver, Start, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS
@@ -86,6 +88,10 @@ class SweepScene(ForcedScene):
         description="Forcing periods after which a row with growing perturbations may be labelled aperiodic.",
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
+    prove: bool = Field(
+        default=False,
+        description="Prove each orbit on its own: `proved`, `why` and `proved_stable` of rows (docs/proof.md).",
+    )
 
     @model_validator(mode="after")
     def _choose_pictures(self) -> Self:
@@ -175,6 +181,12 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
         yield from SOLVER.problems(scene)
 
 
+def _prove(scene: SweepScene) -> Iterator[Problem]:
+    """Check that proofs are asked of what can be proved."""
+    if scene.prove:
+        yield from check_covered({**scene.resolved_exciter(), **scene.over_arrays()}, "true")
+
+
 CHECKS = (
     TOGETHER,
     EXCITER_CHECK,
@@ -184,6 +196,7 @@ CHECKS = (
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((("solver",),), _solver),
     HOUSING,
+    Check((*EXCITER, ("over",), ("prove",)), _prove),
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
     Check((*SUPPORTS, ("figure",), ("over",), ("outputs",), ("exciter", "friction")), check_figure),
 )
@@ -200,7 +213,7 @@ def plan(scene: SweepScene) -> Work:
         rows=scene.row_count,
         method=", ".join(["exact", *followed]),
         outputs=tuple(scene.outputs),
-        seconds=scene.row_count * SECONDS_PER_ROW * slowness(scene),
+        seconds=scene.row_count * (SECONDS_PER_ROW * slowness(scene) + scene.prove * ROW_SECONDS),
         bytes=HEAD_BYTES
         + scene.row_count
         * steady_bytes(scene.outputs, scene.harmonics, SWEPT_IMPACTS, scene.all_effects()),

@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep.sweep import assemble, solve_blocks
+from vibropipe.words.proofs import REFUSED
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -42,8 +43,8 @@ def solve_in_blocks(
 def _solve_plain(
     scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None
 ) -> Generator[xr.Dataset]:
-    """Solve rows without units."""
-    return solve_blocks(
+    """Solve rows without units, and prove them if the scene asks for it."""
+    blocks = solve_blocks(
         scene.row_grid(),
         start,
         stop,
@@ -56,3 +57,18 @@ def _solve_plain(
         effects=scene.called_effects(),
         patience=scene.patience,
     )
+    return proved(blocks) if scene.prove else blocks
+
+
+def proved(blocks: Generator[xr.Dataset]) -> Generator[xr.Dataset]:
+    """Add to each block of rows whether their orbits are proved; without python-flint, why they are not."""
+    from vibropipe.proof.rows import TOLD, prove_rows
+
+    with closing(blocks):
+        for block in blocks:
+            try:
+                proof = prove_rows(block, None)
+            except ModuleNotFoundError as error:
+                yield block.assign_attrs({REFUSED: f"{error}"})
+                continue
+            yield block.assign({name: proof[name] for name in TOLD})

@@ -74,9 +74,9 @@ scenes: {rows: {kind: sweep, over: {nu: {start: 0.7, stop: 1.3, points: 7}}, pro
 """
 
 
-def study_in(folder):
-    """Return the study, written into a folder."""
-    (folder / "t.yaml").write_text(STUDY, encoding="utf-8")
+def study_in(folder, text=STUDY):
+    """Return a study, written into a folder."""
+    (folder / "t.yaml").write_text(text, encoding="utf-8")
     return load_study(folder / "t.yaml")
 
 
@@ -93,10 +93,9 @@ def test_a_sweep_of_a_study_stores_and_tells_its_proofs(tmp_path):
     proved = int((whole.proved == Proved.PROVED).sum())
     answer = proof_answer(stored)
     assert answer.lead == f"{proved} of {proved} orbits are proved."
-    assert (
-        answer.rest
-        == f"{7 - proved} rows without impacts, with rests or without an orbit, not tried."
-    )
+    left = 7 - proved
+    of = f"{left} row{'s' if left > 1 else ''}"
+    assert answer.rest == f"{of} without impacts, with rests or without an orbit, not tried."
 
 
 def test_without_the_library_a_sweep_says_so(monkeypatch, tmp_path):
@@ -114,3 +113,15 @@ def test_what_is_not_covered_is_refused_when_the_study_is_read():
         StudyError, match="prove: must be left out: the k1 of the exciter is beyond"
     ):
         study_of_text(STUDY.replace("R1: 0.7", "k1: 50"), "t")
+
+
+def test_points_of_a_branch_of_a_study_are_proved(tmp_path):
+    branch = "{kind: branch, along: {nu: {from: 1, to: 1.1}}, over: {f: [-1, -0.9]}, prove: true}"
+    text = STUDY[: STUDY.index("scenes:")] + f"scenes: {{b: {branch}}}"
+    whole = solve_scene(study_in(tmp_path, text.replace("f: -1, ", "")), "b")
+    assert (whole.proved == Proved.PROVED).all()
+    assert "point" in whole.proved.dims
+    assert (
+        proof_answer(whole).lead
+        == f"{whole.sizes['point']} of {whole.sizes['point']} orbits are proved."
+    )

@@ -68,6 +68,17 @@ def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
     return proof.rename({name: name.removeprefix(PREFIX) for name in names})
 
 
+def with_row_proofs(rows: xr.Dataset) -> xr.Dataset:
+    """Add to rows, without units, whether their orbits are proved; without python-flint, why they are not."""
+    from vibropipe.proof.rows import TOLD, prove_rows
+
+    try:
+        proof = prove_rows(rows, None)
+    except ModuleNotFoundError as error:
+        return rows.assign_attrs({REFUSED: f"{error}"})
+    return rows.assign({name: proof[name] for name in TOLD})
+
+
 def proof_answer(dataset: xr.Dataset) -> Answer | None:
     """Return how many orbits are proved; none of a sweep that does not ask for it."""
     if REFUSED in dataset.attrs:

@@ -12,7 +12,7 @@ from vibropipe.figures.claims import inwards
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
-from vibropipe.report.parts import Answer
+from vibropipe.report.parts import MAX_ANSWERS, Answer
 from vibropipe.scenes.branch.lines import (
     PLURALS,
     SAME,
@@ -24,6 +24,7 @@ from vibropipe.scenes.branch.lines import (
     stretches_of,
     swept,
 )
+from vibropipe.scenes.certificate import proof_answer
 from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.
@@ -50,8 +51,13 @@ def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
     stretches = list(stretches_of(dataset))
     changes = jump_answer(dataset, stretches) or cascade_answer(dataset) or kinds_answer(dataset)
-    found = [together_answer(dataset, stretches), changes, velocity_answer(dataset)]
-    return [answer for answer in found if answer is not None]
+    found = [
+        proof_answer(dataset),
+        together_answer(dataset, stretches),
+        changes,
+        velocity_answer(dataset),
+    ]
+    return [answer for answer in found if answer is not None][:MAX_ANSWERS]
 
 
 def at_text(dataset: xr.Dataset, value: float) -> str:

@@ -31,6 +31,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
+from vibropipe.scenes.keys.proofs import check_covered
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -111,6 +112,10 @@ class BranchScene(BaseScene):
         default=[], description="Bifurcations at which the branches that begin there are followed."
     )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
+    prove: bool = Field(
+        default=False,
+        description="Prove each orbit on its own: `proved`, `why` and `proved_stable` of points (docs/proof.md).",
+    )
 
     @property
     def followed(self) -> str:
@@ -206,11 +211,18 @@ def _at(scene: BranchScene) -> Iterator[Problem]:
             yield Problem(("at",), "", must="must have values between the ends of `along`")
 
 
+def _prove(scene: BranchScene) -> Iterator[Problem]:
+    """Check that proofs are asked of what can be proved."""
+    if scene.prove:
+        yield from check_covered(scene.values(), "true")
+
+
 CHECKS = (
     TOGETHER,
     Check((("along",), ("over",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
+    Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
     Check(
         (("along",), ("over",), ("exciter",), ("figure", "show")),
         lambda scene: check_shown(scene.figure.show, scene.values()),

@@ -10,6 +10,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.restitution import SUPPORTS
+from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.branch.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
 from vibropipe.words.vocabulary import attributes, physical_name
@@ -31,7 +32,9 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
         parts.append(_followed(scene, exciter))
         if progress is not None:
             progress(len(parts), len(exciters))
-    return stored(joined(parts, name) if name else parts[0], scene.mass_and_stiffness)
+    whole = joined(parts, name) if name else parts[0]
+    whole = with_row_proofs(whole) if scene.prove else whole
+    return stored(whole, scene.mass_and_stiffness)
 
 
 def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:

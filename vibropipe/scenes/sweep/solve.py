@@ -8,9 +8,9 @@ from typing import TYPE_CHECKING
 
 import xarray as xr
 
+from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep.sweep import assemble, solve_blocks
-from vibropipe.words.proofs import REFUSED
 
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
@@ -61,14 +61,7 @@ def _solve_plain(
 
 
 def proved(blocks: Generator[xr.Dataset]) -> Generator[xr.Dataset]:
-    """Add to each block of rows whether their orbits are proved; without python-flint, why they are not."""
-    from vibropipe.proof.rows import TOLD, prove_rows
-
+    """Add to each block of rows whether their orbits are proved."""
     with closing(blocks):
         for block in blocks:
-            try:
-                proof = prove_rows(block, None)
-            except ModuleNotFoundError as error:
-                yield block.assign_attrs({REFUSED: f"{error}"})
-                continue
-            yield block.assign({name: proof[name] for name in TOLD})
+            yield with_row_proofs(block)

@@ -9,10 +9,13 @@ import pytest
 
 import vibropipe as vp
 import vibropipe.proof.rows
+from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import solve_scene, solve_to_file
+from vibropipe.scenes.branch.report import proof_table
 from vibropipe.scenes.certificate import proof_answer
 from vibropipe.store import load
 from vibropipe.study import StudyError, load_study, study_of_text
+from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved, ProvedStable, Why
 
 flint = pytest.importorskip("flint")
@@ -52,7 +55,7 @@ def test_points_of_a_branch_have_the_stability_that_is_stored():
     branch = vp.branch(replace(EXCITER, f=-0.6), "f", -0.4)
     proof = vp.prove(branch)
     proved = proof.proved.values == Proved.PROVED
-    assert proved.sum() > 0.9 * proved.size
+    assert np.delete(proved, branch.bifurcation_point.values).all()
     assert {*np.unique(proof.proved_stable.values[proved])} >= {ProvedStable.STABLE}
     np.testing.assert_array_equal(
         proof.proved_stable.values[proved] == ProvedStable.STABLE, branch.stable.values[proved] == 1
@@ -125,3 +128,21 @@ def test_points_of_a_branch_of_a_study_are_proved(tmp_path):
         proof_answer(whole).lead
         == f"{whole.sizes['point']} of {whole.sizes['point']} orbits are proved."
     )
+
+
+def test_bifurcations_of_a_branch_are_enclosed(tmp_path):
+    branch = vp.branch(EXCITER, "nu", (0.7, 1.2))
+    proof = vp.prove(branch)
+    assert branch.bifurcation_kind.values.tolist() == [Bifurcation.GRAZING] * 2
+    assert (proof.bifurcation_proved == Proved.PROVED).all()
+    for k, point in enumerate(branch.bifurcation_point.values):
+        alone = vp.prove_bifurcation(branch.isel(point=point).drop_dims("impact"), "grazing", "nu")
+        assert float(proof.bifurcation_nu_low[k]) == float(alone.nu_low)
+        assert float(proof.bifurcation_nu_high[k]) == float(alone.nu_high)
+        assert float(proof.bifurcation_nu_high[k] - proof.bifurcation_nu_low[k]) < 1e-14
+    text = STUDY[: STUDY.index("scenes:")].replace("nu: 1, ", "")
+    text += "scenes: {b: {kind: branch, along: {nu: {from: 1, to: [0.7, 1.2]}}, prove: true}}"
+    solve_to_file(study_in(tmp_path, text), "b", tmp_path / "b.nc", None, 1)
+    table = proof_table("b", load(tmp_path / "b.nc"))
+    expected = [["grazing", format_number(float(low), 10)] for low in proof.bifurcation_nu_low]
+    assert [row[:2] for row in table.rows] == expected

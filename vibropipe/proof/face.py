@@ -89,7 +89,8 @@ def prove(
         The attribute `statement` is what was found, as a sentence.
 
         Of several rows `proved`, `why` and `proved_stable` alone, over their dimensions; `not_tried` are those without
-        an orbit, with rests, without impacts or with more than 100.
+        an orbit, with rests, without impacts or with more than 100. Of a branch also `bifurcation_proved` and bounds
+        bifurcation_<along>_low, bifurcation_<along>_high of its folds, flips and grazings.
 
     Raises
     ------

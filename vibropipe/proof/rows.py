@@ -10,11 +10,13 @@ import xarray as xr
 
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.proof.bifurcation import KINDS
 from vibropipe.proof.given import given_orbit
-from vibropipe.proof.statement import prove_orbit
+from vibropipe.proof.statement import prove_critical, prove_orbit
 from vibropipe.solve.rebuild import exciter_of
+from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
-from vibropipe.words.proofs import Proved, ProvedStable, Why
+from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import count, share
 
@@ -60,14 +62,48 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
             codes[name][index] = code
         if progress is not None:
             progress(done + 1, total)
-    tried = int((codes["why"] != Why.NOT_TRIED).sum())
-    amount = int((codes["proved"] == Proved.PROVED).sum())
+    at: Any = rows["bifurcation_point"].values if "bifurcation_point" in rows else []
+    # Orbits at a bifurcation are about to end, by rounding on either side: they are not counted.
+    counted = {name: np.delete(values, at) for name, values in codes.items()}
+    total = counted["why"].size
+    tried = int((counted["why"] != Why.NOT_TRIED).sum())
+    amount = int((counted["proved"] == Proved.PROVED).sum())
     statement = f"{share(amount, tried, 'orbit')} proved"
     if tried < total:
         statement += (
             f"; {count(total - tried, 'row')} {'was' if total - tried == 1 else 'were'} not tried"
         )
+    if "bifurcation" in rows.dims:
+        found = proved_bifurcations(rows)
+        verdicts = found["bifurcation_proved"][1]
+        attempts = int(np.isin(rows["bifurcation_kind"], [*KINDS.values()]).sum())
+        proofs = int((verdicts == Proved.PROVED).sum())
+        kinds = count(attempts, "fold, flip or grazing", "folds, flips and grazings")
+        statement += f"; {proofs:,} of {kinds} are proved"
     kept = {str(name): coord for name, coord in rows.coords.items() if {*coord.dims} <= {*dims}}
-    variables = {name: (dims, values) for name, values in codes.items()}
+    variables: dict[str, Any] = {name: (dims, values) for name, values in codes.items()}
+    variables |= found if "bifurcation" in rows.dims else {}
     told = {key: value for key, value in attrs.items() if key in ("method", "version")}
     return describe(xr.Dataset(variables, kept, {**told, "statement": f"{statement}."}))
+
+
+def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
+    """Return which folds, flips and grazings of a branch are proved, and bounds of the parameter, NaN unless proved."""
+    prefix = "bifurcation_"
+    along = next(name for name in BOXED if prefix + name in branch.coords)
+    kinds, n = branch["bifurcation_kind"].values, branch.sizes["bifurcation"]
+    proved, ends = np.zeros(n, np.int8), np.full((2, n), np.nan)
+    whole = branch.drop_dims([name for name in ("impact", "bifurcation") if name in branch.dims])
+    for k, point in enumerate(branch["bifurcation_point"].values):
+        if kinds[k] not in KINDS.values():
+            continue
+        try:
+            given = given_orbit(whole.isel(point=int(point)))
+        except ParameterError:
+            continue
+        proof = prove_critical(given, Bifurcation(int(kinds[k])), along)
+        proved[k] = int(proof["proved"])
+        ends[:, k] = [float(proof[f"{along}_{end}"]) for end in ("low", "high")]
+    names = [f"{prefix}{along}_{end}" for end in ("low", "high")]
+    over = {name: ("bifurcation", values) for name, values in zip(names, ends, strict=True)}
+    return {"bifurcation_proved": ("bifurcation", proved), **over}

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
@@ -70,13 +71,13 @@ def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
 
 def with_row_proofs(rows: xr.Dataset) -> xr.Dataset:
     """Add to rows, without units, whether their orbits are proved; without python-flint, why they are not."""
-    from vibropipe.proof.rows import TOLD, prove_rows
+    from vibropipe.proof.rows import prove_rows
 
     try:
         proof = prove_rows(rows, None)
     except ModuleNotFoundError as error:
         return rows.assign_attrs({REFUSED: f"{error}"})
-    return rows.assign({name: proof[name] for name in TOLD})
+    return rows.assign({str(name): values for name, values in proof.data_vars.items()})
 
 
 def proof_answer(dataset: xr.Dataset) -> Answer | None:
@@ -85,7 +86,11 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
         return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
     if "proved" not in dataset:
         return None
-    codes, tried = dataset["proved"].values, int((dataset["why"].values != Why.NOT_TRIED).sum())
+    codes, why = dataset["proved"].values, dataset["why"].values
+    if "bifurcation_point" in dataset:  # an orbit there is about to end, by rounding on either side
+        at = dataset["bifurcation_point"].values
+        codes, why = np.delete(codes, at), np.delete(why, at)
+    tried = int((why != Why.NOT_TRIED).sum())
     amount, wrong = (int((codes == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
     parts = [f"{wrong:,} {'is' if wrong == 1 else 'are'} disproved"] if wrong else []
     if codes.size > tried:

@@ -19,6 +19,8 @@ from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
 from vibropipe.scenes.branch.curves import coexistence
 from vibropipe.scenes.branch.lines import Stretch, cascade_of, followed, stretches_of, swept
 from vibropipe.scenes.kind import ReportPart
+from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.proofs import Proved
 
 MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
 
@@ -129,9 +131,31 @@ def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note, title=title, scene=scene)
 
 
+def proof_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the bifurcations that are proved, and how narrow their bounds are; None without one."""
+    if "bifurcation_proved" not in dataset:
+        return None
+    axis = dataset[followed(dataset)]
+    low, high = (dataset[f"bifurcation_{axis.name}_{end}"].values for end in ("low", "high"))
+    proved = np.flatnonzero(dataset["bifurcation_proved"].values == Proved.PROVED)
+    if not proved.size:
+        return None
+    kinds = [Bifurcation(int(kind)).name.lower() for kind in dataset["bifurcation_kind"].values]
+    shown = sorted(proved, key=lambda n: high[n] - low[n], reverse=True)[:MAX_ROWS]
+    rows = [
+        [kinds[n], format_number(float(low[n]), 10), format_number(float(high[n] - low[n]), 2)]
+        for n in sorted(shown, key=lambda n: low[n])
+    ]
+    head = ["bifurcation", in_brackets("at", axis), in_brackets("within", axis)]
+    note = "Exactly one such bifurcation of the law lies within bounds so far apart; the lower one is written."
+    if proved.size > len(shown):
+        note += f" Left out: {amount_text(proved.size - len(shown), 'narrower one')}."
+    return Table(head, rows, note, title="Which bifurcations are proved", scene=scene)
+
+
 answers, tables = (
     of_each(branch_answers),
-    tables_of_each(cascade_table, stable_table, together_table),
+    tables_of_each(cascade_table, stable_table, together_table, proof_table),
 )
 REPORT = ReportPart(
     "Branches of orbits",

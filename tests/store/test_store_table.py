@@ -15,6 +15,7 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.store import StoreError, table, write
+from vibropipe.store.table import without_constants
 from vibropipe.words.regimes import Regime
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
@@ -113,6 +114,20 @@ def test_csv_holds_every_digit(sweep, folder, capsys):
     capsys.readouterr()
     assert run("table", "results/s/map.nc") == 0
     assert len(pd.read_csv(io.StringIO(capsys.readouterr().out))) == 12
+
+
+def test_columns_that_never_change_can_be_left_out(sweep, folder, capsys):
+    capsys.readouterr()
+    assert run("table", "results/s/map.nc", "--varying") == 0
+    kept = pd.read_csv(io.StringIO(capsys.readouterr().out))
+    whole = vp.table(sweep)
+    filled = whole.astype(object).where(whole.notna(), "none")
+    changing = [name for name in filled if len({*filled[name]}) > 1]
+    assert list(kept) == changing
+    assert "h" in whole
+    assert "h" not in changing
+    one = whole.iloc[:1]
+    assert without_constants(one) is one
 
 
 def test_what_has_no_number_is_empty(sweep):

@@ -150,14 +150,18 @@ def table(
     impacts: Annotated[
         bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
     ] = False,
+    varying: Annotated[
+        bool, typer.Option("--varying", help="Leave out columns that never change.")
+    ] = False,
 ) -> None:
     """Print a dataset as CSV for spreadsheets: a row for each point, names for codes, the study's units in the head."""
     from vibropipe.store import atomic_file, load, table
-    from vibropipe.store.table import with_units
+    from vibropipe.store.table import with_units, without_constants
     from vibropipe.study import shown_now
 
     shown = shown_now({"": load(dataset)})[""]
-    text = with_units(table(shown, impacts)).to_csv(index=False)
+    rows = table(shown, impacts)
+    text = with_units(without_constants(rows) if varying else rows).to_csv(index=False)
     if output is None:
         typer.echo(text, nl=False)
         return

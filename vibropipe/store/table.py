@@ -119,6 +119,15 @@ def _with_gaps(dataset: xr.Dataset) -> xr.Dataset:
     return with_gaps.assign(stable=stable.assign_attrs(dataset["stable"].attrs | names))
 
 
+def without_constants(frame: pd.DataFrame) -> pd.DataFrame:
+    """Return a table without columns that have one value, or none, in all of several rows."""
+    if len(frame) < 2:
+        return frame
+    kept = frame.loc[:, frame.nunique(dropna=False) > 1]
+    kept.attrs = frame.attrs
+    return kept
+
+
 def with_units(frame: pd.DataFrame) -> pd.DataFrame:
     """Return a table of `table` with the units of a dataset in SI in the names of its columns: `omega (rad/s)`."""
     units = frame.attrs.get("units", {})

@@ -12,7 +12,7 @@ import vibropipe.proof.rows
 from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import solve_scene, solve_to_file
 from vibropipe.scenes.branch.report import proof_table
-from vibropipe.scenes.certificate import proof_answer
+from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.store import load
 from vibropipe.study import StudyError, load_study, study_of_text
 from vibropipe.words.bifurcations import Bifurcation

@@ -4,15 +4,12 @@ from __future__ import annotations
 
 from typing import TYPE_CHECKING
 
-import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.report.parts import Answer
 from vibropipe.solve.physical import stored
-from vibropipe.words.proofs import PREFIX, REFUSED, Proved, Why
+from vibropipe.words.proofs import PREFIX, REFUSED
 from vibropipe.words.vocabulary import of_proof
-from vibropipe.words.wording import count, series, share
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter
@@ -78,24 +75,3 @@ def with_row_proofs(rows: xr.Dataset) -> xr.Dataset:
     except ModuleNotFoundError as error:
         return rows.assign_attrs({REFUSED: f"{error}"})
     return rows.assign({str(name): values for name, values in proof.data_vars.items()})
-
-
-def proof_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return how many orbits are proved; none of a sweep that does not ask for it."""
-    if REFUSED in dataset.attrs:
-        return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
-    if "proved" not in dataset:
-        return None
-    codes, why = dataset["proved"].values, dataset["why"].values
-    if "bifurcation_point" in dataset:  # an orbit there is about to end, by rounding on either side
-        at = dataset["bifurcation_point"].values
-        codes, why = np.delete(codes, at), np.delete(why, at)
-    tried = int((why != Why.NOT_TRIED).sum())
-    amount, wrong = (int((codes == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
-    parts = [f"{wrong:,} {'is' if wrong == 1 else 'are'} disproved"] if wrong else []
-    if codes.size > tried:
-        parts.append(
-            f"{count(codes.size - tried, 'row')} without impacts, with rests or without an orbit, not tried"
-        )
-    rest = f"{series(parts)}." if parts else ""
-    return Answer(f"{share(amount, tried, 'orbit')} proved.", rest)

@@ -23,7 +23,7 @@ from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube
 RIGHT_LEFT, RIGHT = 12.2, 3.6  # cm, of the velocities
@@ -285,3 +285,24 @@ CERTIFICATE_PICTURE = Picture(
     titled=lambda dataset, **others: title_certificate(dataset),
     heading="What is certain?",
 )
+
+
+def proof_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how many orbits are proved; none of a sweep that does not ask for it."""
+    if REFUSED in dataset.attrs:
+        return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
+    if "proved" not in dataset:
+        return None
+    codes, why = dataset["proved"].values, dataset["why"].values
+    if "bifurcation_point" in dataset:  # an orbit there is about to end, by rounding on either side
+        at = dataset["bifurcation_point"].values
+        codes, why = np.delete(codes, at), np.delete(why, at)
+    tried = int((why != Why.NOT_TRIED).sum())
+    amount, wrong = (int((codes == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
+    parts = [f"{wrong:,} {'is' if wrong == 1 else 'are'} disproved"] if wrong else []
+    if codes.size > tried:
+        parts.append(
+            f"{count(codes.size - tried, 'row')} without impacts, with rests or without an orbit, not tried"
+        )
+    rest = f"{series(parts)}." if parts else ""
+    return Answer(f"{share(amount, tried, 'orbit')} proved.", rest)

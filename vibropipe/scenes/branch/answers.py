@@ -24,7 +24,7 @@ from vibropipe.scenes.branch.lines import (
     stretches_of,
     swept,
 )
-from vibropipe.scenes.certificate import proof_answer
+from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.

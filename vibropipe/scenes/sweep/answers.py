@@ -16,7 +16,7 @@ from vibropipe.figures.claims import between_text, only_between_text, rising_tex
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
-from vibropipe.scenes.certificate import proof_answer
+from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import (
     NO_ORBIT,

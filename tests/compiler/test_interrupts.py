@@ -7,6 +7,7 @@ import signal
 import threading
 
 import pytest
+from numba.core.dispatcher import Dispatcher
 
 from vibropipe.compiler import jit
 from vibropipe.compiler.cache import interrupted_between
@@ -72,22 +73,21 @@ def test_another_thread_leaves_it_alone() -> None:
     assert found == [signal.default_int_handler]
 
 
-def test_a_function_that_is_being_compiled_raises_it_and_compiles_later(
+def test_a_function_that_is_compiled_or_loaded_raises_it_and_runs_later(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     @jit
     def double(x):  # type: ignore[no-untyped-def]
         return 2.0 * x
 
-    compiler = double._compiler
-    compile_once = compiler.compile
+    compile_or_load = Dispatcher.compile
 
-    def pressed(*arguments, **keywords):  # type: ignore[no-untyped-def]
+    def pressed(self: Dispatcher, signature: object) -> object:
         press()
-        return compile_once(*arguments, **keywords)
+        return compile_or_load(self, signature)
 
-    monkeypatch.setattr(compiler, "compile", pressed)
+    monkeypatch.setattr(Dispatcher, "compile", pressed)
     with pytest.raises(KeyboardInterrupt):
         double(1.0)
-    monkeypatch.setattr(compiler, "compile", compile_once)
+    monkeypatch.undo()
     assert double(3.0) == 6.0

@@ -146,3 +146,8 @@ def test_bifurcations_of_a_branch_are_enclosed(tmp_path):
     table = proof_table("b", load(tmp_path / "b.nc"))
     expected = [["grazing", format_number(float(low), 10)] for low in proof.bifurcation_nu_low]
     assert [row[:2] for row in table.rows] == expected
+
+
+def test_arguments_are_checked_before_rows_are_proved(rows):
+    with pytest.raises(vp.ParameterError, match="harmonics: must be"):
+        vp.prove(rows, harmonics=0)

@@ -110,15 +110,15 @@ def prove(
     from vibropipe.proof.rows import dims_of_rows, prove_rows
     from vibropipe.proof.statement import prove_orbit
 
+    check_whole("harmonics", harmonics, HARMONICS)
+    check_whole("parts", parts, PARTS_LIMITS)
+    check_whole("stretches", stretches, STRETCHES)
     if not isinstance(orbit, Exciter) and dims_of_rows(orbit):
         if within is not None or largest or stretches:
             name = "within" if within is not None else "largest" if largest else "stretches"
             must = "must be left out with several rows: select one, as with .isel(point=0)"
             raise ParameterError(name, within, must=must, got="")
         return prove_rows(orbit, progress)
-    check_whole("harmonics", harmonics, HARMONICS)
-    check_whole("parts", parts, PARTS_LIMITS)
-    check_whole("stretches", stretches, STRETCHES)
     given = given_orbit(orbit)
     tolerances = None if within is None else check_within(given.exciter, within)
     return prove_orbit(given, tolerances, harmonics, parts, largest, stretches)

@@ -8,15 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.proof.bifurcation import KINDS
-from vibropipe.proof.given import given_orbit
+from vibropipe.proof.given import Given, given_orbit
 from vibropipe.proof.statement import prove_critical, prove_orbit
-from vibropipe.solve.rebuild import exciter_of
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
-from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
+from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why, tally
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import count, share
 
@@ -48,12 +46,8 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
     attrs: Mapping[str, Any] = {}
     for done, index in enumerate(np.ndindex(*shape)):
         row = whole.isel(dict(zip(dims, index, strict=True)))
-        all_effects(vars(exciter_of(row)))
         proved, why, stable = Proved.UNDECIDED, Why.NOT_TRIED, ProvedStable.UNDECIDED
-        try:
-            given = given_orbit(row)
-        except ParameterError:
-            given = None
+        given = _orbit_of(row)
         if given is not None:
             proof = prove_orbit(given, None, 1, 1, False, 0)
             proved, why = Proved(int(proof["proved"])), Why(int(proof["why"]))
@@ -62,17 +56,11 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
             codes[name][index] = code
         if progress is not None:
             progress(done + 1, total)
-    at: Any = rows["bifurcation_point"].values if "bifurcation_point" in rows else []
-    # Orbits at a bifurcation are about to end, by rounding on either side: they are not counted.
-    counted = {name: np.delete(values, at) for name, values in codes.items()}
-    total = counted["why"].size
-    tried = int((counted["why"] != Why.NOT_TRIED).sum())
-    amount = int((counted["proved"] == Proved.PROVED).sum())
+    at = rows["bifurcation_point"].values if "bifurcation_point" in rows else np.empty(0, int)
+    amount, tried, others = tally(codes["proved"], codes["why"], at)
     statement = f"{share(amount, tried, 'orbit')} proved"
-    if tried < total:
-        statement += (
-            f"; {count(total - tried, 'row')} {'was' if total - tried == 1 else 'were'} not tried"
-        )
+    if others:
+        statement += f"; {count(others, 'row')} {'was' if others == 1 else 'were'} not tried"
     if "bifurcation" in rows.dims:
         found = proved_bifurcations(rows)
         verdicts = found["bifurcation_proved"][1]
@@ -87,6 +75,16 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
     return describe(xr.Dataset(variables, kept, {**told, "statement": f"{statement}."}))
 
 
+def _orbit_of(row: xr.Dataset) -> Given | None:
+    """Return the orbit of a row; None if it has none that is tried."""
+    try:
+        return given_orbit(row)
+    except ParameterError as error:
+        if error.name != "orbit":
+            raise
+        return None
+
+
 def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
     """Return which folds, flips and grazings of a branch are proved, and bounds of the parameter, NaN unless proved."""
     prefix = "bifurcation_"
@@ -97,9 +95,8 @@ def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
     for k, point in enumerate(branch["bifurcation_point"].values):
         if kinds[k] not in KINDS.values():
             continue
-        try:
-            given = given_orbit(whole.isel(point=int(point)))
-        except ParameterError:
+        given = _orbit_of(whole.isel(point=int(point)))
+        if given is None:
             continue
         proof = prove_critical(given, Bifurcation(int(kinds[k])), along)
         proved[k] = int(proof["proved"])

@@ -68,9 +68,9 @@ def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
 
 def with_row_proofs(rows: xr.Dataset) -> xr.Dataset:
     """Add to rows, without units, whether their orbits are proved; without python-flint, why they are not."""
-    from vibropipe.proof.rows import prove_rows
-
     try:
+        from vibropipe.proof.rows import prove_rows
+
         proof = prove_rows(rows, None)
     except ModuleNotFoundError as error:
         return rows.assign_attrs({REFUSED: f"{error}"})

@@ -22,7 +22,7 @@ from vibropipe.scenes.certificate import METHOD, proof_of
 from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why
+from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why, tally
 from vibropipe.words.wording import count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube
@@ -293,16 +293,9 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
         return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
     if "proved" not in dataset:
         return None
-    codes, why = dataset["proved"].values, dataset["why"].values
-    if "bifurcation_point" in dataset:  # an orbit there is about to end, by rounding on either side
-        at = dataset["bifurcation_point"].values
-        codes, why = np.delete(codes, at), np.delete(why, at)
-    tried = int((why != Why.NOT_TRIED).sum())
-    amount, wrong = (int((codes == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
-    parts = [f"{wrong:,} {'is' if wrong == 1 else 'are'} disproved"] if wrong else []
-    if codes.size > tried:
-        parts.append(
-            f"{count(codes.size - tried, 'row')} without impacts, with rests or without an orbit, not tried"
-        )
-    rest = f"{series(parts)}." if parts else ""
+    has_points = "bifurcation_point" in dataset
+    at = dataset["bifurcation_point"].values if has_points else np.empty(0, int)
+    amount, tried, others = tally(dataset["proved"].values, dataset["why"].values, at)
+    which = "without impacts, with rests or without an orbit"
+    rest = f"{count(others, 'row')} {which}, not tried." if others else ""
     return Answer(f"{share(amount, tried, 'orbit')} proved.", rest)

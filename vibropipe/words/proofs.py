@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+import numpy as np
+
 from vibropipe.words.designs import Reasoned
 
 BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
@@ -42,3 +44,13 @@ class Why(Reasoned):
     FAMILY = 5, "that the orbits of all parts are one family"
     PARTS = 6, "with the parts that were allowed"
     NOT_TRIED = 7, "since only orbits that strike a support and do not rest on one are tried"
+
+
+def tally(proved: np.ndarray, why: np.ndarray, left_out: np.ndarray) -> tuple[int, int, int]:
+    """Return how many rows are proved, were tried and were not tried, without those that are left out.
+
+    Orbits at a bifurcation are about to end, by rounding on either side: they are to be left out.
+    """
+    proved, why = (np.delete(codes, left_out) for codes in (proved, why))
+    tried = int((why != Why.NOT_TRIED).sum())
+    return int((proved == Proved.PROVED).sum()), tried, why.size - tried

@@ -6,11 +6,12 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.text import digits, format_number
 from vibropipe.report.exciter import values_text
-from vibropipe.scenes.basins.text import basin_answers, safety_table
+from vibropipe.scenes.basins.text import basin_answers, creep_answers, safety_table
 from vibropipe.scenes.sweep.answers import progress_answer
 from vibropipe.scenes.sweep.maps import has_negative, value_norm
 
@@ -71,3 +72,21 @@ def test_a_force_that_a_scene_leaves_out_is_zero_there(sweep):
     loaded = vp.steady_state(replace(ROBOT, load=-0.02))
     assert values_text("load", {"a": loaded}) == "−0.02"
     assert values_text("load", {"a": loaded, "b": sweep}) == "−0.02, 0"
+
+
+def test_a_housing_that_stays_is_not_said_to_creep():
+    letters = np.arange(2)
+    maps = xr.Dataset(
+        {
+            "basin_share": ("attractor_id", [0.6, 0.4]),
+            "housing_velocity_mean": ("attractor_id", [-1e-17, 0.0], {"units": "1"}),
+            "housing_velocity_max": ("attractor_id", [0.3, 0.0]),
+            "impacts_per_orbit": (("attractor_id", "support"), np.ones((2, 2), int)),
+        },
+        {"attractor_id": letters, "support": [1, 2]},
+    )
+    assert [each.lead for each in creep_answers(maps)] == ["On A and B the housing does not creep."]
+    moving = maps.assign(housing_velocity_mean=("attractor_id", [-1e-17, -0.02], {"units": "1"}))
+    moving["housing_velocity_max"][1] = 0.4
+    (told,) = creep_answers(moving)
+    assert told.lead == "The housing creeps on B with 0.02, against x."

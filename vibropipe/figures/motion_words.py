@@ -13,6 +13,20 @@ from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count
 
+# Of the largest speed of a housing: a mean that is rounding.
+NO_PROGRESS = 1e-9
+
+
+def way_of(mean: float, largest: float) -> str | None:
+    """Return which way a housing of some mean and largest speed creeps; None if it does not, or that is not known.
+
+    >>> way_of(0.1, 0.4), way_of(-0.1, 0.4), way_of(-1e-17, 0.4), way_of(0.0, 0.0)
+    ('along x', 'against x', None, None)
+    """
+    if not abs(mean) > NO_PROGRESS * largest:
+        return None
+    return "along x" if mean > 0 else "against x"
+
 
 def is_unstable(dataset: xr.Dataset) -> NDArray[np.bool_]:
     """Return where perturbations of orbits grow, in the shape of `stable`; a motion without an orbit has none."""

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import outwards
-from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
+from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word, way_of
 from vibropipe.figures.text import (
     digits,
     format_number,
@@ -148,20 +148,27 @@ def creep_answers(dataset: xr.Dataset) -> list[Answer]:
     """Write how fast each motion lets a housing creep, and which way; nothing where it is fixed."""
     if "housing_velocity_mean" not in dataset:
         return []
-    speeds = dataset["housing_velocity_mean"].sel(attractor_id=ordered(dataset))
-    known = speeds[np.isfinite(speeds.values)][:MAX_TOLD]
-    letters = letters_of(dataset)
-    one_way = bool((known.values > 0).all() or (known.values < 0).all())
-    ways = ["along x" if value > 0 else "against x" for value in known.values]
-    told = [
-        f"{letters[int(speed['attractor_id'])]} with {with_units(speed, digits(abs(float(speed))))}"
-        for speed in known
+    motions = dataset.sel(attractor_id=ordered(dataset))
+    speeds, letters = motions["housing_velocity_mean"], letters_of(dataset)
+    ways = [
+        way_of(float(mean), float(most))
+        for mean, most in zip(speeds, motions["housing_velocity_max"], strict=True)
     ]
-    if one_way:
-        told[-1] += f", {ways[-1]}"
+    known = [n for n in range(speeds.size) if np.isfinite(speeds.values[n])][:MAX_TOLD]
+    moving = [n for n in known if ways[n] is not None]
+    if not moving:
+        on = series([letters[int(speeds["attractor_id"][n])] for n in known])
+        return [Answer(f"On {on} the housing does not creep.")] if known else []
+    told = [
+        f"{letters[int(speeds['attractor_id'][n])]} with "
+        f"{with_units(speeds[n], digits(abs(float(speeds[n]))))}"
+        for n in moving
+    ]
+    if len({ways[n] for n in moving}) == 1:
+        told[-1] += f", {ways[moving[0]]}"
     else:
-        told = [f"{text} {way}" for text, way in zip(told, ways, strict=True)]
-    return [Answer(f"The housing creeps on {series(told)}.")] if told else []
+        told = [f"{text} {ways[n]}" for text, n in zip(told, moving, strict=True)]
+    return [Answer(f"The housing creeps on {series(told)}.")]
 
 
 def border_answer(dataset: xr.Dataset) -> Answer:

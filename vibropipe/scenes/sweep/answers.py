@@ -13,6 +13,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import between_text, only_between_text, rising_text
+from vibropipe.figures.motion_words import way_of
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
@@ -32,7 +33,6 @@ from vibropipe.words.wording import count, series
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
-NO_PROGRESS = 1e-9  # of the largest speed of a housing: a mean that is rounding
 MAX_LEAD = 110  # letters of what is bold
 DIGITS = 3
 OF_LINES = (
@@ -141,16 +141,15 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
     top, speed = largest(values), largest(of_orbits(dataset, "housing_velocity_max"))
     if top is None or speed is None:
         return None
-    if abs(float(top)) <= NO_PROGRESS * float(speed):
+    way = way_of(float(top), float(speed))
+    if way is None:
         return Answer("In no orbit does the housing creep.")
-    ways = ("along x", "against x") if float(top) > 0 else ("against x", "along x")
-    lead = (
-        f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {ways[0]}."
-    )
+    lead = f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {way}."
     back = largest(values.where(values * float(top) < 0))
     rises = rising_text(values, top, dims)
-    if back is not None and abs(float(back)) > NO_PROGRESS * float(speed):
-        return Answer(lead, f"It reaches {value_text(back, abs(back), DIGITS)} {ways[1]}.")
+    other = None if back is None else way_of(float(back), float(speed))
+    if back is not None and other is not None:
+        return Answer(lead, f"It reaches {value_text(back, abs(back), DIGITS)} {other}.")
     if rises:
         return Answer(lead, f"Its speed {rises.removeprefix('it ')}.")
     return Answer(lead, f"That is at {point_text(top, dims)}.")

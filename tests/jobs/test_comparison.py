@@ -54,7 +54,7 @@ def test_only_rows_of_both_are_compared(pair: tuple[xr.Dataset, xr.Dataset]) -> 
     one = pair[0].drop_dims("impact")
     found = compare_datasets(one, one.isel(nu=slice(2, None)))
     assert (found.rows, found.only, found.changes) == (6, (4, 0), [])
-    assert "6 rows in both, 4 in A alone, 0 in B alone" in as_lines(found)
+    assert "6 rows over nu, f in both, 4 in A alone, 0 in B alone" in as_lines(found)
 
 
 def test_values_within_their_errors_agree(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
@@ -99,3 +99,26 @@ def test_the_command_writes_a_table_and_pictures(
         assert (tmp_path / name).stat().st_size > 100
     assert "R1       0.7  0.69" in done.output
     assert (tmp_path / "c.csv").read_text().startswith("name,unit,rows,largest,relative,where")
+
+
+def test_rows_without_coordinates_are_compared_by_their_numbers() -> None:
+    one = vp.branch(replace(EXCITER, f=-0.6), "f", -0.5)
+    n = one.sizes["point"]
+    found = compare_datasets(one, one)
+    assert (found.over, found.rows, found.changes) == (["point"], n, [])
+    assert f"{n} rows over point in both, 0 in A alone, 0 in B alone" in as_lines(found)
+    moved = one.velocity_strobe.copy(deep=True)
+    moved[3] += 0.5
+    change = next(
+        each for each in compare_datasets(one, one.assign(velocity_strobe=moved)).changes
+        if each.name == "velocity_strobe"
+    )  # fmt: skip
+    assert (change.rows, change.where) == (1, "point 3")
+    regime = one.regime.copy(deep=True)
+    regime[2] = 5
+    assert compare_datasets(one, one.assign(regime=regime)).laws[0].startswith("point 2: ")
+    must = f"as many rows over point as A, {n}: they have numbers alone, got {n - 1}"
+    with pytest.raises(vp.ParameterError, match=must):
+        compare_datasets(one, one.isel(point=slice(1, None)))
+    with pytest.raises(vp.ParameterError, match="pictures are of sweeps"):
+        draw(one, one, found)

@@ -9,6 +9,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.physical import is_physical
 from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.wording import aligned, count
@@ -54,6 +55,8 @@ class Comparison(NamedTuple):
     settings : list of Setting
     study : list of str
         Lines of their studies that differ, each after - or +.
+    over : list of str
+        Dimensions of the rows.
     rows, only : int, (int, int)
         Rows in both, and in one of them alone.
     laws : list of str
@@ -68,6 +71,7 @@ class Comparison(NamedTuple):
 
     settings: list[Setting]
     study: list[str]
+    over: list[str]
     rows: int
     only: tuple[int, int]
     laws: list[str]
@@ -79,31 +83,17 @@ class Comparison(NamedTuple):
 def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
     """Compare two datasets of a scene: of two versions of a study or of the program.
 
-    Rows are those of equal coordinates.
+    Rows are those of equal coordinates, or of equal numbers over dimensions without coordinates.
 
     Raises
     ------
     ParameterError
-        If they have no row in common, or one is in SI and the other without units.
+        If they have no row in common, one is in SI and the other without units, or rows that are only numbered are not
+        as many.
     """
-    import xarray as xr
-
-    if ("m" in one.coords) != ("m" in two.coords):
-        must = "must have units as the other dataset has, or none as it"
-        raise ParameterError("B", "", must=must, got="")
-    swept = [", ".join(row_dims(data)) or "nothing" for data in (one, two)]
-    if swept[0] != swept[1]:
-        must = f"must have rows over {swept[0]}, as A has"
-        raise ParameterError("B", "", must=must, got=swept[1])
-    indexed = [str(name) for name in one.dims if name in one.indexes and name in two.indexes]
-    others = [name for name in {*one.dims, *two.dims} if name not in indexed]
-    first, second = xr.align(one, two, join="inner", exclude=others)
-    dims = [name for name in row_dims(one) if name in indexed]
+    first, second, dims = common_rows(one, two)
     sizes = [int(np.prod([data.sizes[name] for name in dims])) for data in (first, one, two)]
     rows, only = sizes[0], (sizes[1] - sizes[0], sizes[2] - sizes[0])
-    if not rows:
-        must = "must have rows in common with A"
-        raise ParameterError("B", "", must=must, got=f"none of {count(sizes[1], 'row')}")
     changes, same, left_out = [], 0, []
     for name in sorted({*map(str, one.data_vars), *map(str, two.data_vars)}):
         if name in (*LAW, *WORK) or name.endswith(ERROR):
@@ -119,9 +109,35 @@ def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
         same += change is None
     changes.sort(key=lambda change: -change.relative)
     return Comparison(
-        [*settings_of(one, two)], study_lines(one, two), rows, only,
+        [*settings_of(one, two)], study_lines(one, two), dims, rows, only,
         [*laws_of(first, second, dims)], changes, same, left_out,
     )  # fmt: skip
+
+
+def common_rows(one: xr.Dataset, two: xr.Dataset) -> tuple[xr.Dataset, xr.Dataset, list[str]]:
+    """Return the rows that both datasets have, and their dimensions."""
+    import xarray as xr
+
+    if is_physical(one) != is_physical(two):
+        must = "must have units as the other dataset has, or none as it"
+        raise ParameterError("B", "", must=must, got="")
+    swept = [", ".join(row_dims(data)) or "nothing" for data in (one, two)]
+    if swept[0] != swept[1]:
+        must = f"must have rows over {swept[0]}, as A has"
+        raise ParameterError("B", "", must=must, got=swept[1])
+    dims = row_dims(one)
+    indexed = [name for name in one.dims if name in one.indexes and name in two.indexes]
+    for name in dims:
+        if name not in indexed and one.sizes[name] != two.sizes[name]:
+            must = f"must have as many rows over {name} as A, {one.sizes[name]:,}: they have numbers alone"
+            raise ParameterError("B", "", must=must, got=f"{two.sizes[name]:,}")
+    others = [name for name in {*one.dims, *two.dims} if name not in indexed]
+    first, second = xr.align(one, two, join="inner", exclude=others)
+    if not all(first.sizes[name] for name in dims):
+        must = "must have rows in common with A"
+        had = count(int(np.prod([one.sizes[name] for name in dims])), "row")
+        raise ParameterError("B", "", must=must, got=f"none of {had}")
+    return first, second, dims
 
 
 def row_dims(dataset: xr.Dataset) -> list[str]:
@@ -173,19 +189,25 @@ def change_of(one: xr.Dataset, two: xr.Dataset, name: str, dims: list[str]) -> C
     differs = is_other | (abs(moved) > errors + SHARE * scale)
     if not bool(differs.any()):
         return None
-    own = [str(dim) for dim in differs.dims if dim not in dims]
+    own = [str(dim) for dim in differs.dims if dim not in dims and {*dims} & {*differs.dims}]
     size = abs(moved).where(differs).fillna(0.0)
     place = size if bool(size.any()) else is_other
-    at = place.isel({str(k): int(v) for k, v in place.argmax(...).items()}) if place.ndim else place
-    where = ", ".join(
-        f"{dim} = {value_of(at[dim])}" for dim in map(str, differs.dims) if dim in at.coords
-    )
+    at = {str(k): int(v) for k, v in place.argmax(...).items()} if place.ndim else {}
+    where = place_text(one, {str(dim): at[str(dim)] for dim in differs.dims})
     largest = float(size.max())
     unit = plain_units(values[0].attrs.get("units", "1"))
     return Change(
         name, "" if unit == "1" else unit, int(differs.any(own).sum()), largest,
         largest / scale if scale else 0.0, where,
     )  # fmt: skip
+
+
+def place_text(dataset: xr.Dataset, at: dict[str, int]) -> str:
+    """Write where a value stands: by coordinates, or by its number over dimensions without."""
+    return ", ".join(
+        f"{name} = {value_of(dataset[name][n])}" if name in dataset.coords else f"{name} {n}"
+        for name, n in at.items()
+    )
 
 
 def difference(one: xr.Dataset, two: xr.Dataset, name: str) -> tuple[xr.DataArray, float]:
@@ -208,17 +230,15 @@ def laws_of(one: xr.Dataset, two: xr.Dataset, dims: list[str]) -> Iterator[str]:
         return
     for index in np.argwhere(changed.values):
         at = dict(zip(map(str, changed.dims), map(int, index), strict=True))
-        place = ", ".join(f"{name} = {value_of(one[name][n])}" for name, n in at.items())
+        place = place_text(one, at)
         before, after = (law_text(data.isel(at)) for data in (one, two))
         yield f"{place}: {before} -> {after}" if place else f"{before} -> {after}"
 
 
 def changed_laws(one: xr.Dataset, two: xr.Dataset) -> xr.DataArray | None:
-    """Return in which rows the laws of motion differ; None of data without laws, or not over coordinates."""
+    """Return in which rows the laws of motion differ; None of data without laws."""
     kept = [name for name in LAW if name in one and name in two]
     if "regime" not in kept or one["regime"].shape != two["regime"].shape:
-        return None
-    if any(dim not in one.indexes for dim in one["regime"].dims):
         return None
     changed = one["regime"] != two["regime"]
     is_orbit = one["regime"] < Regime.APERIODIC
@@ -246,7 +266,8 @@ def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
         lines += aligned([("setting", "A", "B"), *found.settings])
     if found.study:
         lines += ["", "study (- A, + B)", *cut(found.study, most)]
-    rows = f"{count(found.rows, 'row')} in both"
+    over = f" over {', '.join(found.over)}" if found.over else ""
+    rows = f"{count(found.rows, 'row')}{over} in both"
     lines += ["", f"{rows}, {found.only[0]:,} in A alone, {found.only[1]:,} in B alone"]
     lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} differ")
     lines += cut([f"  {law}" for law in found.laws], most)
@@ -289,14 +310,11 @@ def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
     """
     from vibropipe.figures.comparison import draw_curve, draw_map
 
-    dims = row_dims(one)
-    if len(dims) not in (1, 2) or any(one[dim].dtype.kind not in "iuf" for dim in dims):
+    first, second, dims = common_rows(one, two)
+    has_axes = all(dim in one.indexes and one[dim].dtype.kind in "iuf" for dim in dims)
+    if len(dims) not in (1, 2) or not has_axes:
         must = "must be a table, .csv: pictures are of sweeps over one or two parameters"
         raise ParameterError("output", "", must=must, got="")
-    import xarray as xr
-
-    others = [name for name in {*one.dims, *two.dims} if name not in one.indexes]
-    first, second = xr.align(one, two, join="inner", exclude=others)
     scalars = [
         each.name for each in found.changes if {*first[each.name].dims} <= {*dims, "support"}
         and {*dims} <= {*first[each.name].dims}

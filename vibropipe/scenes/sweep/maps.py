@@ -57,8 +57,8 @@ PANEL_CM, LOW_PANEL_CM, BAR_CM = 3.2, 2.5, 1.15
 MAX_PANELS, MANY_PANELS = 12, 8
 NO_VALUE = 1
 # Negative values from this share of the scale on are striped, so that grey tells them from positive ones.
-ROUNDING = 1e-9  # of the largest value
 STRIPED_FROM = 0.2
+ROUNDING = 1e-9  # of the largest value
 
 
 def draw_regime_map(dataset: xr.Dataset) -> Figure:
@@ -173,7 +173,7 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
         )
         plain_ticks(bar.ax.yaxis, 5)
         extend(bar.ax, values, norms[each.name])
-        if (norms[each.name].vmin or 0.0) < 0.0:
+        if has_both_signs(norms[each.name]):
             stripe(bar.ax, norms[each.name])
         write_titles(ax, fitted_title(dataset, each, place.width + BAR_CM - 0.2), title)
     return figure
@@ -185,7 +185,7 @@ def draw_values(
     """Draw a quantity, hatched and named where it has no value, with the outlines of these rows and of chaos."""
     edges = edges_of(part, x, y)
     values = series.of(part).transpose(y, x).values
-    is_signed = (norm.vmin or 0.0) < 0.0
+    is_signed = has_both_signs(norm)
     colours = SIGNED if is_signed else MAGNITUDES
     drawn = ax.pcolormesh(
         *edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, rasterized=True
@@ -220,9 +220,14 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     return Normalize(-high if is_signed else 0.0, high)
 
 
+def has_both_signs(norm: Normalize) -> bool:
+    """Return whether a scale has a negative part."""
+    return (norm.vmin or 0.0) < 0.0
+
+
 def has_negative(dataset: xr.Dataset, name: str) -> bool:
     """Return whether the scale of a quantity has a negative part."""
-    return bool((value_norm(dataset, name).vmin or 0.0) < 0.0)
+    return has_both_signs(value_norm(dataset, name))
 
 
 def stripe(ax: Axes, norm: Normalize) -> None:

@@ -268,3 +268,11 @@ def eigenvalues_of_three(derivative, coupling):
     if abs(three) > abs(one):
         return three, one, two
     return (one, three, two) if abs(three) > abs(two) else (one, two, three)
+
+
+@jit
+def eigenvalues_of_cubic(trace, minors, determinant):
+    """Return the roots of mu^3 - trace mu^2 + minors mu - determinant, the largest modulus first."""
+    # Those of a companion matrix.
+    companion = trace, -minors, 1.0, 0.0
+    return eigenvalues_of_three(companion, Coupling(determinant, 0.0, 0.0, 1.0, 0.0))

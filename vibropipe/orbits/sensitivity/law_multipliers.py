@@ -13,7 +13,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import FORM, HELD, RESTING
-from vibropipe.orbits.housing_jacobian import Coupling, eigenvalues_of_three
+from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.determinants import (
     less_inverse_times,
     return_map_of_three,
@@ -170,9 +170,7 @@ def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
 def write_three(e, values, orbit, m, out, row, none, beside, slopes) -> None:
     """Write the derivatives of three multipliers, roots of a cubic; arguments as for `write_multiplier_derivatives`."""
     trace, minors, determinant, _zero = orbit.return_map
-    roots = eigenvalues_of_three(
-        (trace, -minors, 1.0, 0.0), Coupling(determinant, 0.0, 0.0, 1.0, 0.0)
-    )
+    roots = eigenvalues_of_cubic(trace, minors, determinant)
     length, nu = m * forcing_period(row_parameters(values, 0)), values[0, INDICES[NU]]
     for j in range(orbit.columns.size):
         k = orbit.columns[j]

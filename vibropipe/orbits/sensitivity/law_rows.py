@@ -296,21 +296,25 @@ def with_errors_of_pieces(
     pieces : PieceLog
     contacts : int
         Columns of the contacts with soft supports, 0 if they are not wanted.
+
+    Notes
+    -----
+    Errors are not known beside a housing that slides: there rows gain derivatives alone.
     """
-    n = rows.impact_position.size
-    room = rows._replace(
-        e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
-    )
+    n, has_derivatives = rows.impact_position.size, rows.d_section.size > 0
+    if effects.housing is not None and not has_derivatives:
+        return rows
+    room = rows
+    if effects.housing is None:
+        room = rows._replace(
+            e_row=np.full((len(parameters), ERRORS), np.nan), e_impacts=np.full((n, 2), np.nan)
+        )
     if contacts:
         room = room._replace(contacts=np.full((n, contacts), np.nan))
-    has_derivatives = rows.d_section.size > 0
     if has_derivatives:
         room = with_impact_derivatives(room)
     has_contacts = effects.soft is not None and effects.housing is None
     write_rows(effects, parameters, room, pieces, room.contacts if has_contacts else None)
-    if effects.housing is not None:
-        # Errors are not known beside a housing that slides.
-        room = room._replace(e_row=rows.e_row, e_impacts=rows.e_impacts)
     if not has_derivatives or effects.second_harmonic is not None:
         return room
     return without_second(room)

@@ -146,10 +146,6 @@ def write_held(support, out, row) -> None:
             out.d_energy[row, :, k] = 0.0
 
 
-# No output is called so.
-NEVER = "never"
-
-
 def new_derivatives(
     n: int,
     harmonics: int,
@@ -195,7 +191,7 @@ def new_derivatives(
         "d_multipliers": unknown("stability", 2 if housing is None else 3, dtype=complex),
         "d_exponent": unknown("lyapunov"),
         "d_energy": unknown("energy", (5 if pieces else 4) if housing is None else N_ENERGIES - 1),
-        "d_housing": unknown("" if housing is not None else NEVER, 3),
+        "d_housing": unknown("", 3 if housing is not None else 0),
         "d_velocity_max": unknown("impacts", 2),
         "d_impacts": np.empty((0, 2, parameters)),
     }

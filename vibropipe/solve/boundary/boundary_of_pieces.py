@@ -12,7 +12,7 @@ from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
-from vibropipe.orbits.housing_jacobian import Coupling, eigenvalues_of_three
+from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
@@ -96,9 +96,7 @@ def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:
             determinant * determinant,
         )
     if width > 2:
-        # Those of a companion matrix.
-        derivative, coupling = (trace, -minors, 1.0, 0.0), Coupling(determinant, 0.0, 0.0, 1.0, 0.0)
-        return np.array(eigenvalues_of_three(derivative, coupling))
+        return np.array(eigenvalues_of_cubic(trace, minors, determinant))
     return np.array(floquet_multipliers(trace, -determinant, 1.0, 0.0))
 
 

@@ -117,12 +117,11 @@ def solve_branch_of_pieces(
     out = new_rows(n, harmonics, outputs, listed, effects)
     write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
     rows = compact_impacts(out)
-    if effects.housing is None or "sensitivity" in outputs:
-        is_soft = has_soft_support(columns_of(parameters))
-        rows = with_errors_of_pieces(
-            rows, parameters, effects, march_room[0].pieces,
-            contact_columns(outputs) if is_soft and effects.housing is None else 0,
-        )  # fmt: skip
+    is_soft = has_soft_support(columns_of(parameters))
+    rows = with_errors_of_pieces(
+        rows, parameters, effects, march_room[0].pieces,
+        contact_columns(outputs) if is_soft and effects.housing is None else 0,
+    )  # fmt: skip
     add_load(rows, parameters[:, LOAD])
     return rows if "impacts" in computed(outputs) else without_impacts(rows)
 

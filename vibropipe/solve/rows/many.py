@@ -154,9 +154,7 @@ class _Solver:
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
-        if self.effects.housing is not None and "sensitivity" not in self.outputs:
-            rows = compact
-        elif pieces[0] is not None:
+        if pieces[0] is not None:
             rows = with_errors_of_pieces(compact, values, self.effects, pieces[0], self.contacts)
         else:
             rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)

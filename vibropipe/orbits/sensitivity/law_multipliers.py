@@ -58,40 +58,64 @@ def difference_step(e, p, orbit, j, size):
 
 
 @jit
-def fill_slopes(e, values, orbit, j, none, beside, slopes) -> None:
-    """Fill the derivatives of the blocks by column j, in `slopes`; `beside` are work arrays, none : (0,) int64.
+def weight_of(factor):
+    """Return the weight of f(factor step) in step f'(0): (f(-2) - 8 f(-1) + 8 f(1) - f(2)) / 12."""
+    return (8.0 if abs(factor) == 1 else -2.0) / (12.0 * factor)
 
-    values : (1, parameters) float, changed and restored
+
+@jit
+def fill_moved(e, values, orbit, j, moved, none, u, beside) -> None:
+    """Fill the blocks of the orbit whose parameter of column j is larger by `moved`; none : (0,) int64.
+
+    values : (1, parameters) float, changed and restored; u : (n, width) float, work space
     """
-    index = INDICES[orbit.columns[j]]
-    own, p, (n, width) = values[0, index], row_parameters(values, 0), orbit.u.shape
-    step = difference_step(e, p, orbit, j, max(abs(own), 0.1 * min(1.0, p.l)))
+    index, (n, width) = INDICES[orbit.columns[j]], orbit.u.shape
+    own = values[0, index]
+    values[0, index] = own + moved
+    for i in range(n):
+        for part in range(width):
+            u[i, part] = orbit.u[i, part] + moved * orbit.du[i, part, j]
+    fill_blocks(e, row_parameters(values, 0), orbit.law, u, none, beside)
+    values[0, index] = own
+
+
+@jit
+def step_of(e, values, orbit, j):
+    """Return the step of the differences by column j."""
+    p = row_parameters(values, 0)
+    size = max(abs(values[0, INDICES[orbit.columns[j]]]), 0.1 * min(1.0, p.l))
+    return difference_step(e, p, orbit, j, size)
+
+
+@jit
+def fill_slopes(e, values, orbit, j, none, beside, slopes) -> None:
+    """Fill the derivatives of the blocks by column j, in `slopes`; arguments as for `fill_moved`."""
+    step = step_of(e, values, orbit, j)
     slopes.before[:] = 0.0
     slopes.at[:] = 0.0
-    for factor in range(-2, 3):
-        if factor == 0:
-            continue
-        moved = factor * step
-        values[0, index] = own + moved
-        for i in range(n):
-            for part in range(width):
-                slopes.rest[i, part] = orbit.u[i, part] + moved * orbit.du[i, part, j]
-        fill_blocks(e, row_parameters(values, 0), orbit.law, slopes.rest, none, beside)
-        # (f(-2) - 8 f(-1) + 8 f(1) - f(2)) / 12
-        weight = (8.0 / factor if abs(factor) == 1 else -2.0 / factor) / (12.0 * step)
-        if e.housing is not None:
-            # All that is wanted of three rows: derivatives of trace, principal minors and determinant.
-            matrix, minors, determinant = return_map_of_three(beside.before, beside.at)
-            slopes.before[0, 0, 0] += weight * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2])
-            slopes.before[0, 0, 1] += weight * minors
-            slopes.before[0, 0, 2] += weight * determinant
-            continue
-        for i in range(n):
+    for factor in (-2, -1, 1, 2):
+        fill_moved(e, values, orbit, j, factor * step, none, slopes.rest, beside)
+        weight = weight_of(factor) / step
+        for i in range(orbit.u.shape[0]):
             for row in range(2):
                 for c in range(2):
                     slopes.before[i, row, c] += weight * beside.before[i, row, c]
                     slopes.at[i, row, c] += weight * beside.at[i, row, c]
-    values[0, index] = own
+
+
+@jit
+def slopes_of_invariants(e, values, orbit, j, none, beside, u):
+    """Return the derivatives by column j of trace, principal minors and determinant of three rows."""
+    step = step_of(e, values, orbit, j)
+    by_trace, by_minors, by_last = 0.0, 0.0, 0.0
+    for factor in (-2, -1, 1, 2):
+        fill_moved(e, values, orbit, j, factor * step, none, u, beside)
+        matrix, minors, determinant = return_map_of_three(beside.before, beside.at)
+        weight = weight_of(factor) / step
+        by_trace += weight * (matrix[0, 0] + matrix[1, 1] + matrix[2, 2])
+        by_minors += weight * minors
+        by_last += weight * determinant
+    return by_trace, by_minors, by_last
 
 
 @jit
@@ -140,10 +164,11 @@ def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
     row : int
     """
     n, none = orbit.u.shape[0], np.zeros(0, np.int64)
-    beside, slopes = new_blocks(n, 0, e.housing), new_blocks(n, 0, e.housing)
+    beside = new_blocks(n, 0, e.housing)
     if e.housing is not None:
-        write_three(e, values, orbit, m, out, row, none, beside, slopes)
+        write_three(e, values, orbit, m, out, row, none, beside)
         return
+    slopes = new_blocks(n, 0, e.housing)
     first, second = floquet_multipliers(*orbit.return_map)
     # A rest erases all perturbations.
     is_erased, difference = first == 0.0, first - second
@@ -166,17 +191,15 @@ def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
                 out.d_exponent[row, k] += math.log(abs(first)) / (length * nu)
 
 
-@jit
-def write_three(e, values, orbit, m, out, row, none, beside, slopes) -> None:
+@jit_allocating
+def write_three(e, values, orbit, m, out, row, none, beside) -> None:
     """Write the derivatives of three multipliers, roots of a cubic; arguments as for `write_multiplier_derivatives`."""
-    trace, minors, determinant, _zero = orbit.return_map
-    roots = eigenvalues_of_cubic(trace, minors, determinant)
+    trace, minors, determinant = orbit.invariants
+    roots, u = eigenvalues_of_cubic(trace, minors, determinant), np.empty(orbit.u.shape)
     length, nu = m * forcing_period(row_parameters(values, 0)), values[0, INDICES[NU]]
     for j in range(orbit.columns.size):
         k = orbit.columns[j]
-        fill_slopes(e, values, orbit, j, none, beside, slopes)
-        by = slopes.before[0, 0]
-        by_trace, by_minors, by_last = by[0], by[1], by[2]
+        by_trace, by_minors, by_last = slopes_of_invariants(e, values, orbit, j, none, beside, u)
         for which in range(3):
             root = roots[0] if which == 0 else roots[1] if which == 1 else roots[2]
             slope = (3.0 * root - 2.0 * trace) * root + minors

@@ -88,7 +88,9 @@ class VariedOrbit(NamedTuple):
     columns : (k,) int64
         The parameters.
     return_map : tuple of 4 floats
-        Derivative of the return map of the section; with a housing its trace, principal minors, determinant, and 0.
+        Derivative of the return map of the section by displacement and velocity.
+    invariants : tuple of 3 floats
+        Trace, sum of principal minors and determinant of that derivative, with a housing of its three rows.
     """
 
     law: Law
@@ -97,6 +99,7 @@ class VariedOrbit(NamedTuple):
     blocks: Blocks
     columns: np.ndarray
     return_map: tuple[float, float, float, float]
+    invariants: tuple[float, float, float]
 
 
 @jit_allocating
@@ -241,12 +244,14 @@ def vary_orbit(e, p, pieces, m, closing, columns):
         trace = matrix[0, 0] + matrix[1, 1] + matrix[2, 2]
         determinant = 1.0 - trace + minors - last
         scale = 1.0 + abs(trace) + abs(minors) + abs(last)
-        varied = VariedOrbit(law, u, du, blocks, columns, (trace, minors, last, 0.0))
+        own = matrix[0, 0], matrix[0, 1], matrix[1, 0], matrix[1, 1]
+        varied = VariedOrbit(law, u, du, blocks, columns, own, (trace, minors, last))
         return varied, is_smooth and abs(determinant) > SINGULAR * scale
-    (m11, m12, m21, m22), _determinant = return_map(blocks)
+    (m11, m12, m21, m22), last = return_map(blocks)
     determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
     scale = 1.0 + abs(m11 + m22) + abs(m11 * m22 - m12 * m21)
-    varied = VariedOrbit(law, u, du, blocks, columns, (m11, m12, m21, m22))
+    own, invariants = (m11, m12, m21, m22), (m11 + m22, last, 0.0)
+    varied = VariedOrbit(law, u, du, blocks, columns, own, invariants)
     return varied, is_smooth and abs(determinant) > SINGULAR * scale
 
 

@@ -31,7 +31,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused
-from vibropipe.scenes.keys.proofs import check_covered
+from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -239,7 +239,7 @@ def plan(scene: BranchScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=points * SECONDS_PER_POINT * slowness(scene),
+        seconds=points * (SECONDS_PER_POINT * slowness(scene) + scene.prove * ROW_SECONDS),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
         is_foreseen=False,
     )

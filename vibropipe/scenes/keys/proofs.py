@@ -19,7 +19,7 @@ from vibropipe.words.proofs import BOXED
 
 CERTIFICATE = "certificate"  # its picture
 ONE_SECONDS, BOX_SECONDS = 0.1, 0.4  # of an exciter, and of each parameter that may be off
-ROW_SECONDS = 0.03  # of a row of a sweep
+ROW_SECONDS = 0.03  # of a row of a sweep, or of a point of a branch
 
 
 class Prove(StudyModel):

@@ -14,7 +14,7 @@ from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
 from vibropipe.solve.design.pareto import STEPS, front, undominated
-from vibropipe.solve.design.problem import Problem
+from vibropipe.solve.design.problem import Problem, directions
 from vibropipe.solve.design.scatter import (
     LEAST_YIELD,
     assumed_scatter,
@@ -45,21 +45,6 @@ if TYPE_CHECKING:
 # Distances tried along each direction, in shares of the ranges, then bisections of the first change.
 DISTANCES = np.geomspace(1e-4, 1.0, 17)
 BISECTIONS = 8
-# Directions beside those of the axes, for each varied parameter.
-DIRECTIONS = 6
-
-
-def directions(k: int) -> np.ndarray:
-    """Return unit vectors (n, k): along each axis both ways, then of low discrepancy."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    axes = np.vstack([np.eye(k), -np.eye(k)])
-    if k == 1:
-        return axes
-    points = qmc.Halton(k, scramble=False).random(DIRECTIONS * k + 1)[1:]
-    scattered = ndtri(points)
-    return np.vstack([axes, scattered / np.linalg.norm(scattered, axis=1, keepdims=True)])
 
 
 def law_margin(problem: Problem, share: np.ndarray) -> float:
@@ -157,7 +142,8 @@ def design(
         and by `law_margin`; a front in the order of the first quantity. If none is met, those that miss least.
 
         With `tolerance` or `allow` they are ranked by `yield`, then by `reliability_index`; with a quantity to be
-        least, or a curve, by that among yields of the same whole per cent. Designs are then moved inside their bounds
+        least, or a curve, by that among yields of the same whole per cent. Designs are sought first among those that
+        keep their law within three standard deviations of parameters, and then moved inside their bounds
         by four standard deviations of the quantity, or by two or one if there is no more room; one that stays within a
         tenth of one is left out if there are others. A front is sought among points that keep as many deviations, and
         has only designs that half of the parts keep at least, if there are any.

@@ -14,13 +14,30 @@ from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
 from vibropipe.solve.rows.many import Start
 from vibropipe.solve.rows.named import SENSITIVITY, Named, harmonics_of, outputs_of
-from vibropipe.solve.rows.points import Points, solve_points, within_ranges
+from vibropipe.solve.rows.points import Points, clipped, solve_points, within_ranges
 from vibropipe.words.outputs import OUTPUTS
 
 # The output of derivatives.
 OUTPUT = "sensitivity"
+# Outputs that tell the law of a motion and whether it is stable.
+OF_LAW = ("impacts", "stability")
+# Directions beside those of the axes, for each parameter.
+DIRECTIONS = 6
 # No part of any sample misses a goal below this logarithm of the share that does: limits are ten deviations away.
 LEAST_LOG_LOSS = -50.0
+
+
+def directions(k: int) -> np.ndarray:
+    """Return unit vectors (n, k): along each axis both ways, then of low discrepancy."""
+    from scipy.special import ndtri
+    from scipy.stats import qmc
+
+    axes = np.vstack([np.eye(k), -np.eye(k)])
+    if k == 1:
+        return axes
+    points = qmc.Halton(k, scramble=False).random(DIRECTIONS * k + 1)[1:]
+    scattered = ndtri(points)
+    return np.vstack([axes, scattered / np.linalg.norm(scattered, axis=1, keepdims=True)])
 
 
 @dataclass(frozen=True)
@@ -44,6 +61,8 @@ class Problem:
         Standard deviations of parameters that parts scatter by: given, or assumed; none if yields are not asked for.
     margins : (bounds,) array, optional
         How far inside each bound a quantity is to be.
+    reach : float
+        Standard deviations of `scatter` up to which the motions around a design are to have its law.
     """
 
     exciter: Exciter
@@ -55,6 +74,7 @@ class Problem:
     allow: Mapping[str, float] = field(default_factory=dict)
     scatter: Mapping[str, float] = field(default_factory=dict)
     margins: np.ndarray | None = None
+    reach: float = 0.0
 
     @cached_property
     def columns(self) -> list[int]:
@@ -147,6 +167,20 @@ class Problem:
         scaled = slopes * np.array([self.tolerance[each] for each in of])
         std: np.ndarray = np.linalg.norm(scaled, axis=1)
         return std
+
+    def keeps_law_around(self, parameters: np.ndarray, laws: np.ndarray) -> np.ndarray:
+        """Return where motions `reach` deviations around parameters (n, p), in many directions, have laws (n, 4)."""
+        n = len(parameters)
+        if not self.reach or not n:
+            return np.ones(n, bool)
+        columns = [Parameters._fields.index(name) for name in self.scatter]
+        moves = directions(len(columns)) * np.array(list(self.scatter.values()))
+        rows = np.repeat(parameters, len(moves), axis=0)
+        rows[:, columns] += self.reach * np.tile(moves, (n, 1))
+        points = solve_points(clipped(rows), (self.x0, self.v0), OF_LAW, 1)
+        same = (points.laws == np.repeat(laws, len(moves), axis=0)).all(axis=1)
+        kept: np.ndarray = (points.is_stable & same).reshape(n, -1).all(axis=1)
+        return kept
 
     def _log_loss(self, points: Points) -> np.ndarray:
         """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does."""

@@ -86,7 +86,11 @@ class Search:
         problem = self.problem
         parameters = problem.parameters(share[None])[0]
         point, values, jacobian = problem.linearised(parameters, self.state, problem.columns)
-        valid = bool(problem.is_valid(point, values[None])[0] and (point.laws[0] == self.law).all())
+        valid = bool(
+            problem.is_valid(point, values[None])[0]
+            and (point.laws[0] == self.law).all()
+            and problem.keeps_law_around(parameters[None], self.law[None])[0]
+        )
         trial = Trial(share, values, jacobian * problem.width, point.states[0], valid)
         self._tried[key] = trial
         if valid:

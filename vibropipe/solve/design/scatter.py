@@ -170,7 +170,8 @@ def moved_inside(
                 return found
             # A little more, so that a deviation that grows on the way does not undo the move.
             needed = 1.01 * reach * deviations(problem, found)
-            found = _led_to(replace(problem, margins=needed), found, limits)
+            aimed = replace(problem, margins=needed, reach=candidate.reach)
+            found = _led_to(aimed, found, limits)
             if found is None:
                 break
     return candidate

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 
@@ -18,6 +18,8 @@ from vibropipe.words.progress import WorkCount
 # designs, in shares of the ranges.
 ROUNDS, REFINED = 3, 12
 MIN_SAMPLE_DISTANCE, MIN_DESIGN_DISTANCE = 0.08, 0.02
+# Standard deviations around a design within which it is to keep its law, if that can be had.
+LAW_REACH = 3.0
 # A design reached from the start has the quantities of the search within this share of their scales.
 SAME = 1e-7
 # Searches that end this near to each other, in shares of the ranges, have found one design.
@@ -28,13 +30,17 @@ AT_END = 1e-5
 
 @dataclass(frozen=True, eq=False)
 class Candidate:
-    """A design: its point, quantities as `Problem.read` returns them, law of motion, and how it ended."""
+    """A design: its point, quantities as `Problem.read` returns them, law of motion, and how it ended.
+
+    `reach` is that of the problem with which it was sought.
+    """
 
     share: np.ndarray
     values: np.ndarray
     state: np.ndarray
     law: np.ndarray
     result: DesignResult
+    reach: float = 0.0
 
     @property
     def is_met(self) -> bool:
@@ -51,6 +57,10 @@ class Samples:
     state: np.ndarray
     law: np.ndarray
     reliability: np.ndarray
+
+    def chosen(self, rows: Sequence[int] | np.ndarray) -> Samples:
+        """Return some of the samples."""
+        return Samples(*(getattr(self, name)[list(rows)] for name in vars(self)))
 
     def joined(self, other: Samples) -> Samples:
         """Return both sets, one after the other."""
@@ -76,8 +86,8 @@ def find_candidates(problem: Problem, n_samples: int, steps: WorkCount) -> list[
         fresh = sample(problem, n_samples, turn)
         samples = fresh if samples is None else samples.joined(fresh)
         steps.add(REFINED)
-        for index in seeds(problem, fresh, REFINED):
-            candidate = refined(problem, fresh, index)
+        for begin in begins(problem, fresh):
+            candidate = refined(problem, begin)
             candidates += [candidate] if candidate is not None else []
             steps.add()
         if any(candidate.is_met for candidate in candidates):
@@ -119,6 +129,20 @@ def solved(problem: Problem, share: np.ndarray, among_parts: bool = False) -> Sa
     return Samples(
         share[valid], values[valid], points.states[valid], points.laws[valid], reliability[valid]
     )
+
+
+def begins(problem: Problem, samples: Samples) -> list[Samples]:
+    """Return the samples that are refined, one by one.
+
+    If parts scatter, those that keep their law within LAW_REACH deviations come first.
+    """
+    found: list[Samples] = []
+    if problem.scatter and not problem.goals.of_yield:
+        aimed = replace(problem, reach=LAW_REACH)
+        kept = aimed.keeps_law_around(problem.parameters(samples.share), samples.law)
+        safe = samples.chosen(np.flatnonzero(kept))
+        found = [safe.chosen([n]) for n in seeds(problem, safe, REFINED)]
+    return found + [samples.chosen([n]) for n in seeds(problem, samples, REFINED - len(found))]
 
 
 def seeds(problem: Problem, samples: Samples, most: int) -> list[int]:
@@ -166,7 +190,7 @@ def distinct_points(
 ) -> list[int]:
     """Return the numbers of points, in their order, without those near an earlier one of the same law."""
     kept: list[int] = []
-    for n in range(len(share)):
+    for n in range(len(share) if most else 0):
         near = (np.abs(share[kept] - share[n]).max(axis=1, initial=0.0) < distance) & (
             law[kept] == law[n]
         ).all(axis=1)
@@ -177,9 +201,17 @@ def distinct_points(
     return [int(numbers[n]) for n in kept]
 
 
-def refined(problem: Problem, samples: Samples, index: int) -> Candidate | None:
-    """Return the design that a sample leads to; None if the motion from the start is another one."""
-    search = Search(problem, samples.share[index], samples.state[index], samples.law[index])
+def refined(problem: Problem, sample: Samples) -> Candidate | None:
+    """Return the design that one sample leads to; None if the motion from the start is another one.
+
+    If parts scatter, it is sought among those that keep their law within LAW_REACH deviations, and among all where that
+    leads to none.
+    """
+    if problem.scatter and not problem.reach and not problem.goals.of_yield:
+        safe = refined(replace(problem, reach=LAW_REACH), sample)
+        if safe is not None and safe.is_met:
+            return safe
+    search = Search(problem, sample.share[0], sample.state[0], sample.law[0])
     if not search.last.valid:
         return None
     trial = search.meet()
@@ -199,7 +231,8 @@ def checked(problem: Problem, search: Search, trial: Trial) -> Candidate | None:
     if (np.abs(problem.difference(values[0], trial.values)) > SAME * scales).any():
         return None
     result = result_of(problem, search, trial.share, values[0])
-    return Candidate(trial.share, values[0], points.states[0], search.law, result)
+    share, state = trial.share, points.states[0]
+    return Candidate(share, values[0], state, search.law, result, problem.reach)
 
 
 def result_of(

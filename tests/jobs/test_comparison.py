@@ -122,3 +122,14 @@ def test_rows_without_coordinates_are_compared_by_their_numbers() -> None:
         compare_datasets(one, one.isel(point=slice(1, None)))
     with pytest.raises(vp.ParameterError, match="pictures are of sweeps"):
         draw(one, one, found)
+
+
+def test_codes_differ_without_a_size(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
+    one = pair[0]
+    stable = one.stable.copy(deep=True)
+    stable[0, 0] = 1 - stable[0, 0]
+    found = compare_datasets(one, one.assign(stable=stable))
+    (change,) = found.changes
+    assert (change.name, change.rows) == ("stable", 1)
+    assert np.isnan(change.largest)
+    assert any("another code" in line for line in as_lines(found))

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import difflib
+import math
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -24,7 +25,14 @@ SHARE = 1e-9
 LAW = ("regime", "period_multiple", "impacts_per_orbit")
 TOLD = ("title", "method", "effects", "start", "follow", "version", "git_commit", "kernel_hash")
 # How a row was computed, which tells nothing of its motion.
-WORK = ("residual", "periods_to_settle", "window_periods", "row_size", "base_frequency")
+WORK = (
+    "residual",
+    "power_residual",
+    "periods_to_settle",
+    "window_periods",
+    "row_size",
+    "base_frequency",
+)
 ERROR, STUDY, MAX_LINES = "_error", "study", 40
 
 
@@ -37,7 +45,10 @@ class Setting(NamedTuple):
 
 
 class Change(NamedTuple):
-    """A quantity that differs: in how many rows, at most by how much, over its largest value, and where."""
+    """A quantity that differs: in how many rows, at most by how much, over its largest value, and where.
+
+    The differences of codes, such as those of `stable`, are NaN: only whether they differ counts.
+    """
 
     name: str
     unit: str
@@ -107,7 +118,7 @@ def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
         change = change_of(first, second, name, dims)
         changes += [change] if change is not None else []
         same += change is None
-    changes.sort(key=lambda change: -change.relative)
+    changes.sort(key=lambda change: (math.isnan(change.relative), -change.relative))
     return Comparison(
         [*settings_of(one, two)], study_lines(one, two), dims, rows, only,
         [*laws_of(first, second, dims)], changes, same, left_out,
@@ -196,6 +207,8 @@ def change_of(one: xr.Dataset, two: xr.Dataset, name: str, dims: list[str]) -> C
     where = place_text(one, {str(dim): at[str(dim)] for dim in differs.dims})
     largest = float(size.max())
     unit = plain_units(values[0].attrs.get("units", "1"))
+    if "flag_values" in values[0].attrs:
+        largest = scale = math.nan
     return Change(
         name, "" if unit == "1" else unit, int(differs.any(own).sum()), largest,
         largest / scale if scale else 0.0, where,
@@ -274,7 +287,7 @@ def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
     if found.changes:
         head = ("quantity", "rows", "largest difference", "of largest value", "at")
         cells = [
-            (each.name, f"{each.rows:,}", f"{each.largest:.3g} {each.unit}".strip(), f"{each.relative:.2g}", each.where)
+            (each.name, f"{each.rows:,}", *sizes_of(each), each.where)
             for each in found.changes
         ]  # fmt: skip
         lines += ["", *aligned([head, *cells])]
@@ -285,6 +298,13 @@ def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
     if found.left_out:
         lines.append(f"not compared, in one alone or in another shape: {', '.join(found.left_out)}")
     return lines
+
+
+def sizes_of(change: Change) -> tuple[str, str]:
+    """Write how much a quantity differs, and its share of the largest value; of codes that they are others."""
+    if math.isnan(change.relative):
+        return "another code", ""
+    return f"{change.largest:.3g} {change.unit}".strip(), f"{change.relative:.2g}"
 
 
 def cut(lines: list[str], most: int) -> list[str]:
@@ -316,7 +336,8 @@ def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
         must = "must be a table, .csv: pictures are of sweeps over one or two parameters"
         raise ParameterError("output", "", must=must, got="")
     scalars = [
-        each.name for each in found.changes if {*first[each.name].dims} <= {*dims, "support"}
+        each.name for each in found.changes
+        if not math.isnan(each.relative) and {*first[each.name].dims} <= {*dims, "support"}
         and {*dims} <= {*first[each.name].dims}
     ]  # fmt: skip
     moved = None

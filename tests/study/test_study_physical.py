@@ -166,6 +166,10 @@ SWEPT = "scenes.sweep.over.omega"
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60 rpm, R2: 1}}",
          "scenes.races.motions.one.physical.R2: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, "
          "H2, load, friction, F2, phi2, M, D1, D2, P, slope, gravity (R2 has no units: it stands under exciter)"),
+        ("{R1: 0.7", "{omega: 55 rad/s, R1: 0.7",
+         "exciter.omega: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, load, friction, "
+         "f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, housing_load, wear_exponent (omega has units: "
+         "it stands under physical)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
     ],

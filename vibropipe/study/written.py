@@ -54,6 +54,8 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
     if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
+    if path[-2:-1] == ("exciter",) and name in NAMES and name not in PARAMETERS:
+        return replace(problem, path=path, hint=f"{name} has units: it stands under physical")
     goal = entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
     if problem.found and isinstance(goal, str):
         return replace(problem, path=path, found=describe(goal))

@@ -14,6 +14,8 @@ from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
 MAX_ROWS = 10
+# Of the largest value of a parameter: what is nearer to 0 is rounding.
+ROUNDING = 1e-9
 KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
 
 
@@ -49,8 +51,12 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 
 def place_text(dataset: xr.Dataset, point: int) -> str:
-    """Write the parameters of a point of a curve."""
-    return f"({', '.join(format_number(float(dataset[name][point])) for name in plane(dataset))})"
+    """Write the parameters of a point of a curve; what rounding leaves beside 0 is 0."""
+    texts = []
+    for name in plane(dataset):
+        value, size = float(dataset[name][point]), float(np.abs(dataset[name].values).max())
+        texts.append(format_number(value if abs(value) > ROUNDING * size else 0.0))
+    return f"({', '.join(texts)})"
 
 
 def end_text(name: str) -> str:

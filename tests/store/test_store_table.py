@@ -193,3 +193,29 @@ def test_what_is_asked_of_the_program_has_a_row_for_each_accuracy():
     race = table(both)
     assert race["error_end"].tolist() == [1e-13, 1e-4]
     assert race["asked_error_1e-06"].tolist() == [2e-13, 2e-13]
+
+
+def test_sections_have_a_row_for_each_state_at_the_section(tmp_path, monkeypatch, capsys):
+    swept = vp.sweep(EXCITER, {"nu": [0.6, 1.0], "f": [0.5, 1.0]}, outputs=["poincare"])
+    points = table(swept, sections=True)
+    assert len(points) == swept.poincare_displacement.size
+    at = points[(points.nu == 1.0) & (points.f == 0.5)]
+    part = swept.sel(nu=1.0, f=0.5)
+    assert at.poincare_displacement.tolist() == part.poincare_displacement.values.tolist()
+    assert at.poincare_velocity.tolist() == part.poincare_velocity.values.tolist()
+    # A row without states, as one that was not solved, has none.
+    empty = swept.where(swept.nu != 1.0).assign_coords(swept.coords)
+    assert set(table(empty, sections=True).nu) == {0.6}
+    monkeypatch.chdir(tmp_path)
+    write(swept, "s.nc")
+    assert run("table", "s.nc", "--sections") == 0
+    head, *lines = capsys.readouterr().out.splitlines()
+    assert head.startswith("nu,f,visit,")
+    assert len(lines) == len(points)
+
+
+def test_sections_that_are_not_there_are_refused(sweep):
+    with pytest.raises(StoreError, match="sections: were not asked for: add poincare to outputs"):
+        table(sweep, sections=True)
+    with pytest.raises(StoreError, match="impacts, sections: must not be asked for at once"):
+        table(sweep, impacts=True, sections=True)

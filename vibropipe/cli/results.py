@@ -150,6 +150,9 @@ def table(
     impacts: Annotated[
         bool, typer.Option("--impacts", help="A row for each impact, not for each point.")
     ] = False,
+    sections: Annotated[
+        bool, typer.Option("--sections", help="A row for each point of a Poincaré section.")
+    ] = False,
     varying: Annotated[
         bool, typer.Option("--varying", help="Leave out columns that never change.")
     ] = False,
@@ -160,7 +163,7 @@ def table(
     from vibropipe.study import shown_now
 
     shown = shown_now({"": load(dataset)})[""]
-    rows = table(shown, impacts)
+    rows = table(shown, impacts, sections)
     text = with_units(without_constants(rows) if varying else rows).to_csv(index=False)
     if output is None:
         typer.echo(text, nl=False)

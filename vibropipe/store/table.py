@@ -1,4 +1,4 @@
-"""Datasets as tables: a row for each point of the grid, or for each impact."""
+"""Datasets as tables: a row for each point of the grid, for each impact, or for each point of a section."""
 
 from __future__ import annotations
 
@@ -33,7 +33,9 @@ RAGGED = tuple(EVENTS)
 
 
 def table(
-    dataset: xr.Dataset | xr.DataTree | str | PathLike[str], impacts: bool = False
+    dataset: xr.Dataset | xr.DataTree | str | PathLike[str],
+    impacts: bool = False,
+    sections: bool = False,
 ) -> pd.DataFrame:
     """Return a dataset as a table of pandas.
 
@@ -43,6 +45,8 @@ def table(
         A dataset, a scene of what `open_study` returns, or a file.
     impacts : bool
         Whether the rows are impacts instead of points of the grid.
+    sections : bool
+        Whether the rows are points of Poincaré sections, any number of them at each point of the grid.
 
     Returns
     -------
@@ -53,12 +57,13 @@ def table(
         complex one has two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts,
         the states at the section, and attractors at values of the parameter where they are not. Empty, or NaN, are the
         numbers of impacts where a mass comes to rest, and `stable` of a motion without an orbit. With `impacts`, a row
-        for each impact, at its point of the grid. Of a dataset in SI, `attrs["units"]` has the unit of each column.
+        for each impact, at its point of the grid, with `sections` for each state at the section. Of a dataset in SI,
+        `attrs["units"]` has the unit of each column.
 
     Raises
     ------
     StoreError
-        If the file is missing or damaged, or no impacts were asked for.
+        If the file is missing or damaged, no impacts or sections were asked for, or both are wanted in one table.
 
     References
     ----------
@@ -77,7 +82,12 @@ def table(
     proof = [name for name in dataset.variables if str(name).startswith(PREFIX)]
     dataset = _with_gaps(dataset.drop_vars(proof))  # of one orbit, not of rows
     grid = _grid_dims(dataset)
-    columns = dict(_impact_columns(dataset, grid) if impacts else _point_columns(dataset, grid))
+    if impacts and sections:
+        raise StoreError(
+            "impacts, sections: must not be asked for at once: each has rows of its own"
+        )
+    read = _impact_columns if impacts else _section_columns if sections else _point_columns
+    columns = dict(read(dataset, grid))
     sizes = [values.size for values in columns.values()]
     length = 0 if 0 in sizes else max(sizes, default=1)
     frame = pd.DataFrame(
@@ -191,6 +201,21 @@ def _impact_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[st
         for name, values in _point_columns(dataset[list(grid)], grid):
             columns.append((name, np.repeat(np.broadcast_to(values, counts.shape), counts)))
     return columns + [pair for name in names for pair in _named(name, dataset[name].variable)]
+
+
+def _section_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str, np.ndarray]]:
+    names = [
+        str(name) for name, values in dataset.data_vars.items()
+        if "visit" in values.dims and {*values.dims} <= {*grid, "visit"}
+    ]  # fmt: skip
+    if not names:
+        raise StoreError("sections: were not asked for: add poincare to outputs and solve again")
+    columns = _point_columns(dataset[names], (*grid, "visit"))
+    values = [column for name, column in columns if name in names]
+    known = ~np.isnan(values).all(axis=0)
+    return [
+        (name, column[known] if column.size == known.size else column) for name, column in columns
+    ]
 
 
 def _ordered(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[str]:

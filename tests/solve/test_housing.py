@@ -432,3 +432,21 @@ def test_a_capsule_goes_the_way_that_was_measured() -> None:
     assert ((ratio > 0.3) & (ratio < 1.3)).all()
     # Pulses of the share 0.7 have the same harmonics but for a sign: what two harmonics leave out was measured.
     np.testing.assert_allclose(speeds[1], -speeds[0], atol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("l", "nu", "f", "mass_ratio", "friction"),
+    [(0.673, 1.3027, 0.8389, 0.36983, 0.0273662), (0.691815309676105, 1.906018512569363, 0.7433221455448814,
+     1.6796273485804865, 0.0379646016953393), (0.7, 1.7, 1.0, 0.8, 0.003)],
+)  # fmt: skip
+def test_a_housing_that_turns_at_impacts_alone_is_neutral(l, nu, f, mass_ratio, friction):
+    # Friction takes as much from a perturbation one way as it gives the other way: a multiplier is 1.
+    exciter = vp.Exciter(
+        l=l, nu=nu, f=f, h=0.1, R1=0.6, R2=0.6, mass_ratio=mass_ratio,
+        housing_friction_1=friction, housing_friction_2=friction,
+    )  # fmt: skip
+    row = vp.steady_state(exciter)
+    assert int(row.period_multiple) > 0
+    assert np.abs(row.floquet_multiplier.values).max() == pytest.approx(1.0, abs=1e-12)
+    assert int(row.stable) == 0
+    assert 0.0 < float(row.housing_slip_share) <= 1.0

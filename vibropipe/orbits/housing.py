@@ -92,7 +92,7 @@ def momentum_of(housing) -> float:
 def close_housing(p, periods, totals) -> None:
     """Convert sums over so many forcing periods to means."""
     totals[MEAN] /= periods * forcing_period(p)
-    totals[SLIP_SHARE] /= periods
+    totals[SLIP_SHARE] = min(1.0, totals[SLIP_SHARE] / periods)  # it slides no longer than that
 
 
 @jit

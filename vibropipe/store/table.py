@@ -14,6 +14,7 @@ from vibropipe.store.encoding import part_names
 from vibropipe.store.files import load
 from vibropipe.words.proofs import PREFIX
 from vibropipe.words.quantities import FLAGS, QUANTITIES
+from vibropipe.words.regimes import NEUTRAL_TOLERANCE
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import EVENTS
 
@@ -241,10 +242,6 @@ def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
         )
         return [(name, np.array([names.get(code) for code in flat.tolist()], dtype=object))]
     return [(name, flat)]
-
-
-# Largest distance of the largest modulus of a neutral orbit's multipliers from 1: their rounding.
-NEUTRAL_TOLERANCE = 1e-9
 
 
 def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:

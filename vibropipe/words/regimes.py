@@ -4,6 +4,9 @@ from __future__ import annotations
 
 from enum import IntEnum
 
+NEUTRAL_TOLERANCE = 1e-9
+"""Largest distance of the largest modulus of a neutral orbit's multipliers from 1: their rounding."""
+
 
 class Regime(IntEnum):
     """Regime of a steady state, or why a row has none."""

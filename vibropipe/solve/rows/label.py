@@ -25,6 +25,7 @@ from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC, 
 from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
 from vibropipe.words.outputs import OUTPUTS
+from vibropipe.words.regimes import NEUTRAL_TOLERANCE
 from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims, split_suffix
 
 if TYPE_CHECKING:
@@ -85,7 +86,12 @@ def label_rows(
         values |= _harmonics(rows.amplitudes, nu)
     if rows.multipliers.size > 0:
         radius = np.abs(rows.multipliers).max(axis=1)
-        values |= {"floquet_multiplier": rows.multipliers, "stable": (radius < 1).astype(np.int8)}
+        # A housing that turns at impacts alone keeps a perturbation of its velocity: rounding must not decide.
+        limit = 1.0 - NEUTRAL_TOLERANCE if rows.multipliers.shape[1] > 2 else 1.0
+        values |= {
+            "floquet_multiplier": rows.multipliers,
+            "stable": (radius < limit).astype(np.int8),
+        }
     if rows.impact_count.size > 0:
         values |= _impacts(rows)
     if rows.energy.size > 0:

@@ -435,14 +435,14 @@ def test_a_capsule_goes_the_way_that_was_measured() -> None:
 
 
 @pytest.mark.parametrize(
-    ("l", "nu", "f", "mass_ratio", "friction"),
+    ("half", "nu", "f", "mass_ratio", "friction"),
     [(0.673, 1.3027, 0.8389, 0.36983, 0.0273662), (0.691815309676105, 1.906018512569363, 0.7433221455448814,
      1.6796273485804865, 0.0379646016953393), (0.7, 1.7, 1.0, 0.8, 0.003)],
 )  # fmt: skip
-def test_a_housing_that_turns_at_impacts_alone_is_neutral(l, nu, f, mass_ratio, friction):
+def test_a_housing_that_turns_at_impacts_alone_is_neutral(half, nu, f, mass_ratio, friction):
     # Friction takes as much from a perturbation one way as it gives the other way: a multiplier is 1.
     exciter = vp.Exciter(
-        l=l, nu=nu, f=f, h=0.1, R1=0.6, R2=0.6, mass_ratio=mass_ratio,
+        l=half, nu=nu, f=f, h=0.1, R1=0.6, R2=0.6, mass_ratio=mass_ratio,
         housing_friction_1=friction, housing_friction_2=friction,
     )  # fmt: skip
     row = vp.steady_state(exciter)

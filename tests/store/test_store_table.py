@@ -14,6 +14,7 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.cli import main
+from vibropipe.solve.physical import in_units
 from vibropipe.store import StoreError, table, write
 from vibropipe.store.table import without_constants
 from vibropipe.words.regimes import Regime
@@ -219,3 +220,39 @@ def test_sections_that_are_not_there_are_refused(sweep):
         table(sweep, sections=True)
     with pytest.raises(StoreError, match="impacts, sections: must not be asked for at once"):
         table(sweep, impacts=True, sections=True)
+
+
+def test_a_table_is_written_in_the_units_that_are_asked_for(tmp_path, monkeypatch, capsys):
+    monkeypatch.chdir(tmp_path)
+    exciter = vp.Exciter.from_physical(
+        m="0.35 kg", C="6 N/mm", H="4 N s/m", F="12 N", l="4 mm", omega="22 Hz", R1=0.6, R2=0.6
+    )
+    si = vp.to_physical(vp.steady_state(exciter), 0.35, 6000.0)
+    write(si, "x.nc")
+    read = {}
+    for units in ("SI", "Hz, mm"):
+        assert run("table", "x.nc", "--units", units) == 0
+        read[units] = pd.read_csv(io.StringIO(capsys.readouterr().out)).iloc[0]
+    assert read["SI"]["omega (rad/s)"] == pytest.approx(2 * np.pi * 22, rel=1e-12)
+    assert read["Hz, mm"]["omega (Hz)"] == pytest.approx(22.0, rel=1e-12)
+    assert read["Hz, mm"]["l (mm)"] == pytest.approx(4.0, rel=1e-12)
+    assert read["SI"]["F (N)"] == read["Hz, mm"]["F (N)"] == pytest.approx(12.0, rel=1e-12)
+
+
+@pytest.mark.parametrize(
+    ("units", "must"),
+    [
+        ("Hz, rpm", "units: must have one unit of frequency, got Hz and rpm"),
+        ("mmm", "units: must be SI or units of "),
+        ("mm,", "units: must be SI or units of "),
+    ],
+)
+def test_units_that_are_none_are_refused(units, must, sweep):
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.2)
+    si = vp.to_physical(vp.steady_state(exciter), 0.35, 6000.0)
+    with pytest.raises(vp.ParameterError, match=must):
+        in_units(si, units)
+    with pytest.raises(
+        vp.ParameterError, match="units: must be left out: the dataset has no units"
+    ):
+        in_units(sweep, units)

@@ -156,13 +156,19 @@ def table(
     varying: Annotated[
         bool, typer.Option("--varying", help="Leave out columns that never change.")
     ] = False,
+    units: Annotated[
+        str,
+        typer.Option("--units", metavar="U", help="Units, 'Hz, mm', or SI (default: the study's)."),
+    ] = "",
 ) -> None:
     """Print a dataset as CSV for spreadsheets: a row for each point, names for codes, the study's units in the head."""
+    from vibropipe.solve.physical import in_units
     from vibropipe.store import atomic_file, load, table
     from vibropipe.store.table import with_units, without_constants
     from vibropipe.study import shown_now
 
-    shown = shown_now({"": load(dataset)})[""]
+    whole = load(dataset)
+    shown = in_units(whole, units) if units else shown_now({"": whole})[""]
     rows = table(shown, impacts, sections)
     text = with_units(without_constants(rows) if varying else rows).to_csv(index=False)
     if output is None:

@@ -15,13 +15,17 @@ from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import (
+    CHOSEN,
     DISPLAY_UNITS,
+    Shown,
     checked_units,
+    dimension_of,
     display_units_of,
     units_as_text,
+    units_of,
 )
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
-from vibropipe.words.parameters import PARAMETERS, STARTS
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import DIMENSIONS, tidy
 from vibropipe.words.vocabulary import (
     PARAMETER,
@@ -124,6 +128,36 @@ def to_physical(
 def is_physical(dataset: xr.Dataset) -> bool:
     """Return whether a dataset is in SI."""
     return {"m", "C"} <= set(dataset.coords)
+
+
+def in_units(dataset: xr.Dataset, text: str) -> xr.Dataset:
+    """Return a dataset in SI in units that a user lists, `Hz, mm`, and else in those of its study; `SI` alone keeps it.
+
+    Raises
+    ------
+    ParameterError
+        If the dataset has no units, or one that is listed is none or has the dimension of another.
+    """
+    if not is_physical(dataset):
+        must = "must be left out: the dataset has no units, as its study has no key physical"
+        raise ParameterError("units", text, must=must, got="")
+    if text.strip().upper() == "SI":
+        return dataset
+    chosen: dict[str, str] = {}
+    for unit in (" ".join(each.split()) for each in text.split(",")):
+        dimension = dimension_of(unit)
+        if dimension not in CHOSEN:
+            must = f"must be SI or units of {', '.join(CHOSEN)}, such as Hz, mm"
+            raise ParameterError("units", text, must=must, got=repr(unit))
+        if dimension in chosen:
+            must = f"must have one unit of {dimension}"
+            raise ParameterError("units", text, must=must, got=f"{chosen[dimension]} and {unit}")
+        chosen[dimension] = unit
+    kept = {
+        name: unit for name, unit in units_of(dataset).items()
+        if name not in PHYSICAL or PHYSICAL[name].dimension not in chosen
+    }  # fmt: skip
+    return Shown(kept | chosen).dataset(dataset)
 
 
 def stored(dataset: xr.Dataset, mass_and_stiffness: tuple[float, float] | None) -> xr.Dataset:

@@ -89,7 +89,7 @@ def display_units_of(tree: Mapping[str, Any], chosen: Mapping[str, str]) -> dict
     written = Counter(_units_in(tree, ""))
     of_dimension, of_parameter = Counter[tuple[str, str]](), Counter[tuple[str, str]]()
     for (key, unit), amount in written.items():
-        dimension = _dimension_of(unit)
+        dimension = dimension_of(unit)
         if key in PHYSICAL:
             of_parameter[key, unit] += amount
         if dimension != "angle":  # phases of harmonics are not written
@@ -99,7 +99,7 @@ def display_units_of(tree: Mapping[str, Any], chosen: Mapping[str, str]) -> dict
     for name, unit in _most(of_parameter).items():
         dimension = PHYSICAL[name].dimension
         is_free = dimension in OF_A_PARAMETER and dimension not in chosen
-        if is_free and _dimension_of(unit) == dimension and units.get(dimension) != unit:
+        if is_free and dimension_of(unit) == dimension and units.get(dimension) != unit:
             units[name] = unit
     return units
 
@@ -118,7 +118,7 @@ def _units_in(node: Any, key: str) -> Iterator[tuple[str, str]]:
                 yield key, unit
 
 
-def _dimension_of(unit: str) -> str:
+def dimension_of(unit: str) -> str:
     """Return the dimension of a unit, empty if it is none."""
     for dimension in DIMENSIONS.keys() - {"acceleration", "rate"}:
         try:

@@ -133,3 +133,29 @@ def test_codes_differ_without_a_size(pair: tuple[xr.Dataset, xr.Dataset]) -> Non
     assert (change.name, change.rows) == ("stable", 1)
     assert np.isnan(change.largest)
     assert any("another code" in line for line in as_lines(found))
+
+
+def test_datasets_without_laws_are_compared_by_the_rows_of_their_tables() -> None:
+    one = vp.backbone(0.1, np.linspace(3.2, 6.0, 4))
+    found = compare_datasets(one, one)
+    assert found.laws is None
+    assert found.rows == 4
+    assert not any(line.startswith("law of motion") for line in as_lines(found))
+    borders = vp.boundary(EXCITER, "grazing", within=((0.8, 1.2), (0.2, 0.8)), lines=3)
+    found = compare_datasets(borders, borders)
+    assert "support" not in found.over
+    assert "multiplier" not in found.over
+
+
+def test_the_command_tells_values_in_the_units_of_the_study(tmp_path) -> None:
+    exciter = vp.Exciter.from_physical(
+        m="0.35 kg", C="6 N/mm", H="4 N s/m", F="12 N", l="4 mm", omega="22 Hz", R1=0.6, R2=0.6
+    )
+    paths = []
+    for name, load in (("a", 0.0), ("b", 1e-4)):
+        row = vp.to_physical(vp.steady_state(replace(exciter, delta=load)), 0.35, 6000.0)
+        paths.append(str(tmp_path / f"{name}.nc"))
+        write(row.assign_attrs(display_units="frequency: Hz; length: mm"), paths[-1])
+    done = CliRunner().invoke(app, ["compare", *paths])
+    assert done.exit_code == 0, done.output
+    assert "delta    0 mm  0.1 mm" in done.output

@@ -186,8 +186,10 @@ def compare(
     """Tell what differs between two datasets: studies, rows, laws of motion, and quantities beyond their errors."""
     from vibropipe.jobs.comparison import as_lines, as_table, compare_datasets, draw
     from vibropipe.store import atomic_file, load
+    from vibropipe.study import shown_now
 
-    first, second = load(one), load(two)
+    # Both in the units of the study of the first.
+    first, second = shown_now({"A": load(one), "B": load(two)}).values()
     found = compare_datasets(first, second)
     typer.echo("\n".join(as_lines(found)))
     if output is None:

@@ -11,6 +11,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.physical import is_physical
+from vibropipe.store.table import grid_dims
 from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.wording import aligned, count
@@ -70,8 +71,8 @@ class Comparison(NamedTuple):
         Dimensions of the rows.
     rows, only : int, (int, int)
         Rows in both, and in one of them alone.
-    laws : list of str
-        Of each row with another law of motion, where it lies and both laws.
+    laws : list of str or None
+        Of each row with another law of motion, where it lies and both laws; None of datasets without laws.
     changes : list of Change
         Those of the largest relative difference first.
     same : int
@@ -85,7 +86,7 @@ class Comparison(NamedTuple):
     over: list[str]
     rows: int
     only: tuple[int, int]
-    laws: list[str]
+    laws: list[str] | None
     changes: list[Change]
     same: int
     left_out: list[str]
@@ -121,7 +122,7 @@ def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
     changes.sort(key=lambda change: (math.isnan(change.relative), -change.relative))
     return Comparison(
         [*settings_of(one, two)], study_lines(one, two), dims, rows, only,
-        [*laws_of(first, second, dims)], changes, same, left_out,
+        laws_of(first, second), changes, same, left_out,
     )  # fmt: skip
 
 
@@ -152,10 +153,10 @@ def common_rows(one: xr.Dataset, two: xr.Dataset) -> tuple[xr.Dataset, xr.Datase
 
 
 def row_dims(dataset: xr.Dataset) -> list[str]:
-    """Return the dimensions of the rows of a dataset: those of the regime, or else those with numbers."""
+    """Return the dimensions of the rows of a dataset: those of the regime, or else those of its table."""
     if "regime" in dataset:
         return [str(name) for name in dataset["regime"].dims]
-    return [str(name) for name in dataset.dims if name in dataset.indexes]
+    return list(grid_dims(dataset))
 
 
 def settings_of(one: xr.Dataset, two: xr.Dataset) -> Iterator[Setting]:
@@ -236,16 +237,17 @@ def difference(one: xr.Dataset, two: xr.Dataset, name: str) -> tuple[xr.DataArra
     return moved, scale
 
 
-def laws_of(one: xr.Dataset, two: xr.Dataset, dims: list[str]) -> Iterator[str]:
-    """Yield where a law of motion differs, and both."""
-    changed = changed_laws(one, two)
+def laws_of(one: xr.Dataset, two: xr.Dataset) -> list[str] | None:
+    """Return where a law of motion differs, and both; None of data without laws."""
+    changed, found = changed_laws(one, two), []
     if changed is None:
-        return
+        return None
     for index in np.argwhere(changed.values):
         at = dict(zip(map(str, changed.dims), map(int, index), strict=True))
         place = place_text(one, at)
         before, after = (law_text(data.isel(at)) for data in (one, two))
-        yield f"{place}: {before} -> {after}" if place else f"{before} -> {after}"
+        found.append(f"{place}: {before} -> {after}" if place else f"{before} -> {after}")
+    return found
 
 
 def changed_laws(one: xr.Dataset, two: xr.Dataset) -> xr.DataArray | None:
@@ -282,8 +284,9 @@ def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
     over = f" over {', '.join(found.over)}" if found.over else ""
     rows = f"{count(found.rows, 'row')}{over} in both"
     lines += ["", f"{rows}, {found.only[0]:,} in A alone, {found.only[1]:,} in B alone"]
-    lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} differ")
-    lines += cut([f"  {law}" for law in found.laws], most)
+    if found.laws is not None:
+        lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} differ")
+        lines += cut([f"  {law}" for law in found.laws], most)
     if found.changes:
         head = ("quantity", "rows", "largest difference", "of largest value", "at")
         cells = [

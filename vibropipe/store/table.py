@@ -82,7 +82,7 @@ def table(
         dataset = dataset.squeeze(["method", "setting"])  # no race, but what is asked
     proof = [name for name in dataset.variables if str(name).startswith(PREFIX)]
     dataset = _with_gaps(dataset.drop_vars(proof))  # of one orbit, not of rows
-    grid = _grid_dims(dataset)
+    grid = grid_dims(dataset)
     if impacts and sections:
         raise StoreError(
             "impacts, sections: must not be asked for at once: each has rows of its own"
@@ -154,7 +154,7 @@ def _units(dataset: xr.Dataset, column: str) -> str:
     return "" if units == "1" else plain_units(units)
 
 
-def _grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
+def grid_dims(dataset: xr.Dataset) -> tuple[str, ...]:
     """Return the dimensions whose points are the rows: samples of a motion, steady states, or the largest quantity."""
     for dim in ("tau", "time"):
         if dim in dataset.dims:

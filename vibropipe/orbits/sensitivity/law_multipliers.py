@@ -93,7 +93,9 @@ def fill_slopes(e, values, orbit, j, none, beside, slopes) -> None:
     step = step_of(e, values, orbit, j)
     slopes.before[:] = 0.0
     slopes.at[:] = 0.0
-    for factor in (-2, -1, 1, 2):
+    for factor in range(-2, 3):
+        if factor == 0:
+            continue
         fill_moved(e, values, orbit, j, factor * step, none, slopes.rest, beside)
         weight = weight_of(factor) / step
         for i in range(orbit.u.shape[0]):
@@ -108,7 +110,9 @@ def slopes_of_invariants(e, values, orbit, j, none, beside, u):
     """Return the derivatives by column j of trace, principal minors and determinant of three rows."""
     step = step_of(e, values, orbit, j)
     by_trace, by_minors, by_last = 0.0, 0.0, 0.0
-    for factor in (-2, -1, 1, 2):
+    for factor in range(-2, 3):
+        if factor == 0:
+            continue
         fill_moved(e, values, orbit, j, factor * step, none, u, beside)
         matrix, minors, determinant = return_map_of_three(beside.before, beside.at)
         weight = weight_of(factor) / step

@@ -151,3 +151,11 @@ def test_bifurcations_of_a_branch_are_enclosed(tmp_path):
 def test_arguments_are_checked_before_rows_are_proved(rows):
     with pytest.raises(vp.ParameterError, match="harmonics: must be"):
         vp.prove(rows, harmonics=0)
+
+
+def test_rows_that_are_disproved_are_told(rows):
+    proof = vp.prove(rows)
+    codes = proof.proved.copy(deep=True)
+    codes[0, 0] = Proved.DISPROVED
+    answer = proof_answer(rows.assign(proved=codes, why=proof.why))
+    assert answer.rest.startswith("1 is disproved and 7 rows ")

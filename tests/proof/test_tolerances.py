@@ -133,25 +133,26 @@ def test_a_grid_is_refused_with_the_remedy():
     assert vp.prove(grid.isel(nu=1)).proved == Proved.PROVED
 
 
+def without_flint(code: str) -> str:
+    """Return what code prints where python-flint cannot be imported."""
+    code = "import sys; sys.modules['flint'] = None\nimport vibropipe as vp\n" + code
+    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    return done.stdout.strip()
+
+
 def test_a_missing_library_is_told_with_the_command():
-    code = (
-        "import sys; sys.modules['flint'] = None\n"
-        "import vibropipe as vp\n"
+    told = without_flint(
         "try: vp.prove_all(vp.Exciter(l=0.5, nu=1.0, f=1.0))\n"
         "except ModuleNotFoundError as error: print(error)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip().endswith("not installed: pip install 'vibropipe[proof]'")
+    assert told.endswith("not installed: pip install 'vibropipe[proof]'")
 
 
 def test_rows_of_a_scene_say_that_the_library_is_missing():
-    code = (
-        "import sys; sys.modules['flint'] = None\n"
-        "import vibropipe as vp\n"
+    told = without_flint(
         "from vibropipe.scenes.certificate import with_row_proofs\n"
         "from vibropipe.scenes.certificate_page import proof_answer\n"
         "rows = vp.sweep(vp.Exciter(l=0.5, nu=1.0, f=1.0, R1=0.7), {'nu': [0.9, 1.0]})\n"
         "print(proof_answer(with_row_proofs(rows)).rest)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout.strip().endswith("not installed: pip install 'vibropipe[proof]'.")
+    assert told.endswith("not installed: pip install 'vibropipe[proof]'.")

@@ -56,21 +56,20 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
             codes[name][index] = code
         if progress is not None:
             progress(done + 1, total)
-    at = rows["bifurcation_point"].values if "bifurcation_point" in rows else np.empty(0, int)
-    amount, tried, others = tally(codes["proved"], codes["why"], at)
-    statement = f"{share(amount, tried, 'orbit')} proved"
-    if others:
+    found = tally(rows, codes["proved"], codes["why"])
+    statement = f"{share(found.proved, found.tried, 'orbit')} proved"
+    if others := found.not_tried:
         statement += f"; {count(others, 'row')} {'was' if others == 1 else 'were'} not tried"
     if "bifurcation" in rows.dims:
-        found = proved_bifurcations(rows)
-        verdicts = found["bifurcation_proved"][1]
+        enclosed = proved_bifurcations(rows)
+        verdicts = enclosed["bifurcation_proved"][1]
         attempts = int(np.isin(rows["bifurcation_kind"], [*KINDS.values()]).sum())
         proofs = int((verdicts == Proved.PROVED).sum())
         kinds = count(attempts, "fold, flip or grazing", "folds, flips and grazings")
         statement += f"; {proofs:,} of {kinds} are proved"
     kept = {str(name): coord for name, coord in rows.coords.items() if {*coord.dims} <= {*dims}}
     variables: dict[str, Any] = {name: (dims, values) for name, values in codes.items()}
-    variables |= found if "bifurcation" in rows.dims else {}
+    variables |= enclosed if "bifurcation" in rows.dims else {}
     told = {key: value for key, value in attrs.items() if key in ("method", "version")}
     return describe(xr.Dataset(variables, kept, {**told, "statement": f"{statement}."}))
 

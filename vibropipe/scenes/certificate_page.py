@@ -293,9 +293,12 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
         return Answer("No orbit is proved.", f"Reason: {dataset.attrs[REFUSED]}.")
     if "proved" not in dataset:
         return None
-    has_points = "bifurcation_point" in dataset
-    at = dataset["bifurcation_point"].values if has_points else np.empty(0, int)
-    amount, tried, others = tally(dataset["proved"].values, dataset["why"].values, at)
-    which = "without impacts, with rests or without an orbit"
-    rest = f"{count(others, 'row')} {which}, not tried." if others else ""
-    return Answer(f"{share(amount, tried, 'orbit')} proved.", rest)
+    found = tally(dataset, dataset["proved"].values, dataset["why"].values)
+    parts = []
+    if found.disproved:
+        parts.append(f"{found.disproved:,} {'is' if found.disproved == 1 else 'are'} disproved")
+    if found.not_tried:
+        which = "without impacts, with rests or without an orbit"
+        parts.append(f"{count(found.not_tried, 'row')} {which}, not tried")
+    rest = f"{series(parts)}." if parts else ""
+    return Answer(f"{share(found.proved, found.tried, 'orbit')} proved.", rest)

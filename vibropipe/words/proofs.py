@@ -3,10 +3,14 @@
 from __future__ import annotations
 
 from enum import IntEnum
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibropipe.words.designs import Reasoned
+
+if TYPE_CHECKING:
+    import xarray as xr
 
 BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
 """The parameters on which a motion between rigid supports depends, those of the boxes of a proof."""
@@ -46,11 +50,23 @@ class Why(Reasoned):
     NOT_TRIED = 7, "since only orbits that strike a support and do not rest on one are tried"
 
 
-def tally(proved: np.ndarray, why: np.ndarray, left_out: np.ndarray) -> tuple[int, int, int]:
-    """Return how many rows are proved, were tried and were not tried, without those that are left out.
+class Tally(NamedTuple):
+    """Numbers of rows that are proved, disproved, were tried and were not."""
 
-    Orbits at a bifurcation are about to end, by rounding on either side: they are to be left out.
+    proved: int
+    disproved: int
+    tried: int
+    not_tried: int
+
+
+def tally(rows: xr.Dataset, proved: np.ndarray, why: np.ndarray) -> Tally:
+    """Count rows, or points of a branch, by how their proofs ended.
+
+    Orbits at a bifurcation are about to end, by rounding on either side: they are left out.
     """
-    proved, why = (np.delete(codes, left_out) for codes in (proved, why))
+    if "bifurcation_point" in rows:
+        at = rows["bifurcation_point"].values
+        proved, why = np.delete(proved, at), np.delete(why, at)
     tried = int((why != Why.NOT_TRIED).sum())
-    return int((proved == Proved.PROVED).sum()), tried, why.size - tried
+    yes, no = (int((proved == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))
+    return Tally(yes, no, tried, why.size - tried)

@@ -256,3 +256,11 @@ def test_units_that_are_none_are_refused(units, must, sweep):
         vp.ParameterError, match="units: must be left out: the dataset has no units"
     ):
         in_units(sweep, units)
+
+
+def test_the_section_of_a_motion_has_rows_of_its_own():
+    motion = vp.simulate(EXCITER, 20.0, samples_per_period=16)
+    visits = xr.Dataset({"poincare_displacement": ("visit", [0.1, 0.2, np.nan])})
+    points = table(motion.merge(visits), sections=True)
+    assert points["poincare_displacement"].tolist() == [0.1, 0.2]
+    assert points["visit"].tolist() == [0, 1]

@@ -211,7 +211,9 @@ def _section_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[s
     ]  # fmt: skip
     if not names:
         raise StoreError("sections: were not asked for: add poincare to outputs and solve again")
-    columns = _point_columns(dataset[names], (*grid, "visit"))
+    # Samples of a motion are no rows of its section.
+    own = [dim for dim in grid if dim in dataset[names].dims]
+    columns = _point_columns(dataset[names], (*own, "visit"))
     values = [column for name, column in columns if name in names]
     known = ~np.isnan(values).all(axis=0)
     return [

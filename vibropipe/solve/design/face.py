@@ -77,7 +77,7 @@ def _is_same(problem: Problem, share: np.ndarray, moves: np.ndarray) -> np.ndarr
     inside = within_ranges(parameters)
     points = problem.from_start(parameters[inside])
     same = np.ones(len(parameters), bool)
-    same[inside] = (points.laws == points.laws[0]).all(axis=1) & points.is_stable
+    same[inside] = points.has_law(points.laws[0])
     return same[1:]
 
 

@@ -178,9 +178,8 @@ class Problem:
         rows = np.repeat(parameters, len(moves), axis=0)
         rows[:, columns] += self.reach * np.tile(moves, (n, 1))
         points = solve_points(clipped(rows), (self.x0, self.v0), OF_LAW, 1)
-        same = (points.laws == np.repeat(laws, len(moves), axis=0)).all(axis=1)
-        kept: np.ndarray = (points.is_stable & same).reshape(n, -1).all(axis=1)
-        return kept
+        has_law = points.has_law(np.repeat(laws, len(moves), axis=0))
+        return np.asarray(has_law.reshape(n, -1).all(axis=1))
 
     def _log_loss(self, points: Points) -> np.ndarray:
         """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does."""

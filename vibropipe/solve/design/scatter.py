@@ -104,7 +104,7 @@ def kept_goals(problem: Problem, points: Points, law: np.ndarray) -> np.ndarray:
     A target may be off by what is allowed, and by anything if nothing is said. Spreads and sensitivities are those of a
     design and not of a part.
     """
-    has_law = points.is_stable & (points.laws == law).all(axis=1)
+    has_law = points.has_law(law)
     kept = [has_law]
     for bound in problem.goals.bounds:
         name = bound.quantity

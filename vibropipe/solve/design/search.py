@@ -140,7 +140,7 @@ def begins(problem: Problem, samples: Samples) -> list[Samples]:
     if problem.scatter and not problem.goals.of_yield:
         aimed = replace(problem, reach=LAW_REACH)
         kept = aimed.keeps_law_around(problem.parameters(samples.share), samples.law)
-        safe = samples.chosen(np.flatnonzero(kept))
+        safe, samples = (samples.chosen(np.flatnonzero(each)) for each in (kept, ~kept))
         found = [safe.chosen([n]) for n in seeds(problem, safe, REFINED)]
     return found + [samples.chosen([n]) for n in seeds(problem, samples, REFINED - len(found))]
 
@@ -190,14 +190,14 @@ def distinct_points(
 ) -> list[int]:
     """Return the numbers of points, in their order, without those near an earlier one of the same law."""
     kept: list[int] = []
-    for n in range(len(share) if most else 0):
+    for n in range(len(share)):
+        if len(kept) == most:
+            break
         near = (np.abs(share[kept] - share[n]).max(axis=1, initial=0.0) < distance) & (
             law[kept] == law[n]
         ).all(axis=1)
         if not near.any():
             kept.append(n)
-        if len(kept) == most:
-            break
     return [int(numbers[n]) for n in kept]
 
 

@@ -197,7 +197,7 @@ def spread_variables(
     slopes = np.where(np.isfinite(own)[:, None], slopes, np.nan)
     effects = slopes * deviations
     moved = difference(read(points), own)
-    is_same = (points.laws == point.laws[0]).all(axis=1) & points.is_stable
+    is_same = points.has_law(point.laws[0])
     low_high = slice(n, n + 2 * len(sigma))
     alone = moved[low_high].reshape(len(sigma), 2, -1)
     with np.errstate(invalid="ignore", divide="ignore"):

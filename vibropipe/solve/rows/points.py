@@ -65,6 +65,11 @@ class Points(NamedTuple):
         impacts = np.where((regime == Regime.WITH_REST)[:, None], 0, impacts)
         return np.column_stack([regime, m, impacts]).astype(int)
 
+    def has_law(self, laws: np.ndarray) -> np.ndarray:
+        """Return which motions (n,) are stable orbits of a law (4,), or each of its own (n, 4)."""
+        has: np.ndarray = self.is_stable & (self.laws == laws).all(axis=1)
+        return has
+
     def take(self, rows: Any) -> Points:
         """Return some of the points; impacts one by one are left out."""
         kept = {

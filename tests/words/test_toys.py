@@ -178,6 +178,29 @@ def test_a_parameter_acts_once_on_copies_and_on_numbers(tmp_path):
     ]  # fmt: skip
 
 
+def test_orbits_are_followed_along_a_parameter_that_acts_through_others(tmp_path):
+    script = (
+        "import json\n"
+        "import numpy as np\n"
+        "from toys import effect, parameter, quantity\n"
+        "import vibropipe as vp\n"
+        "given = {'l': 0.5, 'delta': 0.1, 'nu': 1.2, 'f': 0.8, 'h': 0.1}\n"
+        "worn = vp.Exciter(**given, R1=0.7, R2=0.6, wear=0.1)\n"
+        "branch = vp.branch(worn, 'wear', (0.0, 0.4), at=[0.05, 0.3])\n"
+        "print(json.dumps([[float(p.wear), float(p.displacement_strobe), float(p.velocity_strobe)]\n"
+        "                  for p in (branch.isel(point=n) for n in range(branch.sizes['point']))\n"
+        "                  if float(p.wear) in (0.05, 0.3) and p.stable]))\n"
+    )
+    points = printed(script, tmp_path)
+    assert [wear for wear, _x, _v in points] == [0.05, 0.3]
+    for wear, x, v in points:
+        given = {"l": 0.5, "delta": 0.1, "nu": 1.2, "f": 0.8, "h": 0.1}
+        exciter = vp.Exciter(**given, R1=0.7 * (1.0 - wear), R2=0.6 * (1.0 - wear))
+        settled = vp.steady_state(exciter, x, v)
+        np.testing.assert_allclose(settled["displacement_strobe"], x, atol=1e-11)
+        np.testing.assert_allclose(settled["velocity_strobe"], v, atol=1e-11)
+
+
 def test_without_the_folder_neither_is_known(tmp_path):
     tmp_path.joinpath("toy.yaml").write_text(STUDY)
     done = subprocess.run(

@@ -2,6 +2,9 @@
 
 from __future__ import annotations
 
+import re
+from typing import Any
+
 import numpy as np
 from numba.extending import overload
 
@@ -37,6 +40,7 @@ from vibropipe.physics.friction import friction_of
 from vibropipe.physics.linear import settles_without_impact
 from vibropipe.physics.load import fastest_of_row, forcing_period
 from vibropipe.physics.stiffness import is_soft
+from vibropipe.words.parameters import ACTED
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -156,14 +160,38 @@ def _columns(values):
 
 @overload(_columns)
 def _compiled_columns(values):
-    # the length of a compiled tuple is that of its expression, here of the records
-    columns = ", ".join(f"values[{column}]" for column in range(len(Parameters._fields)))
-    return eval(f"lambda values: ({columns})")
+    # The length of a compiled tuple is that of its expression, here of the records.
+    columns = ", ".join(ACTED.get(name, name) for name in Parameters._fields)
+    return eval(f"lambda values: ({_in_columns(columns)})")
+
+
+def _in_columns(expression):
+    """Return an expression of parameters as one of the columns of `values`."""
+    column = {name: f"values[{index}]" for index, name in enumerate(Parameters._fields)}
+    return re.sub(r"[A-Za-z_]\w*", lambda found: column[found[0]], expression)
+
+
+def _fill_acted(values, acted):
+    """Do as `fill_acted`, which is compiled."""
+
+
+@overload(_fill_acted)
+def _compiled_fill_acted(values, acted):
+    lines = [f"acted[{n}] = {_in_columns(text)}" for n, text in enumerate(ACTED.values())]
+    made: dict[str, Any] = {}
+    exec("\n    ".join(["def fill(values, acted):", *lines]), made)
+    return made["fill"]
+
+
+@jit
+def fill_acted(values, acted) -> None:
+    """Fill the parameters of a row that others act on, in the order of `ACTED`, as kernels see them."""
+    _fill_acted(values, acted)
 
 
 @jit
 def row_parameters(parameters, row):
-    """Return row `row` of an array (rows, parameters) as `Parameters`."""
+    """Return row `row` of an array (rows, parameters) as `Parameters`, with what acts through others."""
     return Parameters(*_columns(parameters[row]))
 
 

@@ -22,6 +22,7 @@ from vibropipe.physics.si import (
     FREQUENCY_REQUIRED,
     NO_DAMPING,
     NO_HOUSING,
+    NO_SHAKER,
     TWICE_DAMPED,
     check_together,
     non_dimensional,
@@ -115,6 +116,9 @@ class Exciter(_OfRecords, Written):
         Dry friction of the housing that slides along x and against it, >= 0; 0 where mass_ratio = 0.
     housing_load : float
         Constant force on the housing; 0 where mass_ratio = 0.
+    shaker : float
+        Amplitude of a frame that is shaken as sin(nu tau), x then counted from it, or of an unbalance m_e e / m: adds
+        shaker nu^2 to f.
     wear_exponent : float
         Exponent, from 0 to 10, of speeds in `wear_rate` (output frame); it acts on no motion.
 
@@ -123,7 +127,7 @@ class Exciter(_OfRecords, Written):
     ParameterError
         If a keyword is unknown, a value is out of range (`vibropipe.words.parameters`), the supports coincide in
         floating point, a rigid support has damping, a soft one has a damping beside Ri < 1 that is not the one Ri
-        gives, or a fixed housing has friction or a load.
+        gives, a fixed housing has friction or a load, or one that may slide a shaker.
     """
 
     if TYPE_CHECKING:
@@ -158,6 +162,8 @@ class Exciter(_OfRecords, Written):
         for name in of_effect("housing") if self.mass_ratio == 0.0 else ():
             if getattr(self, name) != 0.0:
                 raise ParameterError(name, getattr(self, name), must=NO_HOUSING)
+        if self.shaker != 0.0 and self.mass_ratio != 0.0:
+            raise ParameterError("shaker", self.shaker, must=NO_SHAKER)
         for name, value in acting(vars(self)).items() if THROUGH_OTHERS else ():
             own = getattr(self, name)
             if value != own and name not in THROUGH_OTHERS:
@@ -206,7 +212,9 @@ class Exciter(_OfRecords, Written):
             Any of C1, C2, H1, H2 (N/m, N s/m: stiffness and damping of soft supports), load (N: a constant force),
             slope (rad: the angle at which x rises) with gravity (default 9.80665 m/s^2), which add -m gravity
             sin(slope) to the load, friction (N: dry friction), F2 and phi2 (N, rad: second harmonic of the force), M
-            (kg: mass of a housing that may slide), D1, D2 and P (N: its dry friction either way, and a force on it).
+            (kg: mass of a housing that may slide), D1, D2 and P (N: its dry friction either way, and a force on it),
+            shaker (m: amplitude of a frame that is shaken as sin(omega t); x is then counted from it), m_e and e (kg,
+            m: a mass, part of m, that turns at a radius with omega). Both add to F: m shaker omega^2, m_e e omega^2.
 
         Raises
         ------
@@ -277,7 +285,7 @@ class Exciter(_OfRecords, Written):
         """Return the parameters as kernels read them; ParameterError for a force without a frequency."""
         self.check_frequency()
         numbers = {name: float(value) for name, value in vars(self).items()}
-        absent = [name for name, acts in THROUGH_OTHERS.items() if acts(numbers)]
+        absent = [name for name, acts in THROUGH_OTHERS.items() if acts]
         return Parameters(**{**numbers, **dict.fromkeys(absent, 0.0)})
 
     def numbers(self) -> Parameters:

@@ -16,6 +16,7 @@ ODD = (
     ("f", f"F: the force {HOLDS}", "F, C and l"),
     ("f2", f"F2: the second harmonic of the force {HOLDS}", "F2, C and l"),
     ("delta", "delta: the equilibrium lies {} from the middle between the supports", "delta and l"),
+    ("shaker", "shaker, or m_e e / m: the frame swings by {}", "shaker, m_e, e and l"),
     ("load", f"load: the constant force {HOLDS}", "load, C and l"),
     ("friction", f"friction: dry friction {HOLDS}", "friction, C and l"),
 )
@@ -37,7 +38,8 @@ def unit_warning(values: Mapping[str, Any]) -> str:
         sizes = np.abs(p.get(name, np.array([default])))
         return float(sizes.min()), float(sizes.max())
 
-    high, (least, most) = ends("f")[1], ends("nu", 1.0)
+    (least, most) = ends("nu", 1.0)
+    high = ends("f")[1] + ends("shaker")[1] * most**2
     near = min(max(1.0, least), most)  # the frequency nearest to resonance
     stiffness = np.hypot(1.0 - near**2, ends("h")[0] * near)
     largest = high * max(1.0, 1.0 / stiffness if stiffness else np.inf) + ends("f2")[1]

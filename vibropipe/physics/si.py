@@ -15,7 +15,13 @@ NO_DAMPING = "must be 0 where {} = 0: a rigid support has a restitution, no damp
 # A restitution of 1 states nothing: it is the value of a support without one.
 TWICE_DAMPED = "must be left out beside {R} below 1, since {R} and {k} give it ({R} = 1 for a damping of its own)"
 NO_HOUSING = "must be 0 where mass_ratio = 0: the housing is fixed then"
+NO_SHAKER = (
+    "must be 0 where mass_ratio > 0: the force on a mass in a housing that slides pushes off the housing, that of an "
+    "unbalance or a shaken frame does not"
+)
 WITHOUT_MASS = "must be left out without M, the mass of the housing, which is fixed then"
+BESIDE_UNBALANCE = "must be left out unless {} stands beside it"
+WITHIN_MASS = "must not exceed m, of which it is a part"
 BESIDE_SLOPE = "must be left out unless slope stands beside it"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
 
@@ -53,6 +59,8 @@ def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
         values["load"] = values.get("load", 0.0) - si["m"] * down
         if "M" in si:
             values["housing_load"] = values.get("housing_load", 0.0) - si["M"] * down
+    if "m_e" in si and "e" in si:
+        values["shaker"] = values.get("shaker", 0.0) + si["m_e"] * si["e"] / si["m"]
     return values
 
 
@@ -65,7 +73,13 @@ def check_together(
     given: Mapping[str, Any], si: Mapping[str, float], restitution: Mapping[str, float]
 ) -> None:
     """Raise a ParameterError, in physical words, if parameters do not go together."""
-    force = next((name for name in ("F", "F2") if si.get(name, 0.0) != 0.0), None)
+    for name, other in (("m_e", "e"), ("e", "m_e")):
+        if name in si and other not in si:
+            raise ParameterError(name, given[name], must=BESIDE_UNBALANCE.format(other))
+    if si.get("m_e", 0.0) > si["m"]:
+        raise ParameterError("m_e", given["m_e"], must=WITHIN_MASS)
+    forces = ("F", "F2", "shaker", "m_e")
+    force = next((name for name in forces if si.get(name, 0.0) != 0.0), None)
     if force is not None and "omega" not in si:
         allowed = "an angular frequency in rad/s, or text with its unit"
         must = FREQUENCY_REQUIRED.format(force, allowed)

@@ -37,6 +37,11 @@ class FreeFlow(NamedTuple):
     e22: Number
 
 
+def _is_zero(value: Number) -> bool:
+    """Return whether a parameter is exactly 0 over the box."""
+    return type(value) is type(ONE) and value.is_zero()
+
+
 class Flights:
     """The equations of motion at parameters that are balls or jets.
 
@@ -58,8 +63,11 @@ class Flights:
         self.position = {1: p["delta"] + p["l"] - p["load"], 2: p["delta"] - p["l"] - p["load"]}
         self.restitution = {1: p["R1"], 2: p["R2"]}
         self.period = TURN / self.nu
-        self.forces = [(1, complex_of(p["f"], p["f"] * 0))]
-        if type(p["f2"]) is not type(ONE) or not p["f2"].is_zero():
+        force = p["f"]
+        if not _is_zero(p["shaker"]):
+            force = p["shaker"] * (self.nu * self.nu) + force
+        self.forces = [(1, complex_of(force, force * 0))]
+        if not _is_zero(p["f2"]):
             sine, cosine = sin_cos(p["phi2"])
             self.forces.append((2, complex_of(p["f2"] * cosine, p["f2"] * sine)))
         self.square = self.half * self.half - 1

@@ -33,7 +33,7 @@ class Equations:
 
     def __init__(self, p: Mapping[str, Any], m: int) -> None:
         self.p, self.m, self.model = p, m, Flights(p)
-        self.force = p["f"]
+        self.force = real_of(self.model.forces[0][1])
 
     def flight(self, start: Number, turns: Number, of: int, to: int) -> list[list[Number]]:
         """Return the rows of a flight for x and x' at its end: (of v before, of alpha, of beta, right-hand side)."""

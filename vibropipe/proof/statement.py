@@ -29,6 +29,7 @@ from vibropipe.proof.orbit import Box, Law
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.parameters import stated_value
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import series
@@ -108,7 +109,7 @@ def _with_tube(
 
 def balls_of(exciter: Exciter) -> dict[str, Any]:
     """Return the parameters of an exciter, which are exact doubles."""
-    return {name: arb(float(getattr(exciter, name))) for name in BOXED}
+    return {name: arb(float(stated_value(getattr(exciter, name)))) for name in BOXED}
 
 
 def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:

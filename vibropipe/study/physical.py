@@ -11,7 +11,12 @@ from dataclasses import replace
 from typing import Any
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.physics.si import BESIDE_SLOPE, eigenfrequency, non_dimensional
+from vibropipe.physics.si import (
+    BESIDE_SLOPE,
+    BESIDE_UNBALANCE,
+    eigenfrequency,
+    non_dimensional,
+)
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
@@ -31,6 +36,15 @@ WRITTEN = {name: written for written, name in NAMES.items()}
 TAKEN = PHYSICAL.keys() - {"m", "C"}
 # Keys of `physical` that share in the pull of gravity.
 OF_GRAVITY = {"slope", "gravity", "load", "P", "M"}
+OF_UNBALANCE = {"m_e", "e", "shaker"}
+# What of `physical` gives a parameter together: keys that stand in different places, by one that calls for it.
+TOGETHER = {
+    "slope": (OF_GRAVITY, ("load", "housing_load")),
+    "m_e": (OF_UNBALANCE, ("shaker",)),
+    "e": (OF_UNBALANCE, ("shaker",)),
+}
+# Keys that stand for a parameter that varies.
+HIDDEN = {"load": {"slope", "gravity"}, "shaker": {"m_e", "e"}}
 # Keys of scenes that take a quantity: dimension and range.
 KEYS: dict[str, tuple[str, Range]] = {
     **{name: PHYSICAL[name][:2] for name in NAMES},
@@ -120,16 +134,23 @@ class _Reader:
         if "gravity" in physical and "slope" not in physical:
             found = describe(physical["gravity"])
             self.problems.append(Problem((*path, "physical", "gravity"), found, must=BESIDE_SLOPE))
+        beside = {**self.above(path), **physical}
+        for name, other in (("m_e", "e"), ("e", "m_e")):
+            if name in physical and other not in beside:
+                found, must = describe(physical[name]), BESIDE_UNBALANCE.format(other)
+                self.problems.append(Problem((*path, "physical", name), found, must=must))
         read = {name: _si(name, value) for name, value in physical.items() if name in TAKEN}
         si = {name: STAND_IN if value is None else value for name, value in read.items()}
         given = non_dimensional({**self.units, **si})
         above = self.above(path)
-        if "slope" in {**above, **physical} and not OF_GRAVITY.isdisjoint(physical):
+        for caller, (names, makes) in TOGETHER.items():
+            if caller not in {**above, **physical} or names.isdisjoint(physical):
+                continue
             # Gravity pulls at the masses, and beside the forces, that stand here or above.
-            read = {name: _si(name, above[name]) for name in OF_GRAVITY & above.keys()}
-            pulled = {name: STAND_IN if value is None else value for name, value in read.items()}
-            loads = non_dimensional({**self.units, **pulled, **si})
-            given |= {name: loads[name] for name in ("load", "housing_load") if name in loads}
+            read = {name: _si(name, above[name]) for name in names & above.keys()}
+            others = {name: STAND_IN if value is None else value for name, value in read.items()}
+            together = non_dimensional({**self.units, **others, **si})
+            given |= {name: together[name] for name in makes if name in together}
         return {name: value for name, value in numbers.items() if name not in WRITTEN} | given
 
     def above(self, path: KeyPath) -> dict[str, Any]:
@@ -149,11 +170,9 @@ class _Reader:
         )
         for varied, verb in ((over, "swept"), (along, "followed"), (scene.get("vary"), "varied")):
             if isinstance(varied, dict) and isinstance(physical, dict):
-                of_load = {"slope", "gravity"} & physical.keys() if "load" in varied else set()
-                for name in sorted(varied.keys() & physical.keys() | of_load):
-                    must = (
-                        f"must be left out, since {'load' if name in of_load else name} is {verb}"
-                    )
+                by = {part: name for name in HIDDEN.keys() & varied.keys() for part in HIDDEN[name]}
+                for name in sorted(physical.keys() & (varied.keys() | by.keys())):
+                    must = f"must be left out, since {by.get(name, name)} is {verb}"
                     found = describe(physical[name])
                     self.problems.append(Problem((*path, "physical", name), found, must=must))
         beside = {**self.above(path), **(physical if isinstance(physical, dict) else {})}

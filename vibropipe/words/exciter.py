@@ -55,6 +55,10 @@ class OfEffects:
         sentence="the housing that carries the supports slides against dry friction",
         occurs="mass_ratio is above 0",
     )
+    shaker: int | None = effect_record(
+        "shaker = 0", ("shaker",), calls=("shaker",), is_marched=False,
+        sentence="the force of a shaken frame or an unbalance grows with the square of the frequency",
+    )
     # fmt: on
 
 
@@ -170,9 +174,16 @@ class OfExciter:
         "Constant force on the housing, for mass_ratio > 0", "force",
         Physical("P", "$P$", "P"), effect="housing", sign=-1,
     )
+    shaker: float = parameter_record(
+        FINITE, 0.0, "$a$", "a", "amplitude of the shaken frame", "amplitude of the frame",
+        "Amplitude of a frame that is shaken, or of an unbalance its mass times its radius over the mass: adds "
+        "shaker nu^2 to f", "length",
+        Physical("shaker", key="Amplitude of a frame that is shaken: adds m shaker omega^2 to F"),
+        effect="shaker", sign=-1, acts={"f": "f + shaker * nu * nu"},
+    )
     wear_exponent: float = parameter_record(
         Range(0, 10), 0.0, "$n$", "n", "exponent of wear", "exponent of wear",
-        "Exponent of the speed in wear_rate of the output frame; it acts on no motion", acts=lambda _all: {},
+        "Exponent of the speed in wear_rate of the output frame; it acts on no motion", acts={},
     )
     # fmt: on
 
@@ -194,7 +205,7 @@ def facts() -> str:
     parameters = [
         (
             *(each.name, each.range, each.default, each.effect, each.sign, each.twin, each.follows),
-            *(each.physical and each.physical.name, each.dimension, source_of(each.acts)),
+            *(each.physical and each.physical.name, each.dimension, each.acts),
         )
         for each in PARAMETERS
     ]

@@ -6,6 +6,8 @@ from collections import namedtuple
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
+import numpy as np
+
 from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.exciter import PARAMETERS as RECORDS
 from vibropipe.words.records import FINITE, NOT_NEGATIVE, POSITIVE, Parameter, Range, described
@@ -33,10 +35,17 @@ else:
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
 }
-THROUGH_OTHERS = {name: entry.acts for name, entry in PARAMETERS.items() if entry.acts is not None}
-"""Parameters that act through others."""
+THROUGH_OTHERS: Mapping[str, Mapping[str, str]] = {
+    name: entry.acts for name, entry in PARAMETERS.items() if entry.acts is not None
+}
+"""Parameters that act through others: the expressions of those."""
 
-FOLLOWED = tuple(name for name in PARAMETERS if name not in THROUGH_OTHERS)
+ACTED: Mapping[str, str] = {
+    target: expression for acts in THROUGH_OTHERS.values() for target, expression in acts.items()
+}
+"""Parameters that others act on: what kernels see of each, as an expression."""
+
+FOLLOWED = tuple(name for name in PARAMETERS if THROUGH_OTHERS.get(name) != {})
 """Parameters along which orbits and bifurcations can be followed."""
 
 _FURTHER_EFFECTS = {each.name for each in EFFECTS if not each.is_common}
@@ -67,9 +76,11 @@ def of_effect(*effects: str) -> tuple[str, ...]:
 
 
 FORCES = tuple(
-    n for n in of_effect("forcing", "second_harmonic") if PARAMETERS[n].dimension == "force"
+    n
+    for n in of_effect("forcing", "second_harmonic", "shaker")
+    if PARAMETERS[n].dimension in ("force", "length")
 )
-"""Amplitudes of the harmonics of the force."""
+"""Amplitudes of the harmonics of the force, and of a frame that is shaken."""
 
 
 if TYPE_CHECKING:
@@ -120,12 +131,38 @@ def acting(values: Mapping[str, Any]) -> dict[str, Any]:
     if any(isinstance(value, Acted) for value in seen.values()):
         return seen
     for name, acts in THROUGH_OTHERS.items():
-        if name in seen:
-            changed = acts(seen)
-            seen |= changed
-            if changed:
-                seen[name] = 0.0 * seen[name]
+        if acts and _is_present(seen.get(name, 0.0)):
+            seen |= {other: _evaluated(text, seen) for other, text in acts.items()}
+            own = seen[name]
+            seen[name] = 0.0 if isinstance(own, float) else 0.0 * np.asarray(own)
     return seen
+
+
+def _evaluated(expression: str, values: Mapping[str, Any]) -> Any:
+    """Return the value of an expression of a record; parameters without a value have their defaults."""
+    numbers = {
+        name: value if isinstance(value, float) else np.asarray(value)
+        for name, value in {**DEFAULTS, **values}.items()
+    }
+    return eval(expression, {"__builtins__": {}}, numbers)
+
+
+def _is_present(value: Any) -> bool:
+    """Return whether a parameter, a number or an array, is other than 0 anywhere."""
+    return value != 0.0 if isinstance(value, float) else bool(np.any(value))
+
+
+def slopes_of_acted(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
+    """Return of each parameter that others act on its derivatives by parameters, at their values: numbers or arrays."""
+    own = {name: stated_value(value) for name, value in values.items()}
+    slopes: dict[str, dict[str, Any]] = {}
+    for target, expression in ACTED.items():
+        used = compile(expression, "", "eval").co_names
+        slopes[target] = {
+            name: _evaluated(expression, {**own, name: own[name] + 1e-100j}).imag / 1e-100
+            for name in used
+        }
+    return slopes
 
 
 def without_absent(values: Mapping[str, float]) -> dict[str, float]:
@@ -158,6 +195,11 @@ PHYSICAL: Mapping[str, PhysicalParameter] = {
     "m": PhysicalParameter("mass", POSITIVE, "", "Mass."),
     "C": PhysicalParameter("stiffness", POSITIVE, "", "Stiffness of the spring."),
     **{name: physical for each in RECORDS for name, physical in _with_units(each).items()},
+    "m_e": PhysicalParameter(
+        *("mass", NOT_NEGATIVE, ""),
+        "Mass that turns on the mass m, which includes it, at the radius e: adds m_e e / m to shaker.",
+    ),
+    "e": PhysicalParameter(*("length", NOT_NEGATIVE, ""), "Radius at which m_e turns, with omega."),
     "slope": PhysicalParameter(
         *("angle", FINITE, ""),
         "Angle at which x rises: gravity adds -m gravity sin(slope) to load, and -M gravity sin(slope) to P (0).",

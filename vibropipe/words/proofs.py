@@ -12,7 +12,7 @@ from vibropipe.words.designs import Reasoned
 if TYPE_CHECKING:
     import xarray as xr
 
-BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2")
+BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "shaker")
 """The parameters on which a motion between rigid supports depends, those of the boxes of a proof."""
 PREFIX = "proof_"
 """Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
 
@@ -128,9 +128,9 @@ class Parameter:
         Whether an exciter knows that it was left out: it then only counts periods, or follows from others.
     units : str
         Of its values without units of length: "rad" of an angle.
-    acts : callable, optional
-        How it acts, if through others and on no code of kernels: takes the values of all parameters by name, numbers or
-        arrays, and returns those of the others that it changes.
+    acts : mapping of str to str, optional
+        How it acts, if through others and on no code of kernels: of each other parameter that it changes, an arithmetic
+        expression of parameters, which kernels compile.
     name : str
         As in Python, studies and files, the name that the record is assigned to.
     """
@@ -149,7 +149,7 @@ class Parameter:
     twin: str = ""
     follows: bool = False
     units: str = "1"
-    acts: Callable[[Mapping[str, Any]], Mapping[str, Any]] | None = None
+    acts: Mapping[str, str] | None = None
     name: str = ""
 
     def __set_name__(self, owner: type, name: str) -> None:

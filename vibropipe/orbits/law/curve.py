@@ -34,6 +34,7 @@ from vibropipe.orbits.law.steps import (
     System,
     fill_at,
     fill_tests,
+    new_through,
     solve,
 )
 from vibropipe.orbits.row import row_parameters
@@ -42,6 +43,7 @@ from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.housing import momentum_share
 from vibropipe.physics.load import forcing_period
+from vibropipe.words.parameters import THROUGH_OTHERS
 
 # Largest value of a test function where it is located: larger ones are jumps. Those of long orbits are so steep that
 # they differ from zero where their argument is known to rounding.
@@ -52,6 +54,9 @@ MAX_TEST_LEFT = {FOLD: 1e-3, DOUBLING: 1e-3, PAIR: 1e-3, SPEED: 1e-6, GAP: 1e-6}
 # (`HIDDEN_LENGTH`). From k = 1e8 on (`UNRESOLVED_LENGTH`) a branch ends, before the rounding of a length reaches the
 # distance of a fold from its flip, again 1 / k.
 HIDDEN_LENGTH, UNRESOLVED_LENGTH, STEEP = 1e-7, 1e-9, 0.2
+# Number of a parameter by which equations have no derivative but through others; columns of those that act so.
+BY_NONE = -1
+ACTING = [Parameters._fields.index(name) for name, acts in THROUGH_OTHERS.items() if acts]
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
 NO_BORDER = np.zeros((0, 0)), np.zeros(0)
@@ -110,13 +115,19 @@ class LawZeros(Curve):
         # The cyclic system is eliminated in place of a dense matrix.
         self.work = self.work._replace(matrix=np.zeros((0, 0)))
         names = [Parameters._fields[index] for index in along]
-        columns = np.array([ALL_DIFFERENTIATED.index(name) for name in names])
+        columns = np.array(
+            [
+                BY_NONE if name in THROUGH_OTHERS else ALL_DIFFERENTIATED.index(name)
+                for name in names
+            ]
+        )
+        is_acted = any(values[k] != 0.0 or k in along for k in ACTING)
         margins = np.zeros((of.KINDS + 1, 4))
         margins[of.TOUCH] = law.span * (-1.0 if law.mirrored else 1.0), *NO_TOUCH
         self.system = System(
             self.effects, law, values.reshape(1, -1).copy(), along, columns, 2.0 * low - high,
             2.0 * high - low, np.zeros((n, width)), new_blocks(n, len(along), self.effects.housing),
-            margins, size, speed,
+            margins, size, speed, new_through(n, is_acted, self.effects.housing),
         )  # fmt: skip
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:

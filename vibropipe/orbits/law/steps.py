@@ -18,11 +18,14 @@ from vibropipe.orbits.law.determinants import (
     unit_and_doubling,
 )
 from vibropipe.orbits.law.elimination import solve_cyclic
-from vibropipe.orbits.law.equations import Blocks, fill_blocks
+from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks
 from vibropipe.orbits.law.law import Law, width_of
 from vibropipe.orbits.law.margins import fill_margins
-from vibropipe.orbits.row import row_parameters
+from vibropipe.orbits.row import fill_acted, row_parameters
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
+from vibropipe.physics.exciter import Parameters
+from vibropipe.words.parameters import ACTED
 
 # Test functions of a point beside FOLD (where the orbit of a branch folds) and CROSSING, which no law needs. DOUBLING:
 # det(D + 1) of the return map's derivative D, bounded (a flip; of a mirrored law a pitchfork). UNIT: det(D - 1) alike.
@@ -35,6 +38,35 @@ DOUBLING, UNIT, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, 
 # housing PAIR is 0 where a pair of multipliers is on the unit circle; MINORS are those of the return map's derivative.
 MARGIN, SLOW_EVENT, PAIR, MINORS = range(TESTS, TESTS + 4)
 N_TESTS = TESTS + 4
+# Step of central differences of parameters that others act on, relative. It affects the speed of convergence and the
+# tangent.
+DIFFERENCE = 1e-5
+
+
+class Through(NamedTuple):
+    """Work arrays for the parameters that others act on; without rows where none does.
+
+    Attributes
+    ----------
+    columns, places : (t,) int
+        These parameters in `ALL_DIFFERENTIATED` and in an exciter.
+    blocks : Blocks
+        Of the derivatives by them.
+    ends : (2, t) float
+    """
+
+    columns: np.ndarray
+    places: np.ndarray
+    blocks: Blocks
+    ends: np.ndarray
+
+
+def new_through(n: int, is_acted: bool, housing: int | None) -> Through:
+    """Return work arrays for n events, without rows if nothing is acted on."""
+    columns = np.array([ALL_DIFFERENTIATED.index(name) for name in ACTED], np.int64)
+    places = np.array([Parameters._fields.index(name) for name in ACTED], np.int64)
+    blocks = new_blocks(n if is_acted else 0, len(ACTED), housing)
+    return Through(columns, places, blocks, np.zeros((2, len(ACTED))))
 
 
 class System(NamedTuple):
@@ -58,6 +90,7 @@ class System(NamedTuple):
     margins : (KINDS + 1, 4) float
     size, speed : float
         Scales of displacement and velocity.
+    through : Through
     """
 
     e: Effects
@@ -72,6 +105,30 @@ class System(NamedTuple):
     margins: np.ndarray
     size: float
     speed: float
+    through: Through
+
+
+@jit
+def add_through(system, p) -> None:
+    """Add the derivatives by the parameters that others act on, once the blocks and `values` are filled."""
+    columns, places, blocks, ends = system.through
+    fill_blocks(system.e, p, system.law, system.events, columns, blocks)
+    by, values = system.blocks.by, system.values
+    for j in range(system.along.size):
+        place = system.along[j]
+        held = values[0, place]
+        step = DIFFERENCE * max(abs(held), 0.1 * (system.most[j] - system.least[j]))
+        for side in range(2):
+            values[0, place] = held + (step if side == 0 else -step)
+            fill_acted(values[0], ends[side])
+        values[0, place] = held
+        for t in range(columns.size):
+            slope = (ends[0, t] - ends[1, t]) / (2.0 * step)
+            if system.along[j] == places[t]:
+                slope -= 1.0  # its own column is there
+            for i in range(by.shape[0]):
+                for row in range(by.shape[1]):
+                    by[i, row, j] += slope * blocks.by[i, row, t]
 
 
 @jit
@@ -89,6 +146,8 @@ def fill_at(system, u) -> bool:
         system.values[0, system.along[j]] = value
     p = row_parameters(system.values, 0)
     fill_blocks(system.e, p, law, events, system.columns, system.blocks)
+    if system.through.blocks.rest.size > 0:
+        add_through(system, p)
     total = 0.0
     for i in range(n):
         for j in range(width):

@@ -28,8 +28,17 @@ from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
 
-NAMES = ("nu", "f", "h", "l", "delta", "load", "f2", "friction", "m", "C")
-ABSENT = {"h": 0.0, "delta": 0.0, "load": 0.0, "f2": 0.0, "friction": 0.0, "m": 1.0, "C": 1.0}
+NAMES = ("nu", "f", "h", "l", "delta", "load", "f2", "friction", "shaker", "m", "C")
+ABSENT = {
+    "h": 0.0,
+    "delta": 0.0,
+    "load": 0.0,
+    "f2": 0.0,
+    "friction": 0.0,
+    "shaker": 0.0,
+    "m": 1.0,
+    "C": 1.0,
+}
 # A jump is a step of the amplitude by this share of its maximum on the line, and by this factor steeper than the
 # steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
 # either side, at an end of a line or beside a row without an orbit, cannot be told from steepness; motions without
@@ -81,8 +90,8 @@ def jump_steps(
 def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float | None:
     """Return the value of a parameter between two rows at which the linear motion touches a support.
 
-    There |f| / sqrt((1 - nu^2)^2 + h^2 nu^2) = l - |delta - load|. None if it does not between these rows, if a
-    parameter is not known, or under a second harmonic or friction, for which there is no such form.
+    There |f + shaker nu^2| / sqrt((1 - nu^2)^2 + h^2 nu^2) = l - |delta - load|. None if it does not between these
+    rows, if a parameter is not known, or under a second harmonic or friction, for which there is no such form.
 
     line : rows along a parameter, the others as scalar coordinates, in any units that are shown
     low, high : its values in the two rows
@@ -142,7 +151,8 @@ def _gap(numbers: Mapping[str, float]) -> float:
     """Return the gap that the linear motion leaves to the nearer support; without units m = C = 1."""
     nu, stiffness = numbers["nu"], numbers["C"]
     size = math.hypot(stiffness - numbers["m"] * nu * nu, numbers["h"] * nu)
-    amplitude = abs(numbers["f"]) / size if size > 0.0 else math.inf
+    force = numbers["f"] + numbers["m"] * numbers["shaker"] * nu * nu
+    amplitude = abs(force) / size if size > 0.0 else math.inf
     return numbers["l"] - abs(numbers["delta"] - numbers["load"] / stiffness) - amplitude
 
 

@@ -128,7 +128,7 @@ def boundary(
     ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
     effects = all_effects({**vars(exciter), **ends}, pieces=True, housing=True)
     check_ground(exciter, effects, dict(zip(names, low.tolist(), strict=True)))
-    box = Box(np.array(exciter.parameters()), indices, low, high, symmetric, length, effects)
+    box = Box(np.array(exciter.numbers()), indices, low, high, symmetric, length, effects)
     rows = _settled(exciter, names, box, lines)
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
-from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.solve.boundary.closed_flights import (
     Family,
     fly,
@@ -54,7 +54,7 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     ----------
     S. F. Masri, T. K. Caughey, "On the stability of the impact damper", Journal of Applied Mechanics 33 (1966) 586-592.
     """
-    return _boundaries(symmetric_family(dataclasses.replace(exciter, f=1.0, nu=1.0), m), nu)
+    return _boundaries(symmetric_family(_with_unit_force(exciter), m), nu)
 
 
 def one_sided_orbit_boundaries(
@@ -100,9 +100,15 @@ def one_sided_orbit_boundaries(
     S. W. Shaw, P. J. Holmes, "A periodically forced piecewise linear oscillator", Journal of Sound and Vibration 90
     (1983) 129-155.
     """
-    return _boundaries(
-        one_sided_family(dataclasses.replace(exciter, f=1.0, nu=1.0), support, m), nu
-    )
+    return _boundaries(one_sided_family(_with_unit_force(exciter), support, m), nu)
+
+
+def _with_unit_force(exciter: Exciter) -> Exciter:
+    """Return an exciter with f = nu = 1; ParameterError if its force grows with the frequency, since f is sought."""
+    if exciter.shaker != 0.0:
+        must = "must be 0: the whole amplitude of the force is sought (at nu it is f + shaker nu^2)"
+        raise ParameterError("shaker", exciter.shaker, must=must)
+    return dataclasses.replace(exciter, f=1.0, nu=1.0)
 
 
 def _is_admissible(family: Family, nu: float, f: float, phase: float, v: float) -> bool:

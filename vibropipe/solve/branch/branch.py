@@ -27,7 +27,14 @@ from vibropipe.solve.checks import (
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
-from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG, TWINS
+from vibropipe.words.parameters import (
+    FOLLOWED,
+    PARAMETERS,
+    RIGID_AT_ZERO,
+    SOFT_ALONG,
+    TWINS,
+    stated_value,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -38,7 +45,7 @@ if TYPE_CHECKING:
 SWITCHES = ("flip", "pitchfork", "grazing")
 MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 # Parameters whose change keeps a symmetric exciter symmetric.
-KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio")
+KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio", "shaker")
 OF_GROUND = ("housing_friction_1", "housing_friction_2")
 # Without friction of the ground both bodies keep any velocity: an orbit is one of a continuum.
 NO_FRICTION = (
@@ -150,7 +157,7 @@ def branch(
     switches, requested = _check_switch(switch), _check_outputs(outputs)
     ends = [problem.low, problem.high]
     start = steady_state(exciter, x0, v, harmonics=1)
-    values = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
+    values = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
     follow = along, _direction(signs)
     reached = {**values, along: np.array(ends)}
     effects = problem.effects
@@ -210,7 +217,7 @@ def _problem(
     """Return what is followed and in which directions; ParameterError for values that are not allowed."""
     if along not in FOLLOWED:
         raise ParameterError("along", along, f"one of {', '.join(FOLLOWED)}")
-    own = getattr(exciter, along)
+    own = stated_value(getattr(exciter, along))
     ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
     if len(ends) == 1:
         if ends[0] == own:
@@ -235,9 +242,9 @@ def _problem(
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
     symmetric = is_symmetric(exciter) and along in KEEP_SYMMETRY
-    values = np.array(exciter.parameters())
+    values = np.array(exciter.numbers())
     index = Parameters._fields.index(along)
-    reached = {name: np.array([value]) for name, value in exciter.parameters()._asdict().items()}
+    reached = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
     effects = all_effects({**reached, along: np.array([low, high])}, pieces=True, housing=True)
     check_ground(exciter, effects, {along: low})
     wanted_values = tuple(sorted(set(wanted)))

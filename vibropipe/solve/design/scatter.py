@@ -41,9 +41,7 @@ def assumed_scatter(exciter: Exciter, vary: Mapping[str, tuple[float, float]]) -
 
     They are ASSUMED of each parameter that the exciter has, of the larger end of a range and, of an offset, of l.
     """
-    sizes = {
-        name: abs(value) for name, value in vars(exciter).items() if name in Parameters._fields
-    }
+    sizes = {name: abs(value) for name, value in exciter.numbers()._asdict().items()}
     present = {name: sizes[name] for name in sizes if sizes[name] != DEFAULTS.get(name)}
     present |= {"nu": sizes["nu"]} | {name: max(map(abs, ends)) for name, ends in vary.items()}
     for restitution, stiffness, _ in SUPPORTS:  # its damping stands for it, where a support is soft

@@ -10,8 +10,9 @@ import numpy as np
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.rows.named import LENGTHS, Named
 from vibropipe.solve.rows.points import Points, clipped
+from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.solve.rows.sensitivity import differentiated
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, slopes_of_acted
 
 # Steps of central differences over the size of a parameter: orbits are known to some 1e-13, and the error of a
 # difference is least near the cube root.
@@ -92,7 +93,22 @@ def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int])
                 slopes[:, row, k] = 0.0
             elif parameter in differentiable and name.has_slopes(points.variables):
                 slopes[:, row, k] = name.slopes(points.variables, differentiable.index(parameter))
+            elif THROUGH_OTHERS.get(parameter) and name.has_slopes(points.variables):
+                slopes[:, row, k] = _through_others(points, name, parameter, differentiable)
     return slopes
+
+
+def _through_others(
+    points: Points, name: Named, parameter: str, differentiable: Sequence[str]
+) -> np.ndarray:
+    """Return the derivative (n,) of a quantity by a parameter that acts through others; NaN where it hides them."""
+    by = slopes_of_acted(columns_of(points.parameters))
+    total = np.zeros(len(points.parameters))
+    for target in THROUGH_OTHERS[parameter]:
+        slope = name.slopes(points.variables, differentiable.index(target))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            total += slope * by[target][parameter] / by[target][target]
+    return np.where(np.isfinite(total), total, np.nan)
 
 
 def by_differences(

@@ -37,7 +37,7 @@ def label_power(
         2 pi over the time to which energies and impacts per period belong.
     parameters : (rows, parameters) array
     """
-    p = columns_of(parameters)
+    p = columns_of(acting_rows(parameters))
     powers = {
         name: per_time(values[energy], nu) for name, energy in POWERS.items() if energy in values
     }
@@ -96,12 +96,14 @@ def label_frame(
     multiples = np.arange(1, rows.amplitudes.shape[1])
     exponent = p["wear_exponent"]
     wear = mean_over_impacts(rows, lambda speed, row: speed ** exponent[row])
-    # The harmonics are those of x, not of the mass, where the housing moves.
-    is_fixed = np.where(p["mass_ratio"] > 0.0, np.nan, 1.0)[:, None]
+    # A force that does not push off the frame is not known apart from one that does; the harmonics are those of x, not
+    # of the mass, where the housing moves.
+    is_known = known_on_frame(parameters)
+    is_fixed = (is_known * np.where(p["mass_ratio"] > 0.0, np.nan, 1.0))[:, None]
     frame = {
         "frame_force_mean": load - acceleration,
-        "frame_force_rms": np.sqrt(np.maximum(mean_square, 0.0)),
-        "frame_force_max": forces[:, FORCE_MAX],
+        "frame_force_rms": is_known * np.sqrt(np.maximum(mean_square, 0.0)),
+        "frame_force_max": is_known * forces[:, FORCE_MAX],
         "frame_force_amplitude": is_fixed
         * (multiples * nu[:, None]) ** 2
         * values["displacement_amplitude"],
@@ -110,6 +112,11 @@ def label_frame(
         "wear_rate": per_time(values["impacts_per_period"] * wear, nu),
     }
     return frame | {"impact_impulse": _impulses(rows, parameters)}
+
+
+def known_on_frame(parameters: np.ndarray) -> np.ndarray:
+    """Return 1 for each row (rows,) whose force on the frame is known, NaN under a shaker."""
+    return np.where(columns_of(parameters)["shaker"] != 0.0, np.nan, 1.0)
 
 
 def per_time(values: np.ndarray, nu: np.ndarray) -> np.ndarray:

@@ -17,7 +17,7 @@ from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.words.outputs import OUTPUTS, computed
-from vibropipe.words.parameters import THROUGH_OTHERS, acting
+from vibropipe.words.parameters import ACTED, acting
 
 # Samples of an orbit of the output `motion`.
 PHASES = 256
@@ -135,7 +135,7 @@ def columns_of(parameters: np.ndarray) -> dict[str, np.ndarray]:
 
 def acting_rows(parameters: np.ndarray) -> np.ndarray:
     """Return parameters (rows, parameters) as kernels see them."""
-    if not THROUGH_OTHERS:
+    if not ACTED:
         return parameters
     return np.column_stack([*acting(columns_of(parameters)).values()])
 

@@ -14,7 +14,9 @@ from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
-from vibropipe.solve.rows.power import TWO_PI, per_time
+from vibropipe.solve.rows.power import TWO_PI, known_on_frame, per_time
+from vibropipe.solve.rows.row_results import columns_of
+from vibropipe.words.parameters import THROUGH_OTHERS, slopes_of_acted
 from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, row_dims
 
 # Quantities of a housing that have derivatives, by the columns of `RowResults.d_housing`.
@@ -59,7 +61,9 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
     if rows.d_amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
         if rows.forces.size > 0 and rows.d_housing.size == 0:
-            values |= _frame_forces(rows.amplitudes, values, nu)
+            on_frame = _frame_forces(rows.amplitudes, values, nu)
+            is_known = known_on_frame(parameters)[:, None, None]
+            values |= {name: is_known * slopes for name, slopes in on_frame.items()}
     if rows.d_multipliers.size > 0:
         values["floquet_multiplier"] = rows.d_multipliers
     if rows.impact_count.size > 0:
@@ -92,7 +96,34 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         name + SENSITIVITY_SUFFIX: ((*row_dims(name), PARAMETER), array)
         for name, array in values.items()
     }
-    return _with_dampings(derivatives, parameters, rows.impact_count)
+    through = _through_others(derivatives, parameters, rows.impact_count)
+    return _with_dampings(through, parameters, rows.impact_count)
+
+
+def _through_others(
+    derivatives: Variables, parameters: np.ndarray, impact_count: np.ndarray
+) -> Variables:
+    """Return derivatives by what kernels see of parameters that others act on as those by all parameters."""
+    names, own = differentiated(derivatives), columns_of(parameters)
+    acting_ones = [name for name, acts in THROUGH_OTHERS.items() if acts and own[name].any()]
+    if not acting_ones:
+        return derivatives
+    slopes = slopes_of_acted(own)
+    owners = {"row": np.arange(len(parameters))}
+    owners["impact"] = np.repeat(owners["row"], impact_count)
+    through = {}
+    for name, (dims, values) in derivatives.items():
+        changed, rows = values.copy(), owners.get(dims[0], owners["row"])
+        for target, by in slopes.items():
+            seen = values[..., names.index(target)]
+            for parameter, slope in by.items():
+                if parameter in names:
+                    share = np.broadcast_to(slope, len(parameters))[rows]
+                    share = share - 1.0 if parameter == target else share
+                    column = names.index(parameter)
+                    changed[..., column] += seen * share.reshape(-1, *(1,) * (seen.ndim - 1))
+        through[name] = (dims, changed)
+    return through
 
 
 def _with_dampings(

@@ -9,6 +9,8 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.scenes.motion.curves import acceleration_bound
+from vibropipe.scenes.motion.panels import panel_names
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import load_study
 
@@ -200,6 +202,22 @@ scenes:
         )
         assert float(row["shaker"]) == pytest.approx(0.05 * 0.003 / 0.35, rel=1e-12)
     assert speeds["power_input"].attrs["units"] == "W"
+
+
+@pytest.mark.parametrize("other", [{"shaker": 2.0}, {"f2": 3.0, "f": 0.1}, {"load": 0.2, "f": 1.0}])
+def test_acceleration_is_within_the_bound_by_which_jumps_are_told(other):
+    motion = vp.simulate(vp.Exciter(l=0.5, nu=1.5, h=0.1, R1=0.7, R2=0.6, **other), 30.0)
+    p = motion.coords
+    first = float(p["f"]) + float(p.get("shaker", 0.0)) * 1.5**2
+    force = first * np.sin(1.5 * motion["tau"])
+    force = (
+        force
+        + float(p.get("f2", 0.0)) * np.sin(2 * 1.5 * motion["tau"])
+        + float(p.get("load", 0.0))
+    )
+    largest = float(np.abs(force - 0.1 * motion["velocity"] - motion["displacement"]).max())
+    assert 0.5 * acceleration_bound(motion) < largest <= acceleration_bound(motion)
+    assert "force" in panel_names(motion)
 
 
 def test_a_force_without_frequency_is_refused():

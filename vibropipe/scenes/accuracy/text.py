@@ -25,6 +25,7 @@ from vibropipe.scenes.accuracy.summary import (
     times_to_errors,
 )
 from vibropipe.words.measurements import OWN_METHODS, Outcome
+from vibropipe.words.parameters import FORCES
 from vibropipe.words.vocabulary import quantity
 from vibropipe.words.wording import count, series
 
@@ -80,8 +81,9 @@ def closed_text(dataset: xr.Dataset) -> str:
     if "exact" not in dataset["method"].values or any(name not in dataset for name in none):
         return ""
     is_closed = np.all([dataset[name].values == value for name, value in none.items()], axis=0)
-    if "f2" in dataset:
-        is_closed &= dataset["f2"].values == 0.0
+    for name in FORCES:
+        if name in dataset:
+            is_closed &= dataset[name].values == 0.0
     if not is_closed.any():
         return ""
     return (

@@ -11,6 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.phase_plane import certain_jumps, walls_of, with_breaks
 from vibropipe.figures.text import clock, frequency, times_of
 from vibropipe.solve.shown_units import in_si, shown_unit
+from vibropipe.words.parameters import PARAMETERS
 
 Floats = NDArray[np.float64]
 
@@ -19,9 +20,13 @@ def acceleration_bound(dataset: xr.Dataset) -> float:
     """Return a bound of |x''| between impacts, by the equation of motion; infinite in physical units, or if soft."""
     if "nu" not in dataset.variables or {"k1", "k2"} & {*dataset.variables}:
         return np.inf
+    given = {name: abs(float(dataset[name])) for name in PARAMETERS if name in dataset.variables}
+    p = {**dict.fromkeys(PARAMETERS, 0.0), **given}
     speed = float(np.abs(dataset["velocity"].values).max())
-    reach = float(dataset["l"]) + abs(float(dataset["delta"]))
-    return abs(float(dataset["f"])) + float(dataset["h"]) * speed + reach
+    forces = p["f"] + p["f2"] + p["shaker"] * p["nu"] ** 2 + p["load"] + p["friction"]
+    of_mass = forces + p["h"] * speed + p["l"] + p["delta"]
+    ground = p["housing_friction_1"] + p["housing_friction_2"] + p["housing_load"]
+    return of_mass + p["mass_ratio"] * (of_mass + ground)
 
 
 def forcing_period(dataset: xr.Dataset) -> float:

@@ -34,7 +34,7 @@ from vibropipe.figures.phase_plane import (
     walls_of,
 )
 from vibropipe.figures.style import EXACT_COLOUR, rasterise_many
-from vibropipe.figures.text import axis_label, clock, force_amplitude, times_of
+from vibropipe.figures.text import axis_label, clock, is_forced, times_of
 from vibropipe.scenes.motion.curves import curve, forcing_period, jumps, velocities_at_impacts
 
 HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8}  # cm
@@ -51,7 +51,7 @@ MANY_POINTS = 4000  # of a path, which is then a thin line
 
 def panel_names(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
     """Return the panels among force, displacement, velocity: those of `show`, or all but a force that is zero."""
-    absent = () if show or float(dataset[force_amplitude(dataset)]) != 0.0 else ("force",)
+    absent = () if show or is_forced(dataset) else ("force",)
     return [name for name in HEIGHTS if name in (show or HEIGHTS) and name not in absent]
 
 

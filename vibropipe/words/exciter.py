@@ -57,7 +57,7 @@ class OfEffects:
     )
     shaker: int | None = effect_record(
         "shaker = 0", ("shaker",), calls=("shaker",), is_marched=False,
-        sentence="the force of a shaken frame or an unbalance grows with the square of the frequency",
+        sentence="an unbalance or a shaken frame adds a force that grows with the square of the frequency",
     )
     # fmt: on
 
@@ -175,7 +175,7 @@ class OfExciter:
         Physical("P", "$P$", "P"), effect="housing", sign=-1,
     )
     shaker: float = parameter_record(
-        FINITE, 0.0, "$a$", "a", "amplitude of the shaken frame", "amplitude of the frame",
+        FINITE, 0.0, "$u$", "u", "amplitude of a shaker, or of an unbalance", "shaker, or mₑe/m",
         "Amplitude of a frame that is shaken, or of an unbalance its mass times its radius over the mass: adds "
         "shaker nu^2 to f", "length",
         Physical("shaker", key="Amplitude of a frame that is shaken: adds m shaker omega^2 to F"),

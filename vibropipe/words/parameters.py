@@ -6,8 +6,6 @@ from collections import namedtuple
 from collections.abc import Mapping
 from typing import TYPE_CHECKING, Any, Literal, NamedTuple
 
-import numpy as np
-
 from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.exciter import PARAMETERS as RECORDS
 from vibropipe.words.records import FINITE, NOT_NEGATIVE, POSITIVE, Parameter, Range, described
@@ -133,23 +131,28 @@ def acting(values: Mapping[str, Any]) -> dict[str, Any]:
     for name, acts in THROUGH_OTHERS.items():
         if acts and _is_present(seen.get(name, 0.0)):
             seen |= {other: _evaluated(text, seen) for other, text in acts.items()}
-            own = seen[name]
-            seen[name] = 0.0 if isinstance(own, float) else 0.0 * np.asarray(own)
+            seen[name] = 0.0 * _as_numbers(seen[name])
     return seen
 
 
 def _evaluated(expression: str, values: Mapping[str, Any]) -> Any:
     """Return the value of an expression of a record; parameters without a value have their defaults."""
-    numbers = {
-        name: value if isinstance(value, float) else np.asarray(value)
-        for name, value in {**DEFAULTS, **values}.items()
-    }
+    numbers = {name: _as_numbers(value) for name, value in {**DEFAULTS, **values}.items()}
     return eval(expression, {"__builtins__": {}}, numbers)
+
+
+def _as_numbers(value: Any) -> Any:
+    """Return the value of a parameter as a number or an array."""
+    if isinstance(value, float):
+        return value
+    import numpy as np  # commands that compute nothing do without
+
+    return np.asarray(value)
 
 
 def _is_present(value: Any) -> bool:
     """Return whether a parameter, a number or an array, is other than 0 anywhere."""
-    return value != 0.0 if isinstance(value, float) else bool(np.any(value))
+    return value != 0.0 if isinstance(value, float) else bool(_as_numbers(value).any())
 
 
 def slopes_of_acted(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:

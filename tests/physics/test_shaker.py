@@ -12,12 +12,25 @@ import vibropipe as vp
 from vibropipe.scenes.motion.curves import acceleration_bound
 from vibropipe.scenes.motion.panels import panel_names
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study import load_study
+from vibropipe.study import StudyError, load_study
 
 TWO_SIDED = vp.Exciter(l=0.5, h=0.1, R1=0.7, R2=0.6, delta=0.05, nu=1.2, f=0.1, shaker=0.5)
 SOFT = vp.Exciter(
     l=0.5, h=0.1, k1=50, k2=40, R1=0.7, R2=0.7, friction=0.02, nu=1.2, f=0.1, shaker=0.5
 )
+
+STUDY = """
+title: An unbalance
+physical: {m: 0.35 kg, C: 6 N/mm, H: 4 N s/m, l: 1 mm, m_e: 50 g, e: 2 mm}
+exciter: {R1: 0.7, R2: 0.6}
+scenes:
+  speeds:
+    kind: sweep
+    physical: {e: 3 mm}
+    over: {omega: {start: 18 Hz, stop: 30 Hz, points: 7}}
+    outputs: [impacts, power]
+  line: {kind: branch, physical: {e: 3 mm}, along: {omega: {from: 24 Hz, to: 30 Hz}}}
+"""
 
 
 def forced(exciter: vp.Exciter, **changed: float) -> vp.Exciter:
@@ -162,6 +175,28 @@ def test_what_is_missing_beside_an_unbalance(given, told):
         vp.Exciter.from_physical(m="0.35 kg", C="6 N/mm", l="4 mm", **given)
 
 
+@pytest.mark.parametrize(
+    ("change", "told"),
+    [
+        (("m_e: 50 g, ", ""), "physical.e: must be left out unless m_e stands beside it"),
+        (("50 g", "400 g"), "physical.m_e: must not exceed m, of which it is a part, got '400 g'"),
+        (
+            ("l: 1 mm", "l: 1 mm, M: 1 kg, D1: 1 N, D2: 1 N"),
+            "scenes.speeds.physical.shaker: must be 0 where",
+        ),
+        (
+            ("{e: 3 mm}\n    over: {", "{e: 3 mm}\n    over: {shaker: [1 mm], "),
+            "e: must be left out, since shaker is swept",
+        ),
+    ],
+)
+def test_what_a_study_says_of_an_unbalance_that_cannot_be(tmp_path, change, told):
+    tmp_path.joinpath("unbalance.yaml").write_text(STUDY.replace(*change))
+    with pytest.raises(StudyError) as error:
+        load_study(tmp_path / "unbalance.yaml")
+    assert told in str(error.value)
+
+
 def test_what_reaches_the_frame_is_not_told_of_a_shaken_one():
     """On a shaken frame acts -(x'' + y''), on that of an exciter with the same f: -x''."""
     row = vp.steady_state(TWO_SIDED, outputs=("harmonics", "impacts", "frame", "sensitivity"))
@@ -176,19 +211,7 @@ def test_what_reaches_the_frame_is_not_told_of_a_shaken_one():
 
 def test_a_study_has_an_unbalance_in_all_of_its_scenes(tmp_path):
     """The force of each row is m_e e omega^2, also where m_e stands in the study and another e in the scene."""
-    text = """
-title: An unbalance
-physical: {m: 0.35 kg, C: 6 N/mm, H: 4 N s/m, l: 1 mm, m_e: 50 g, e: 2 mm}
-exciter: {R1: 0.7, R2: 0.6}
-scenes:
-  speeds:
-    kind: sweep
-    physical: {e: 3 mm}
-    over: {omega: {start: 18 Hz, stop: 30 Hz, points: 7}}
-    outputs: [impacts, power]
-  line: {kind: branch, physical: {e: 3 mm}, along: {omega: {from: 24 Hz, to: 30 Hz}}}
-"""
-    tmp_path.joinpath("unbalance.yaml").write_text(text)
+    tmp_path.joinpath("unbalance.yaml").write_text(STUDY)
     scenes = load_study(tmp_path / "unbalance.yaml").scenes
     speeds, line = (kind_of(scene).solve(scene) for scene in scenes.values())
     for found, n in ((speeds, 3), (line, -1)):
@@ -218,6 +241,38 @@ def test_acceleration_is_within_the_bound_by_which_jumps_are_told(other):
     largest = float(np.abs(force - 0.1 * motion["velocity"] - motion["displacement"]).max())
     assert 0.5 * acceleration_bound(motion) < largest <= acceleration_bound(motion)
     assert "force" in panel_names(motion)
+
+
+def test_the_mirrored_exciter_has_the_opposite_force():
+    mirrored = TWO_SIDED.mirrored()
+    assert (mirrored.numbers().f, mirrored.shaker, float(mirrored.f)) == (
+        -0.1,
+        -0.5,
+        -float(TWO_SIDED.f),
+    )
+    assert mirrored.mirrored() == TWO_SIDED
+    one_sided = vp.Exciter(l=0.5, h=0.1, R2=0.6, delta=0.3, nu=1.0, f=0.1, shaker=0.15)
+    here, same = (vp.one_sided_orbit(each, 2, 1) for each in (one_sided, forced(one_sided)))
+    for name in ("impact_velocity", "impact_phase"):
+        np.testing.assert_allclose(here[name], same[name], rtol=1e-13)
+
+
+@pytest.mark.parametrize("exciter", [TWO_SIDED, SOFT])
+def test_errors_of_a_motion_are_those_under_the_same_force(exciter):
+    here, same = (vp.simulate(each, 60.0, accuracy=1e-6) for each in (exciter, forced(exciter)))
+    assert here.attrs["method"] == same.attrs["method"]
+    np.testing.assert_array_equal(here["displacement"], same["displacement"])
+    found, expected = (each["displacement_error"].max() for each in (here, same))
+    assert float(expected) / 3 < float(found) < 3 * float(expected)
+
+
+def test_attractors_are_followed_along_the_force():
+    """Over f the numbers of attractors are those of the whole force, without a jump between them."""
+    exciter = replace(TWO_SIDED, f=0.0)
+    starts = {"x0": [-0.3, 0.0, 0.3], "v0": [-0.5, 0.5]}
+    here = vp.basins(exciter, **starts, over={"f": [0.0, 0.02, 0.04]})
+    same = vp.basins(forced(exciter), **starts, over={"f": [0.72, 0.74, 0.76]})
+    np.testing.assert_array_equal(here["attractor"], same["attractor"])
 
 
 def test_a_force_without_frequency_is_refused():

@@ -277,7 +277,7 @@ class Exciter(_OfRecords, Written):
 
     def mirrored(self) -> Exciter:
         """Return the mirrored exciter, x -> -x: forces and delta change sign, the supports are exchanged."""
-        values = {name: getattr(self, of) for name, (of, _sign) in MIRRORED.items()}
+        values = {name: stated_value(getattr(self, of)) for name, (of, _sign) in MIRRORED.items()}
         negated = {name: -values[name] for name, (_of, sign) in MIRRORED.items() if sign < 0}
         return replace(self, **{**values, **negated})
 

@@ -20,9 +20,8 @@ NO_SHAKER = (
     "unbalance or a shaken frame does not"
 )
 WITHOUT_MASS = "must be left out without M, the mass of the housing, which is fixed then"
-BESIDE_UNBALANCE = "must be left out unless {} stands beside it"
+BESIDE = "must be left out unless {} stands beside it"
 WITHIN_MASS = "must not exceed m, of which it is a part"
-BESIDE_SLOPE = "must be left out unless slope stands beside it"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
 
 
@@ -73,9 +72,9 @@ def check_together(
     given: Mapping[str, Any], si: Mapping[str, float], restitution: Mapping[str, float]
 ) -> None:
     """Raise a ParameterError, in physical words, if parameters do not go together."""
-    for name, other in (("m_e", "e"), ("e", "m_e")):
+    for name, other in (("m_e", "e"), ("e", "m_e"), ("gravity", "slope")):
         if name in si and other not in si:
-            raise ParameterError(name, given[name], must=BESIDE_UNBALANCE.format(other))
+            raise ParameterError(name, given[name], must=BESIDE.format(other))
     if si.get("m_e", 0.0) > si["m"]:
         raise ParameterError("m_e", given["m_e"], must=WITHIN_MASS)
     forces = ("F", "F2", "shaker", "m_e")
@@ -84,8 +83,6 @@ def check_together(
         allowed = "an angular frequency in rad/s, or text with its unit"
         must = FREQUENCY_REQUIRED.format(force, allowed)
         raise ParameterError("omega", None, allowed, must=must, got="")
-    if "gravity" in si and "slope" not in si:
-        raise ParameterError("gravity", given["gravity"], must=BESIDE_SLOPE)
     for name in ("D1", "D2", "P") if "M" not in si else ():
         if si.get(name, 0.0) != 0.0:
             raise ParameterError(name, given[name], must=WITHOUT_MASS)

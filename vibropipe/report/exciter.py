@@ -12,7 +12,7 @@ from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.exciter import EFFECTS, PARAMETERS
-from vibropipe.words.parameters import FURTHER, PHYSICAL, of_effect
+from vibropipe.words.parameters import FURTHER, PHYSICAL, THROUGH_OTHERS, of_effect
 from vibropipe.words.vocabulary import physical_name
 
 FEW = 3  # values that are listed
@@ -23,11 +23,12 @@ WORDS = {"m": "mass", "C": "stiffness"} | {
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
 # Restitution of each support, and the names of the stiffness without which it is rigid.
 RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
-# Constant forces and friction, under both names.
+# Constant forces, friction and a shaker, under both names: datasets without one leave it out.
 FORCES = {
     each
     for name, entry in PHYSICAL.items()
-    if entry.dimension == "force" and entry.non_dimensional in FURTHER
+    if entry.non_dimensional in FURTHER
+    and (entry.dimension == "force" or THROUGH_OTHERS.get(entry.non_dimensional))
     for each in (name, entry.non_dimensional)
 }
 LETTERS = SYMBOLS | {each.name: each.letter for each in PARAMETERS}

@@ -12,8 +12,8 @@ from typing import Any
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.si import (
-    BESIDE_SLOPE,
-    BESIDE_UNBALANCE,
+    BESIDE,
+    WITHIN_MASS,
     eigenfrequency,
     non_dimensional,
 )
@@ -133,12 +133,18 @@ class _Reader:
             )
         if "gravity" in physical and "slope" not in physical:
             found = describe(physical["gravity"])
-            self.problems.append(Problem((*path, "physical", "gravity"), found, must=BESIDE_SLOPE))
+            self.problems.append(
+                Problem((*path, "physical", "gravity"), found, must=BESIDE.format("slope"))
+            )
         beside = {**self.above(path), **physical}
         for name, other in (("m_e", "e"), ("e", "m_e")):
             if name in physical and other not in beside:
-                found, must = describe(physical[name]), BESIDE_UNBALANCE.format(other)
+                found, must = describe(physical[name]), BESIDE.format(other)
                 self.problems.append(Problem((*path, "physical", name), found, must=must))
+        own, whole = _si("m_e", physical.get("m_e")), _si("m", self.tree["physical"].get("m"))
+        if own is not None and whole is not None and own > whole:
+            found = describe(physical["m_e"])
+            self.problems.append(Problem((*path, "physical", "m_e"), found, must=WITHIN_MASS))
         read = {name: _si(name, value) for name, value in physical.items() if name in TAKEN}
         si = {name: STAND_IN if value is None else value for name, value in read.items()}
         given = non_dimensional({**self.units, **si})

@@ -127,7 +127,8 @@ def perturbed(
     """
     # bits of 0, 3, 6, ...: neighbours, such as l and delta, differ in some copies and agree in others
     signs = {name: 1 - 2 * (3 * n >> copy & 1) for n, name in enumerate(PERTURBED)}
-    values = {name: getattr(exciter, name) * (1 + ULP * signs[name]) for name in PARAMETERS}
+    stated = exciter.numbers()._asdict()
+    values = {name: value * (1 + ULP * signs[name]) for name, value in stated.items()}
     if touches:
         # The tolerance of the search for contacts scales with the lengths that occur in a step.
         offsets = abs(exciter.delta) + abs(exciter.load)

@@ -100,7 +100,7 @@ def follow_attractors(sets: Sequence[AttractorSet], name: str) -> Families:
 def carry(source: AttractorSet, index: int, target: AttractorSet, name: str) -> Link:
     """Follow an attractor from the parameters of one set to those of another, which differ in `name`."""
     exciter, states = source.section.exciter, _states(source, index)
-    begin, end = getattr(exciter, name), getattr(target.section.exciter, name)
+    begin, end = (getattr(each.numbers(), name) for each in (exciter, target.section.exciter))
     value, step = begin, end - begin
     while True:
         is_last = abs(step) >= abs(end - value)
@@ -112,7 +112,7 @@ def carry(source: AttractorSet, index: int, target: AttractorSet, name: str) -> 
         if settled is not None and distance(states, settled, source.section) <= CONTINUOUS:
             if is_last:
                 return Link(owner, None)
-            value, states, step = getattr(ahead, name), settled, 2 * step
+            value, states, step = getattr(ahead.numbers(), name), settled, 2 * step
             continue
         step *= 0.5
         if abs(step) < MIN_STEP * abs(end - begin):
@@ -223,7 +223,7 @@ def _changes(
 def _merges(attractors: AttractorSet, indices: list[int], end: Exciter, name: str) -> float:
     """Return where two attractors become one on the way to other parameters, by bisection."""
     exciter = attractors.section.exciter
-    separate, merged = getattr(exciter, name), getattr(end, name)
+    separate, merged = (getattr(each.numbers(), name) for each in (exciter, end))
     least = MIN_STEP * abs(merged - separate)
     states = [_states(attractors, index) for index in indices]
     while abs(merged - separate) > least and len(states) == 2:

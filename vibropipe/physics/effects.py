@@ -16,7 +16,7 @@ import numpy as np
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.exciter import EFFECTS
-from vibropipe.words.parameters import EFFECT_NAMES, acting, of_effect
+from vibropipe.words.parameters import EFFECT_NAMES, acting, occurs, of_effect
 from vibropipe.words.records import Effect
 
 if TYPE_CHECKING:
@@ -72,11 +72,6 @@ OF_HOUSING = of_effect("housing")
 CALL_FOR_PIECES = tuple(name for each in _BY_PIECES for name in each.calls)
 # Further effects that all calls compute where parameters have them.
 ALWAYS_COMPUTED = [each for each in _MARCHED if not (each.is_common or each.refusal)]
-
-
-def occurs(value: Any) -> bool:
-    """Return whether a parameter, a number or an array, is other than 0 anywhere; one motion has numbers."""
-    return value != 0.0 if isinstance(value, float) else bool(np.any(value))
 
 
 def has_effect(effect: Effect, values: Mapping[str, Any]) -> bool:

@@ -41,7 +41,9 @@ THROUGH_OTHERS: Mapping[str, Mapping[str, str]] = {
 ACTED: Mapping[str, str] = {
     target: expression for acts in THROUGH_OTHERS.values() for target, expression in acts.items()
 }
-"""Parameters that others act on: what kernels see of each, as an expression."""
+"""Parameters that others act on, each by one of them: what kernels see of each, as an expression."""
+if len(ACTED) < sum(map(len, THROUGH_OTHERS.values())):
+    raise ValueError(f"two parameters act on the same one: {THROUGH_OTHERS}")
 
 FOLLOWED = tuple(name for name in PARAMETERS if THROUGH_OTHERS.get(name) != {})
 """Parameters along which orbits and bifurcations can be followed."""
@@ -129,7 +131,7 @@ def acting(values: Mapping[str, Any]) -> dict[str, Any]:
     if any(isinstance(value, Acted) for value in seen.values()):
         return seen
     for name, acts in THROUGH_OTHERS.items():
-        if acts and _is_present(seen.get(name, 0.0)):
+        if acts and occurs(seen.get(name, 0.0)):
             seen |= {other: _evaluated(text, seen) for other, text in acts.items()}
             seen[name] = 0.0 * _as_numbers(seen[name])
     return seen
@@ -150,8 +152,8 @@ def _as_numbers(value: Any) -> Any:
     return np.asarray(value)
 
 
-def _is_present(value: Any) -> bool:
-    """Return whether a parameter, a number or an array, is other than 0 anywhere."""
+def occurs(value: Any) -> bool:
+    """Return whether a parameter, a number or an array, is other than 0 anywhere; one motion has numbers."""
     return value != 0.0 if isinstance(value, float) else bool(_as_numbers(value).any())
 
 

@@ -29,13 +29,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
 
 NAMES = ("nu", "f", "h", "l", "delta", "load", "f2", "friction", "shaker", "m", "C")
-ABSENT = {
-    "h": 0.0,
-    "delta": 0.0,
-    "load": 0.0,
-    "f2": 0.0,
-    "friction": 0.0,
-    "shaker": 0.0,
+ABSENT = dict.fromkeys(("h", "delta", "load", "f2", "friction", "shaker"), 0.0) | {
     "m": 1.0,
     "C": 1.0,
 }

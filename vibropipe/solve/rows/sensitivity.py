@@ -105,25 +105,29 @@ def _through_others(
 ) -> Variables:
     """Return derivatives by what kernels see of parameters that others act on as those by all parameters."""
     names, own = differentiated(derivatives), columns_of(parameters)
-    acting_ones = [name for name, acts in THROUGH_OTHERS.items() if acts and own[name].any()]
-    if not acting_ones:
+    if not any(acts and own[name].any() for name, acts in THROUGH_OTHERS.items()):
         return derivatives
-    slopes = slopes_of_acted(own)
-    owners = {"row": np.arange(len(parameters))}
-    owners["impact"] = np.repeat(owners["row"], impact_count)
+    shares = [
+        (target, parameter, slope - (parameter == target))
+        for target, by in slopes_of_acted(own).items()
+        for parameter, slope in by.items()
+        if parameter in names
+    ]
     through = {}
     for name, (dims, values) in derivatives.items():
-        changed, rows = values.copy(), owners.get(dims[0], owners["row"])
-        for target, by in slopes.items():
+        changed, owner = values.copy(), _owner_of(dims, len(parameters), impact_count)
+        for target, parameter, share in shares:
             seen = values[..., names.index(target)]
-            for parameter, slope in by.items():
-                if parameter in names:
-                    share = np.broadcast_to(slope, len(parameters))[rows]
-                    share = share - 1.0 if parameter == target else share
-                    column = names.index(parameter)
-                    changed[..., column] += seen * share.reshape(-1, *(1,) * (seen.ndim - 1))
+            own_share = share[owner].reshape(-1, *(1,) * (seen.ndim - 1))
+            changed[..., names.index(parameter)] += seen * own_share
         through[name] = (dims, changed)
     return through
+
+
+def _owner_of(dims: tuple[str, ...], rows: int, impact_count: np.ndarray) -> np.ndarray:
+    """Return the row of each entry of a variable over rows, or over their impacts."""
+    owner = np.arange(rows)
+    return owner if dims[0] == "row" else np.repeat(owner, impact_count)
 
 
 def _with_dampings(
@@ -142,11 +146,7 @@ def _with_dampings(
         by[follows] = np.transpose(damping_derivatives(R[follows], k[follows]))
         *columns, h_column = map(names.index, support)
         for name, (dims, values) in derivatives.items():
-            owner = (
-                np.arange(len(R))
-                if dims[0] == "row"
-                else np.repeat(np.arange(len(R)), impact_count)
-            )
+            owner = _owner_of(dims, len(R), impact_count)
             moved = follows[owner]
             by_h = values[moved, ..., h_column]
             values = values.copy()  # some variables share their array

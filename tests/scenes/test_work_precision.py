@@ -156,7 +156,7 @@ def test_a_race_that_nobody_finished_can_be_drawn(work_precision):
 def test_a_motion_in_closed_form_is_named(work_precision):
     text = picture_of("accuracy", work_precision).describe(work_precision, None, {})
     assert "closed form" not in text
-    for name, value in {"f": 0.0, "h": 0.0, "f2": 0.0}.items():
+    for name, value in {"f": 0.0, "h": 0.0, "f2": 0.0, "shaker": 0.0}.items():
         work_precision[name][1] = value
     text = picture_of("accuracy", work_precision).describe(work_precision, None, {})
     assert "the exact method evaluates a closed form" in text

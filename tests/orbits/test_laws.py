@@ -25,6 +25,8 @@ EXCITERS = {
     "friction": {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.2, "R1": 0.7, "R2": 0.7, "friction": 0.05},
     "stick": {"l": 1.0, "nu": 0.5, "f": 1.5, "h": 0.1, "R1": 0.7, "R2": 0.7, "friction": 0.4},
     "stick in contact": {"l": 1.0, "nu": 0.4, "f": 1.2, "h": 0.1, "k1": 50, "k2": 50, "friction": 0.5},
+    "static": {"l": 1.0, "nu": 0.5, "f": 1.5, "h": 0.1, "R1": 0.7, "R2": 0.6, "friction": 0.3, "friction_ratio": 2},
+    "static rest": {"l": 0.5, "nu": 0.3, "f": 0.9, "R1": 0.5, "R2": 0.4, "friction": 0.03, "friction_ratio": 2},
     "no contact": {"l": 5.0, "nu": 0.6, "f": 0.5, "h": 0.1, "friction": 0.2},
     "rest": {"l": 0.5, "nu": 0.3, "f": 0.9, "h": 0.1, "R1": 0.6, "R2": 0.5, "friction": 0.03},
     "two harmonics": {"l": 0.5, "nu": 0.9, "f": 0.9, "h": 0.3, "k1": 80, "h1": 2, "R2": 0.6, "f2": 0.2, "phi2": 0.4},
@@ -94,6 +96,8 @@ def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
     for k, parameter in enumerate(ALL_DIFFERENTIATED):
         if parameter in ("k1", "k2") and getattr(p, parameter) == 0.0:
             continue  # another exciter
+        if parameter == "friction_ratio" and p.friction_ratio == 1.0:
+            continue  # a slip without a jump is divided by another power of its span
         ends = [
             rests(p._replace(**{parameter: getattr(p, parameter) + change}), u)
             for change in (step, -step)

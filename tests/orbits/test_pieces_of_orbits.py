@@ -29,6 +29,7 @@ CASES = {
     "one_soft": {"R2": 1.0, "k2": 30.0, "h2": 1.0, "delta": 0.05},
     "turns": {"friction": 0.05, "f": 0.2, "nu": 2.0},
     "sticks": {"friction": 0.35, "nu": 0.6, "f": 0.7, "h": 0.05},
+    "slips with a jump": {"friction": 0.25, "friction_ratio": 1.5, "nu": 0.6, "f": 0.7, "h": 0.05},
     "both": {"R1": 1.0, "k1": 200.0, "h1": 2.0, "friction": 0.08, "delta": -0.05},
 }
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "motion", "subharmonics")

@@ -35,7 +35,13 @@ SLIDING_SOFT = vp.Exciter(l=0.4, nu=1.3, f=1.1, h=0.15, delta=0.05, load=0.02, k
 # Slides all the time, under two harmonics of the force.
 ALWAYS = vp.Exciter(l=0.3, nu=2.2, f=1.3, h=0.3, R1=0.3, R2=0.3, f2=0.4, phi2=0.3, mass_ratio=1.5,
                     housing_friction_1=0.02, housing_friction_2=0.03)  # fmt: skip
+# Static friction is larger than kinetic.
+STATIC = replace(STICKING, friction_ratio=1.6, friction=0.12)
+STATIC_REST = vp.Exciter(
+    l=0.5, nu=0.3, f=0.9, h=0.1, delta=0.02, R1=0.5, R2=0.4, friction=0.04, friction_ratio=2.0
+)
 CASES = {"soft": SOFT, "rubbed": RUBBED, "sticking": STICKING, "resting": RESTING}
+CASES |= {"static": STATIC, "static rest": STATIC_REST}
 CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
 CASES |= {"sliding": SLIDING, "sliding on soft supports": SLIDING_SOFT, "sliding always": ALWAYS}
 
@@ -77,6 +83,8 @@ def differences(
         ("soft", ("nu", "f", "h", "l", "delta", "load", "k1", "k2", "h1", "h2")),
         ("rubbed", ("nu", "f", "h", "R1", "load", "k2", "h2", "friction")),
         ("sticking", ("nu", "f", "h", "l", "R1", "R2", "friction", "f2", "phi2")),
+        ("static", ("nu", "f", "h", "l", "R1", "R2", "friction", "friction_ratio", "f2")),
+        ("static rest", ("nu", "f", "delta", "R1", "friction", "friction_ratio")),
         ("resting", ("nu", "f", "delta", "R1", "friction")),
         ("begins at rest", ("nu", "f", "load", "R1", "friction")),
         ("begins held", ("nu", "f", "h", "delta", "R2", "friction")),
@@ -170,8 +178,8 @@ def test_they_tend_to_those_of_rigid_supports() -> None:
 def test_what_has_no_derivative_is_nan() -> None:
     by = steady(replace(SOFT, k2=0.0, h2=0.0, R2=0.7)).displacement_mean_sensitivity
     known = {str(name): bool(np.isfinite(by.sel(parameter=name))) for name in by.parameter.values}
-    # A rigid support has no stiffness to vary, and friction cannot be less than none.
-    assert [name for name in known if not known[name]] == ["k2", "friction"]
+    # A rigid support has no stiffness to vary, and friction, and what is static of it alone, cannot be less than none.
+    assert [name for name in known if not known[name]] == ["k2", "friction", "friction_ratio"]
     held = steady(vp.Exciter(l=0.5, nu=0.9, f=0.1, h=0.2, friction=0.5), x0=0.2, v0=0.0)
     assert np.isnan(held.displacement_strobe_sensitivity).all()
     assert np.isnan(held.displacement_strobe_error)

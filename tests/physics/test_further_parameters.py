@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.effects import NOT_COMPUTED, OF_HOUSING
 from vibropipe.study import StudyError, study_of_text
-from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS
 
 BASE = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 1.0, "R2": 1.0}
 ALL = {
@@ -30,7 +30,7 @@ PHYSICAL = {
 
 def test_defaults_mean_that_the_effect_is_absent() -> None:
     e = vp.Exciter(**BASE)
-    assert {name: getattr(e, name) for name in FURTHER} == dict.fromkeys(FURTHER, 0.0)
+    assert {name: getattr(e, name) for name in FURTHER} == {name: DEFAULTS[name] for name in FURTHER}
     assert not set(FURTHER) & set(e.stated())
     assert vp.Exciter(**BASE, **ALL).stated().items() >= ALL.items()
 

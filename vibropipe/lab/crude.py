@@ -13,7 +13,7 @@ from vibropipe.march.grid import force_at_step
 from vibropipe.march.log import STEPS, clear_log, log_impact
 from vibropipe.march.piece_state import coefficients
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.friction import friction_of
+from vibropipe.physics.friction import friction_of, hold_of
 from vibropipe.physics.load import force_at, force_value
 from vibropipe.physics.stiffness import is_soft, piece_mean_acceleration
 
@@ -41,7 +41,7 @@ def step_of_piece(e, p, grid, step, x, v):
     if friction > 0.0:
         if v == 0.0:
             slides = first + constant - stiffness * x
-            if abs(slides) <= friction:
+            if abs(slides) <= hold_of(e, p):
                 return x, 0.0
         constant -= friction if slides > 0.0 else -friction
     dt = grid.dt

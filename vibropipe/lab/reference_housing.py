@@ -104,7 +104,7 @@ class HousingReferenceSolver(ReferenceSolver):
         if is_rigid and self.v == 0 and self.velocity == 0:
             for way in (1, -1, 0):
                 self.slide(way)
-                rests = SIDE[support] * self.force_at_rest()[0] >= -self.friction
+                rests = SIDE[support] * self.force_at_rest()[0] >= -self.holds
                 if self.goes(ZERO if rests else Decimal(-SIDE[support]))[0] == way:
                     break
             self.order = 1 if self.way else 0
@@ -117,7 +117,7 @@ class HousingReferenceSolver(ReferenceSolver):
             for way in (1, -1, 0):
                 self.slide(way)
                 value, rate = self.force_at_rest()
-                moves = abs(value) > self.friction
+                moves = abs(value) > self.holds
                 direction = ONE.copy_sign(value) if moves else ZERO
                 if self.friction == value == 0 and rate != 0:
                     direction = ONE.copy_sign(rate)

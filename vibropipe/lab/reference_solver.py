@@ -62,6 +62,7 @@ class ReferenceSolver(MassAlone):
         # supports at their positions in double precision, as in the other methods
         self.bound = {1: Decimal(exciter.upper), 2: Decimal(exciter.lower)}
         self.load, self.friction = Decimal(exciter.load), Decimal(exciter.friction)
+        self.ratio = Decimal(exciter.friction_ratio)
         self.f2, self.phi2 = Decimal(exciter.f2), Decimal(exciter.phi2)
         self.restitution = {1: Decimal(exciter.R1), 2: Decimal(exciter.R2)}
         self.stiffness = {1: Decimal(exciter.k1), 2: Decimal(exciter.k2)}
@@ -129,6 +130,11 @@ class ReferenceSolver(MassAlone):
         k, h = self.stiffness.get(self.pressed, ZERO), self.damping.get(self.pressed, ZERO)
         return ONE + k, self.h + h, self.load + k * self.bound.get(self.pressed, ZERO)
 
+    @property
+    def holds(self) -> Decimal:
+        """The largest force that holds a mass without velocity."""
+        return self.ratio * self.friction
+
     def force_at_rest(self) -> tuple[Decimal, Decimal]:
         """Return the force on the mass without velocity, friction apart, and its rate."""
         stiffness, _damping, constant = self.coefficients()
@@ -168,8 +174,12 @@ class ReferenceSolver(MassAlone):
         value, rate = self.force_at_rest()
         press = side * (value - self.h * self.v)
         if self.v == 0:
-            return press >= -d
-        if press - d <= 0 or self.v * self.v > TWO * (press + d) * MIN_HOP * self.half_distance:
+            return press >= -self.holds
+        if (
+            press <= self.holds
+            or press - d <= 0
+            or self.v * self.v > TWO * (press + d) * MIN_HOP * self.half_distance
+        ):
             return False
         ratio = ((press - d) / (press + d)).sqrt()
         loss = ONE - self.restitution[support] * ratio
@@ -189,7 +199,7 @@ class ReferenceSolver(MassAlone):
             self.direction, self.zeros = ONE.copy_sign(self.v), 0
             return
         value, rate = self.force_at_rest()
-        if abs(value) > self.friction:
+        if abs(value) > self.holds:
             self.direction, self.zeros = ONE.copy_sign(value), 1
         elif self.friction == value == 0 and rate != 0:
             self.direction, self.zeros = ONE.copy_sign(rate), 2
@@ -210,7 +220,7 @@ class ReferenceSolver(MassAlone):
             self.log("in", support)
 
     def hold(self, rests: bool) -> None:
-        """Hold the mass until the force exceeds the friction, or the last requested time."""
+        """Hold the mass until the force exceeds what holds it, or the last requested time."""
         stiffness, _damping, constant = self.coefficients()
         ways = [-SIDE[self.touched]] if rests else [1, -1]
         while self.times_left:
@@ -218,7 +228,7 @@ class ReferenceSolver(MassAlone):
             force[0] += constant - stiffness * self.x
             zeros = []
             for way in ways:
-                margin = [self.friction - way * force[0], *(-way * c for c in force[1:])]
+                margin = [self.holds - way * force[0], *(-way * c for c in force[1:])]
                 if margin[0] > 0 or margin[1] > 0:
                     zeros.append((first_zero(margin, self.reach, self.reach), way))
             crossings = [(t, way) for t, way in zeros if t is not None]
@@ -235,7 +245,7 @@ class ReferenceSolver(MassAlone):
             if way and self.times_left:
                 if rests or self.friction > 0:
                     self.log("release" if rests else "slip", self.touched if rests else 0)
-                self.direction, self.zeros = Decimal(way), 2
+                self.direction, self.zeros = Decimal(way), 2 if self.ratio == 1 else 1
                 if not rests:
                     self.press()
                 return

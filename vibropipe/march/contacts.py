@@ -141,7 +141,9 @@ def advance_rest(e, p, grid, state, end, log, samples):
     if e.forcing is not None:
         sigma = frame_at(e, p, state.home).sigma
         jerk = force_rate(p, force_at(p, sigma, phase_at(grid, at), second), second)
-    return State(at.period, at.step, at.theta, home, 0.0, 0.0, release_mode(jerk), 0.0, housing)
+    return State(
+        at.period, at.step, at.theta, home, 0.0, 0.0, release_mode(e, p, jerk), 0.0, housing
+    )
 
 
 @jit_inline

@@ -23,7 +23,7 @@ from vibropipe.march.state import (
     initial_state,
 )
 from vibropipe.physics.contact import frame_at, support_position
-from vibropipe.physics.friction import friction_of
+from vibropipe.physics.friction import friction_of, hold_of, jumps_at_slip
 from vibropipe.physics.housing import (
     BY_ACCELERATION,
     BY_JERK,
@@ -100,20 +100,20 @@ def mode_without_velocity(e, p, grid, home, y, turn, housing=None) -> int:
 
     A `Housing` is taken to go on as it does.
 
-    A force within rounding of the friction that grows moves it at once: otherwise the mass would be held for a whole
+    A force within rounding of what holds it that grows moves it at once: otherwise the mass would be held for a whole
     period.
     """
     if home > 0 and y == 0.0 and not is_soft(e, p, home):
         mode, _wait = departure_mode(e, p, grid, home, 0.0, turn, housing)
         return mode
     value, rate, scale = net_force(e, p, home, y, turn, housing)
-    friction = friction_of(e, p)
-    rounding = ACCELERATION_ROUNDING * (scale + friction)
-    if abs(value) > friction + rounding:
+    hold = hold_of(e, p)
+    rounding = ACCELERATION_ROUNDING * (scale + hold)
+    if abs(value) > hold + rounding:
         return LEAVES_BY_ACCELERATION if value > 0.0 else DOWN_BY_ACCELERATION
-    if (value * rate > 0.0 or (friction == 0.0 and rate != 0.0)) and abs(
-        value
-    ) >= friction - rounding:
+    if (value * rate > 0.0 or (hold == 0.0 and rate != 0.0)) and abs(value) >= hold - rounding:
+        if jumps_at_slip(e, p):
+            return LEAVES_BY_ACCELERATION if rate > 0.0 else DOWN_BY_ACCELERATION
         return LEAVES_BY_JERK if rate > 0.0 else DOWN_BY_JERK
     return STUCK
 

@@ -37,8 +37,10 @@ from vibropipe.march.piece_transitions import (
     begin,
 )
 from vibropipe.march.state import (
+    DOWN_BY_ACCELERATION,
     DOWN_BY_JERK,
     DOWN_BY_SNAP,
+    LEAVES_BY_ACCELERATION,
     LEAVES_BY_JERK,
     LEAVES_BY_SNAP,
     REST,
@@ -48,7 +50,7 @@ from vibropipe.march.state import (
     is_before,
 )
 from vibropipe.physics.contact import frame_at
-from vibropipe.physics.friction import slip_wait
+from vibropipe.physics.friction import jumps_at_slip, slip_wait
 from vibropipe.physics.housing import moved
 from vibropipe.physics.load import NEVER
 from vibropipe.words.status import Status
@@ -125,6 +127,8 @@ def advance_held(e, p, grid, state, end, log, samples, c):
     mode = LEAVES_BY_JERK if by_jerk else LEAVES_BY_SNAP
     if direction < 0.0:
         mode = DOWN_BY_JERK if by_jerk else DOWN_BY_SNAP
+    if jumps_at_slip(e, p):
+        mode = LEAVES_BY_ACCELERATION if direction > 0.0 else DOWN_BY_ACCELERATION
     after = State(at.period, at.step, at.theta, home, y, 0.0, mode, 0.0, housing)
     after = with_housing(e, p, grid, after, housing)
     begin(e, p, grid, log, SLIP, after)

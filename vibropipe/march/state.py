@@ -8,7 +8,12 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
-from vibropipe.physics.friction import chatter_with_friction, friction_of
+from vibropipe.physics.friction import (
+    chatter_with_friction,
+    friction_of,
+    hold_of,
+    jumps_at_slip,
+)
 from vibropipe.physics.housing import Housing, inertia_factor, stays_on_its_way
 from vibropipe.physics.load import (
     NEVER,
@@ -131,7 +136,7 @@ def release_wait(e, p, home, turn, housing=None):
     frame = frame_at(e, p, home, housing)
     load = frame.load
     if e.friction is not None:
-        load -= p.friction
+        load -= hold_of(e, p)
     if e.forcing is None:
         return 0.0 if load > 0.0 else NEVER
     if e.second_harmonic is not None:
@@ -148,11 +153,13 @@ def release_wait(e, p, home, turn, housing=None):
 
 
 @jit
-def release_mode(gap_jerk):
-    """Return the mode of a release, where the gap acceleration is zero.
+def release_mode(e, p, gap_jerk):
+    """Return the mode of a release, where the gap acceleration is zero, unless friction drops as the mass moves.
 
     The mass leaves by jerk or, if the force amplitude equals the constant pull so that the jerk vanishes too, by snap.
     """
+    if jumps_at_slip(e, p):
+        return LEAVES_BY_ACCELERATION
     return LEAVES_BY_JERK if gap_jerk > 0.0 else LEAVES_BY_SNAP
 
 
@@ -208,7 +215,10 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration, housing=None)
             rate = abs(gap_jerk) + w
             if e.friction is not None:
                 press = -gap_acceleration - friction
-                wait = chatter_with_friction(w, press, friction, rate, restitution, h, fastest)
+                hold = friction * p.friction_ratio
+                wait = chatter_with_friction(
+                    w, press, friction, hold, rate, restitution, h, fastest
+                )
             else:
                 wait = chatter_duration(w, gap_acceleration, rate, restitution, h, fastest)
             if wait < NEVER and stays_on_its_way(p, housing, w, wait):
@@ -216,6 +226,8 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration, housing=None)
             if restitution >= 1.0 and h > 0.0 and w * w <= MIN_HOP_HEIGHT * p.l * -gap_acceleration:
                 return REST, 0.0
         return LEAVES_BY_VELOCITY, 0.0
+    if e.friction is not None:
+        gap_acceleration -= friction * p.friction_ratio - friction
     if gap_acceleration > 0.0:
         return LEAVES_BY_ACCELERATION, 0.0
     release = release_wait(e, p, home, turn, housing)
@@ -226,7 +238,7 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration, housing=None)
         and gap_jerk > 0.0
         and gap_acceleration >= -ACCELERATION_ROUNDING * max_acceleration
     ):
-        return release_mode(gap_jerk), 0.0
+        return release_mode(e, p, gap_jerk), 0.0
     return REST, 0.0
 
 

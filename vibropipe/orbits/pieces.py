@@ -22,6 +22,7 @@ from vibropipe.march.piece_log import (
     LEAVE,
     PIECES,
     RESTING,
+    SLIP,
     SPAN,
     STICK,
     TURN,
@@ -38,7 +39,7 @@ from vibropipe.orbits.piece_terms import load_of_piece, terms_of, way_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.decay import ALIVE, FOLLOWING, decay_of, decay_of_kind, decayed_taylor
 from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
-from vibropipe.physics.friction import friction_of
+from vibropipe.physics.friction import friction_of, jumps_at_slip
 from vibropipe.physics.housing import momentum_rate, times_force
 from vibropipe.physics.load import fastest_forcing, force_at, force_times, forcing_period, no_force
 from vibropipe.physics.load_harmonics import reaction_integral
@@ -65,7 +66,8 @@ def saltation_of_piece(e, p, pieces, i):
     """Return the saltation matrix (s11, s12, s21, s22) at the event that begins piece i.
 
     Entering and leaving a soft support changes the acceleration by its damping; a turn reverses the friction; a stick
-    takes the velocity, and keeps the displacement. A slip begins without velocity and acceleration: the flow is smooth.
+    takes the velocity, and keeps the displacement. A slip begins without velocity and, unless static friction is larger
+    than kinetic, without acceleration: the flow is smooth.
 
     References
     ----------
@@ -91,6 +93,12 @@ def saltation_of_piece(e, p, pieces, i):
         arrives = to_velocity(home, arrives)
         before = force + friction - damping * arrives
         return saltation_matrix(restitution_of(e, p, home), arrives, before, after)
+    if cause == SLIP and jumps_at_slip(e, p):
+        # A mass that is held farther from the equilibrium slips at another time, and with an acceleration.
+        _force, rate, _scale = net_force(e, p, home, values[i, Y], values[i, AT])
+        stiffness, _damping = coefficients(e, p, home, codes[i, FORM] == CONTACT)
+        jump = (p.friction_ratio - 1.0) * p.friction * codes[i, DIRECTION]
+        return 1.0, 0.0, -jump * stiffness / rate, 1.0
     return 1.0, 0.0, 0.0, 1.0
 
 

@@ -34,9 +34,10 @@ DIFFERENTIATED = tuple(
 ALL_DIFFERENTIATED = (*DIFFERENTIATED, *OF_SECOND, *OF_PIECES, *OF_HOUSING)
 N_PARAMETERS, N_OF_PIECES = len(DIFFERENTIATED), len(ALL_DIFFERENTIATED) - len(OF_HOUSING)
 N_WITH_SECOND, N_WITH_HOUSING = N_PARAMETERS + len(OF_SECOND), len(ALL_DIFFERENTIATED)
-NU, F, H, L, DELTA, R1, R2, LOAD, F2, PHI2, K1, K2, H1, H2, FRICTION = map(
+NU, F, H, L, DELTA, R1, R2, LOAD, F2, PHI2, K1, K2, H1, H2, FRICTION, FRICTION_RATIO = map(
     ALL_DIFFERENTIATED.index,
-    ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "k1", "k2", "h1", "h2", "friction"),
+    ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "k1", "k2", "h1", "h2", "friction",
+     "friction_ratio"),
 )  # fmt: skip
 MASS_RATIO, HOUSING_FRICTION_1, HOUSING_FRICTION_2, HOUSING_LOAD = map(
     ALL_DIFFERENTIATED.index,

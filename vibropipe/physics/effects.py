@@ -16,7 +16,7 @@ import numpy as np
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.exciter import EFFECTS
-from vibropipe.words.parameters import EFFECT_NAMES, acting, occurs, of_effect
+from vibropipe.words.parameters import DEFAULTS, EFFECT_NAMES, acting, occurs, of_effect
 from vibropipe.words.records import Effect
 
 if TYPE_CHECKING:
@@ -65,7 +65,12 @@ ALL_EFFECTS = Effects()
 
 _BY_PIECES = [each for each in EFFECTS if each.refusal]
 # Parameters of effects that are marched by pieces, and what calls without them say of each.
-NOT_COMPUTED = {name: each.refusal for each in _BY_PIECES for name in of_effect(each.name)}
+NOT_COMPUTED = {
+    name: each.refusal
+    for each in _BY_PIECES
+    for name in of_effect(each.name)
+    if DEFAULTS[name] == 0.0
+}
 # Those of a housing, which fewer calls compute.
 OF_HOUSING = of_effect("housing")
 # Those of them that call for pieces by themselves.
@@ -167,8 +172,8 @@ def effects_of(
 
     Damping is needed where h > 0, forcing where f != 0, a support unless `state_norm_bound` keeps every motion from it,
     restitution where R < 1 on a support reached, rest where the force can press the mass on a support reached, or
-    friction hold it there, |f| + friction >= its pull towards the equilibrium, soft where a support reached has k > 0,
-    friction where it is > 0.
+    friction hold it there, |f| + friction_ratio friction >= its pull towards the equilibrium, soft where a support
+    reached has k > 0, friction where it is > 0.
 
     Parameters
     ----------
@@ -215,11 +220,11 @@ def effects_of(
     }
     included = reached - set(left_out)
     lossy = {name for name, R in (("support_1", "R1"), ("support_2", "R2")) if (p[R] < 1).any()}
-    friction = float(np.max(p.get("friction", 0.0)))
+    hold = float(np.max(p.get("friction", 0.0) * p.get("friction_ratio", np.ones(1))))
     pressed = {
         name
         for name, distance in distances.items()
-        if further.housing is not None or not force + friction < distance * (1 - ROUNDING)
+        if further.housing is not None or not force + hold < distance * (1 - ROUNDING)
     }
     soft = {name for name, k in STIFFNESS.items() if np.any(p.get(k, 0.0))}
     called_for = {

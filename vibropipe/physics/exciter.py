@@ -106,7 +106,9 @@ class Exciter(_OfRecords, Written):
     load : float
         Constant force; it moves the equilibrium to x = load.
     friction : float
-        Dry friction (Coulomb), >= 0.
+        Dry friction (Coulomb) against a mass that slides, >= 0.
+    friction_ratio : float
+        Static over kinetic friction, >= 1: a mass without velocity is held by a force up to friction_ratio friction.
     f2, phi2 : float
         Amplitude and phase of the second harmonic of the force, f sin(nu tau) + f2 sin(2 nu tau + phi2).
     mass_ratio : float

@@ -1,6 +1,7 @@
 """Dry friction: a force of constant size against the velocity; at rest it holds the mass up to the same size.
 
-The law of Coulomb with one coefficient for stick and slip. A sliding mass is a free one under a constant load.
+The law of Coulomb; a held mass may stand a larger force than the one against a sliding one (`friction_ratio`). A
+sliding mass is a free one under a constant load.
 """
 
 from __future__ import annotations
@@ -21,9 +22,26 @@ def friction_of(e, p):
     return friction
 
 
+@jit_inline
+def hold_of(e, p):
+    """Return the largest force that holds a mass without velocity; 0 where the effect is absent."""
+    hold = 0.0
+    if e.friction is not None:
+        hold = p.friction_ratio * p.friction
+    return hold
+
+
+@jit_inline
+def jumps_at_slip(e, p):
+    """Return whether a held mass has an acceleration as soon as it slips."""
+    if e.friction is None:
+        return False
+    return p.friction_ratio > 1.0 and p.friction > 0.0
+
+
 @jit
 def slip_wait(e, p, sigma, pull, turn):
-    """Return when the force on a held mass exceeds the friction.
+    """Return when the force on a held mass exceeds what holds it.
 
     Parameters
     ----------
@@ -42,17 +60,17 @@ def slip_wait(e, p, sigma, pull, turn):
     direction : float
         1 or -1, in the frame.
     """
-    friction = friction_of(e, p)
+    hold = hold_of(e, p)
     if e.forcing is None:
         return NEVER, 1.0
     wait, direction = NEVER, 1.0
     for way in (1.0, -1.0):
         if e.second_harmonic is not None:
-            after = release_wait_of_second(p, way * sigma, way * pull - friction, turn)
+            after = release_wait_of_second(p, way * sigma, way * pull - hold, turn)
             if after < wait:
                 wait, direction = after, way
             continue
-        release = release_turn(p, way * sigma, way * pull - friction)
+        release = release_turn(p, way * sigma, way * pull - hold)
         if release == NEVER:
             continue
         after = 0.0
@@ -65,15 +83,16 @@ def slip_wait(e, p, sigma, pull, turn):
 
 
 @jit
-def chatter_with_friction(w, press, friction, rate, restitution, h, nu):
+def chatter_with_friction(w, press, friction, hold, rate, restitution, h, nu):
     """Return the duration of a chatter on a rigid support against friction; NEVER while it is not a geometric series.
 
     A hop rises against press + friction and falls under press - friction: friction takes speed in every hop, so that
     hops are a geometric series at R = 1 too. Arguments and tolerance are those of `contact.chatter_duration`; press :
-    force that presses the mass on the support, rate : bound of its rate of change.
+    force that presses the mass on the support, hold : force up to which friction holds it at the top of a hop, rate :
+    bound of its rate of change.
     """
     rises, falls = press + friction, press - friction
-    if not falls > 0.0:
+    if not (press > hold and falls > 0.0):
         return NEVER
     tolerance = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
     flight = w / rises + w / math.sqrt(rises * falls)

@@ -136,6 +136,11 @@ class OfExciter:
         NOT_NEGATIVE, 0.0, "$d$", "friction", "dry friction", "dry friction",
         "Dry friction", "force", Physical("friction"), effect="friction",
     )
+    friction_ratio: float = parameter_record(
+        Range(1), 1.0, "$r$", "r", "static over kinetic friction", "static over kinetic friction",
+        "Largest force that holds a mass without velocity over dry friction, for friction > 0",
+        effect="friction",
+    )
     f2: float = parameter_record(
         FINITE, 0.0, "$f_2$", "f₂", "amplitude of the second harmonic of excitation",
         "second harmonic", "Amplitude of the second harmonic of the excitation", "force",

@@ -54,7 +54,7 @@ FURTHER = tuple(
     for name, entry in PARAMETERS.items()
     if entry.effect in _FURTHER_EFFECTS or name in THROUGH_OTHERS
 )
-"""Parameters beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from 0."""
+"""Parameters beyond eqs. (5), (6): datasets and fingerprints have them only where they differ from their default."""
 
 FOLLOWING = tuple(name for name, entry in PARAMETERS.items() if entry.follows)
 """Parameters that an exciter knows to be left out."""
@@ -171,8 +171,17 @@ def slopes_of_acted(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
 
 
 def without_absent(values: Mapping[str, float]) -> dict[str, float]:
-    """Return parameters without those of `FURTHER` that are 0."""
-    return {name: value for name, value in values.items() if name not in FURTHER or value != 0}
+    """Return parameters without those of `FURTHER` that have their default."""
+    return {
+        name: value
+        for name, value in values.items()
+        if name not in FURTHER or value != DEFAULTS[name]
+    }
+
+
+def or_default(values: Mapping[str, float], name: str) -> float:
+    """Return a parameter of those that `without_absent` has left, or another number that is 0 where it is left out."""
+    return values.get(name, DEFAULTS.get(name, 0.0))
 
 
 class PhysicalParameter(NamedTuple):

@@ -93,7 +93,7 @@ def show(motion: BenchmarkMotion, steps: int) -> MethodResult:
 
 # Parameters of the equation: those of every motion, of a second harmonic, of soft supports and of friction, in that
 # order, since heyoka takes no more than it uses. DIRECTION is that of the recorder.
-NU, F, DAMPING, UPPER, LOWER, F2, PHI2, STIFFNESS, CONSTANT, DIRECTION, FRICTION = range(11)
+NU, F, DAMPING, UPPER, LOWER, F2, PHI2, STIFFNESS, CONSTANT, DIRECTION, HOLD = range(11)
 
 
 @cache
@@ -141,14 +141,15 @@ class HeyokaRun:
             # Each is 1 where it does not apply, and falls to zero where it does.
             moves = par[DIRECTION] ** 2
             velocity = par[DIRECTION] * v + (1.0 - moves) + OFFSET
-            margin = moves + (1.0 - moves) * (par[FRICTION] ** 2 - at_rest**2)
+            margin = moves + (1.0 - moves) * (par[HOLD] ** 2 - at_rest**2)
             for zero, method in ((velocity, self.turn), (margin, self.release)):
                 call = self.calling(method)
                 events.append(
                     heyoka.t_event(zero, callback=call, direction=way.negative, cooldown=0.0)
                 )
-        pars = [e.nu, e.f, e.h, e.upper, e.lower, e.f2, e.phi2, 1.0, 0.0, 1.0, e.friction]
-        last = FRICTION if e.friction > 0.0 else CONSTANT if self.has_pieces else LOWER
+        holds = self.recorder.holds
+        pars = [e.nu, e.f, e.h, e.upper, e.lower, e.f2, e.phi2, 1.0, 0.0, 1.0, holds]
+        last = HOLD if e.friction > 0.0 else CONSTANT if self.has_pieces else LOWER
         used = 1 + max(last, PHI2 if e.f2 else 0)
         self.integrator = heyoka.taylor_adaptive(
             [(x, v), (v, acceleration)],

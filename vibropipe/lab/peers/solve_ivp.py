@@ -96,9 +96,14 @@ class Recorder:
         """Set the direction in which the mass goes on from a state; without velocity it may be held."""
         if v == 0.0:
             v = self.force_at_rest(tau, x)
-            if self.exciter.friction > 0.0 and abs(v) <= self.exciter.friction:
+            if self.exciter.friction > 0.0 and abs(v) <= self.holds:
                 v = 0.0
         self.direction = math.copysign(1.0, v) if v else 0.0
+
+    @property
+    def holds(self) -> float:
+        """The largest force that holds a mass without velocity."""
+        return self.exciter.friction_ratio * self.exciter.friction
 
     def is_held(self) -> bool:
         """Return whether friction holds the mass."""
@@ -187,7 +192,7 @@ def events_of_piece(recorder: Recorder) -> dict[str, Event]:
         return state[1] + recorder.direction * OFFSET
 
     def release(tau: float, state: Any) -> float:
-        return exciter.friction - abs(recorder.force_at_rest(tau, state[0]))
+        return recorder.holds - abs(recorder.force_at_rest(tau, state[0]))
 
     if recorder.is_held():
         return {"release": terminal(release, -1)}

@@ -42,6 +42,7 @@ from vibropipe.physics.derivatives import (
     NU,
 )
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.friction import hold_of
 from vibropipe.physics.load import (
     forcing_period,
 )
@@ -131,7 +132,7 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
             rest[i, 2], slope = momentum_rest(e, p, law, i, u, time, sign, 0.0, 0.0)
             add_rate(i, 2, slope, p, (start, end), turns, columns, blocks)
         return turns
-    order, row = trivial_order(law, i), guard_row(law.codes[i, CAUSE])
+    order, row = trivial_order(e, p, law, i), guard_row(law.codes[i, CAUSE])
     if order > 0 and abs(turns) < TINY:
         turns = TINY
     flight = flight_of(e, p, law, last, start.t, turns)
@@ -179,7 +180,7 @@ def fill_release(rest_effect, e, p, law, i, t, columns, blocks) -> None:
         return
     before, at, by, rest, _c = blocks
     value, _stiffness, rate = hold_force(e, p, law, i, t)
-    rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * p.friction, 0.0
+    rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * hold_of(e, p), 0.0
     for row in range(2):
         for j in range(2):
             before[i, row, j], at[i, row, j] = 0.0, 0.0
@@ -216,9 +217,9 @@ def fill_derivatives(e, p, law, i, u, flight, ends, sign, columns, blocks) -> No
 
 
 @jit
-def row_power(law, i, t):
+def row_power(e, p, law, i, t):
     """Return what both equations of row i are divided by, of a piece of the length t in tau."""
-    order = trivial_order(law, i)
+    order = trivial_order(e, p, law, i)
     if order > 1 and abs(t) < SHORTEST:
         t = math.copysign(SHORTEST, t)
     power, row = power_of(t, order), guard_row(law.codes[i, CAUSE])

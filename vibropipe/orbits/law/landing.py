@@ -10,6 +10,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.law.states import hold_force, sign_of
 from vibropipe.physics.contact import support_position
+from vibropipe.physics.friction import hold_of
 from vibropipe.physics.load import constant_load, force_at, forcing_period
 from vibropipe.physics.piece import acceleration_of, flight_over, flown, force_at_end
 
@@ -32,7 +33,7 @@ def landing_of(e, p, law, i, t, w, c):
     for _ in range(MAX_HOPS):
         value, _stiffness, rate = hold_force(e, p, law, i, t)
         rises, falls = -value + p.friction, -value - p.friction
-        if not falls > 0.0:
+        if not (falls > 0.0 and -value > hold_of(e, p)):
             return np.inf, np.inf
         up = w / rises
         down = math.sqrt(up * up * rises / falls)

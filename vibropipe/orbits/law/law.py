@@ -27,6 +27,7 @@ from vibropipe.march.piece_log import (
     STICK,
     TURN,
 )
+from vibropipe.physics.friction import jumps_at_slip
 
 # What begins the only piece of an orbit without events: its section, at a given phase.
 SECTION = np.int64(0)
@@ -156,7 +157,7 @@ def acts_in(law, i) -> bool:
 
 
 @jit
-def trivial_order(law, i) -> int:
+def trivial_order(e, p, law, i) -> int:
     """Return the order of the root at span 0 of the condition that ends the piece before event i; 0 if there is none.
 
     A piece that begins where the condition of its end holds, too, may vanish: its equation is divided by a power of its
@@ -167,9 +168,13 @@ def trivial_order(law, i) -> int:
     if is_contact(kind):
         if law.codes[i, HOME] != frame_before(law, i):
             return 0
-        return 3 if began == RELEASE else 1 if is_contact(began) else 0
+        if began == RELEASE:
+            return 2 if jumps_at_slip(e, p) else 3
+        return 1 if is_contact(began) else 0
     if kind in (TURN, STICK):
-        return 2 if began in (SLIP, RELEASE) else 1 if began == TURN else 0
+        if began in (SLIP, RELEASE):
+            return 1 if jumps_at_slip(e, p) else 2
+        return 1 if began == TURN else 0
     return stop_order(law, before) if kind == HOUSING_STOP else 0
 
 

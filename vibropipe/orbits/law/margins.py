@@ -49,6 +49,7 @@ from vibropipe.orbits.law.states import arrival, departure, hold_force
 from vibropipe.orbits.pieces import steps_of_span
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, displacement, velocity
+from vibropipe.physics.friction import hold_of, jumps_at_slip
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.piece import flight_over, flown
 from vibropipe.physics.stiffness import piece_taylor
@@ -126,9 +127,15 @@ def of_event(e, p, law, u, i, margins) -> None:
     value, stiffness, _rate = hold_force(e, p, law, i, before.t)
     force = value - stiffness * before.y
     if kind == STICK:
-        note(margins, HOLD, p.friction - abs(force), i, NO_SIDE, before.t)
+        note(margins, HOLD, hold_of(e, p) - abs(force), i, NO_SIDE, before.t)
+        if jumps_at_slip(e, p):
+            # It must have lost its velocity against the friction that it slid with.
+            came = law.codes[i - 1, DIRECTION]
+            if i == 0 and law.mirrored == 1 and frame_before(law, i) == 0:
+                came = -came
+            note(margins, SLIDE, (p.friction - came * force) / p.nu, i, NO_SIDE, before.t)
     elif kind == TURN:
-        note(margins, HOLD, law.codes[i, DIRECTION] * force - p.friction, i, NO_SIDE, before.t)
+        note(margins, HOLD, law.codes[i, DIRECTION] * force - hold_of(e, p), i, NO_SIDE, before.t)
 
 
 @jit
@@ -148,7 +155,7 @@ def of_turning_point(e, p, law, i, before, margins) -> None:
 
 @jit
 def of_held(effect, e, p, law, i, y, t, turns, margins) -> None:
-    """Note by how much the friction exceeds the force on a held mass where the latter turns; None: no effect, none."""
+    """Note by how much what holds a mass exceeds the force on it where the latter turns; None: no effect, none."""
     if effect is None:
         return
     parts = int(np.ceil(turns * HELD_PARTS)) + 1
@@ -169,9 +176,9 @@ def of_held(effect, e, p, law, i, y, t, turns, margins) -> None:
         value, stiffness, _rate = hold_force(e, p, law, i, low)
         force = value - stiffness * y
         if law.codes[i, FORM] == RESTING:
-            note(margins, HOLD, p.friction - force, i, NO_SIDE, low)
+            note(margins, HOLD, hold_of(e, p) - force, i, NO_SIDE, low)
         else:
-            note(margins, HOLD, p.friction - abs(force), i, 1 if force > 0.0 else -1, low)
+            note(margins, HOLD, hold_of(e, p) - abs(force), i, 1 if force > 0.0 else -1, low)
 
 
 @jit
@@ -215,7 +222,9 @@ def of_motion(e, p, law, u, i, start, turns, c, margins) -> None:
             c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, second
         )
         if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
-            c[1], c[2] = 0.0, 0.0  # without rounding
+            c[1] = 0.0  # without rounding
+            if not jumps_at_slip(e, p):
+                c[2] = 0.0
         of_step(e, p, law, i, at, dt, c, margins)
         if e.housing is not None:
             of_housing_step(e, p, law, u, i, step, at, dt, c, margins)

@@ -23,6 +23,7 @@ from vibropipe.orbits.law.sliding import carried, carried_by, pull_by, pull_of, 
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import (
     FRICTION,
+    FRICTION_RATIO,
     H1,
     H2,
     K1,
@@ -34,6 +35,7 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
+from vibropipe.physics.friction import hold_of
 from vibropipe.physics.load import (
     constant_load,
     force_at,
@@ -122,7 +124,7 @@ def arrival(e, p, law, i, u) -> State:
         return State(t, y, own, 1.0, 0.0, 0.0, sigma, 0.0)
     if e.friction is not None and kind == SLIP:
         value, stiffness, rate = hold_force(e, p, law, i - 1, t)
-        y = (value - law.codes[i, DIRECTION] * p.friction) / stiffness
+        y = (value - law.codes[i, DIRECTION] * hold_of(e, p)) / stiffness
         return State(t, y, 0.0, 1.0, rate / stiffness, 0.0, 0.0, 0.0)
     if e.housing is not None and kind == HOUSING_SLIP:
         value, stiffness, damping, rate = slip_force(e, p, law, i, t)
@@ -174,8 +176,12 @@ def press_by(e, p, law, i, t, k):
     change = sign_of(home) * force_derivative(p, t, k, e.second_harmonic)
     if home > 0:
         change += load_derivative(home, k)
-    if e.friction is not None and k == FRICTION:
-        change -= law.codes[i, DIRECTION]
+    if e.friction is not None:
+        held = law.codes[i, CAUSE] != HOUSING_SLIP
+        if k == FRICTION:
+            change -= law.codes[i, DIRECTION] * (p.friction_ratio if held else 1.0)
+        elif k == FRICTION_RATIO and held:
+            change -= law.codes[i, DIRECTION] * p.friction
     if e.housing is not None and law.codes[i, CAUSE] != HOUSING_SLIP:
         change += carried_by(p, sign_of(home), way_of(law, i), k)
     return change
@@ -209,10 +215,10 @@ def arrival_by(e, p, law, i, u, k):
     if e.friction is None or kind != SLIP:
         return 0.0
     value, stiffness, _rate = hold_force(e, p, law, i - 1, u[i, 0])
-    friction = law.codes[i, DIRECTION] * p.friction
+    hold = law.codes[i, DIRECTION] * hold_of(e, p)
     change = press_by(e, p, law, i, u[i, 0], k)
     if e.soft is not None and acts_in(law, i - 1) and k == (K1 if home == 1 else K2):
-        change -= (value - friction) / stiffness
+        change -= (value - hold) / stiffness
     return change / stiffness
 
 

@@ -57,6 +57,7 @@ from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.derivatives import (
     F2,
     FRICTION,
+    FRICTION_RATIO,
     HOUSING_FRICTION_1,
     HOUSING_FRICTION_2,
     K1,
@@ -64,6 +65,7 @@ from vibropipe.physics.derivatives import (
     N_WITH_HOUSING,
     PHI2,
 )
+from vibropipe.physics.friction import jumps_at_slip
 from vibropipe.physics.housing import momentum_share
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate, stiffness_of
@@ -106,7 +108,7 @@ class VariedOrbit(NamedTuple):
 def columns_of(e, p):
     """Return the parameters by which a motion has derivatives: not by the stiffness of a rigid support.
 
-    By a friction that is absent it has one to one side only.
+    By a friction or a static part of it that is absent it has one to one side only.
     """
     columns = np.arange(N_OF_PIECES if e.housing is None else N_WITH_HOUSING)
     is_by = columns >= 0
@@ -116,6 +118,7 @@ def columns_of(e, p):
     for support in (1, 2):
         is_by[K1 + support - 1] = stiffness_of(p, support) > 0.0
     is_by[FRICTION] = p.friction > 0.0
+    is_by[FRICTION_RATIO] = jumps_at_slip(e, p)
     is_by[F2] = is_by[PHI2] = e.second_harmonic is not None
     return columns[is_by]
 
@@ -232,7 +235,7 @@ def vary_orbit(e, p, pieces, m, closing, columns):
     fill_blocks(e, p, law, u, columns, blocks)
     for i in range(n):
         after = (i + 1) % n
-        power = row_power(law, after, pieces.values[i, SPAN])
+        power = row_power(e, p, law, after, pieces.values[i, SPAN])
         add_rounding(e, p, pieces, i, power, blocks.by[after, :, k:])
     for s in range(SAMPLES):
         blocks.by[0, 0, k + s] += random_sign(7921 + s) * closing

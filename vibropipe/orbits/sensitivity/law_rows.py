@@ -18,6 +18,8 @@ from vibropipe.march.piece_log import (
     HOME,
     IMPACT,
     LEAVE,
+    RELEASE,
+    SLIP,
     STICK,
     TURN,
     PieceLog,
@@ -49,6 +51,7 @@ from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
 from vibropipe.physics.derivatives import F2, LOAD, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.friction import jumps_at_slip
 from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate
@@ -87,6 +90,9 @@ def relative_error(e, p, orbit, i, late, speed):
         value, stiffness, _rate = hold_force(e, p, law, before, state.t)
         a = abs(value - stiffness * state.y - law.codes[before, DIRECTION] * p.friction)
         return late * (rate + p.nu * force / a)
+    if cause in (SLIP, RELEASE) and jumps_at_slip(e, p):
+        _value, _stiffness, grows = hold_force(e, p, law, before, state.t)
+        return late * (rate + p.nu * force / abs(p.nu * grows))
     if not is_contact(cause):
         return 0.0
     w = abs(state.w)

@@ -36,6 +36,7 @@ from vibropipe.figures.text import (
     symbol_of,
     value_text,
 )
+from vibropipe.words.parameters import or_default
 from vibropipe.words.vocabulary import VOCABULARY
 from vibropipe.words.wording import series
 
@@ -264,10 +265,13 @@ def difference_texts(datasets: Sequence[xr.Dataset]) -> list[str]:
     values = [scalar_parameters(dataset) for dataset in datasets]
     if len(values) < 2:
         return ["forced motion"] * len(values)
-    names = [n for n in values[0] if len({each.get(n, 0.0) for each in values}) > 1]
+    names = [n for n in values[0] if len({or_default(each, n) for each in values}) > 1]
     return [
         series(
-            value_text(d[n]) if n in d.variables else f"{VOCABULARY[n].symbol} = 0" for n in names
+            value_text(d[n])
+            if n in d.variables
+            else f"{VOCABULARY[n].symbol} = {or_default({}, n):g}"
+            for n in names
         )
         or "forced"
         for d in datasets

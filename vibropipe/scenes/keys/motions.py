@@ -16,7 +16,7 @@ from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ExciterKeys, PhysicalKeys, Start
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import NotNull, NumberRange
-from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS
+from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS, or_default
 
 
 class MotionKeys(StudyModel):
@@ -57,12 +57,12 @@ class SetOfMotions(BaseScene):
     def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         exciters = [self.exciter_of(name) for name in self.motions]
         names = dict.fromkeys(name for each in exciters for name in each)
-        return {name: [each.get(name, 0.0) for each in exciters] for name in names}
+        return {name: [or_default(each, name) for each in exciters] for name in names}
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects, since the motions compare them."""
         exciters = [self.exciter_of(name) for name in self.motions]
-        further = {name: [each.get(name, 0.0) for each in exciters] for name in FURTHER}
+        further = {name: [or_default(each, name) for each in exciters] for name in FURTHER}
         return all_effect_names(further, pieces=self.COMPUTES_PIECES, housing=self.COMPUTES_HOUSING)
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene

@@ -30,6 +30,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.scenes.motion.impacts import has_events, is_sampled
 from vibropipe.scenes.motion.panels import panel_names, window
+from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import count, series
 
 SAME = 1e-3  # relative difference of speeds that are told as one
@@ -61,7 +62,7 @@ def describe_together(datasets: Sequence[xr.Dataset]) -> str:
     """Return the caption of motions on common axes: the parameters that all share, and the marks."""
     values = [scalar_parameters(dataset) for dataset in datasets]
     first = datasets[0]
-    differ = [n for n in values[0] if any(each.get(n, 0.0) != values[0][n] for each in values)]
+    differ = [n for n in values[0] if any(or_default(each, n) != values[0][n] for each in values)]
     return sentences(
         f"All: {parameters_text(first, differ)}",
         "Above each column: in which parameters it differs",

@@ -50,6 +50,7 @@ from vibropipe.scenes.motion.phase_plane import (
     draw_phase_portrait,
     portrait_title,
 )
+from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import series
 
 LEFT, RIGHT, GAP = 1.5, 0.1, 0.32  # cm
@@ -111,9 +112,9 @@ def head_lines(
     own = scalar_parameters(dataset)
     every = [scalar_parameters(each) for each in motions]
     first = every[0]
-    names = [n for n in own if any(own[n] != each.get(n, 0.0) for each in every)]
+    names = [n for n in own if any(own[n] != or_default(each, n) for each in every)]
     if dataset is not motions[0]:
-        names = [n for n in names if own[n] != first.get(n, 0.0)]
+        names = [n for n in names if own[n] != or_default(first, n)]
     lines = [name]
     for text in (value_text(dataset[n]) for n in names):
         joined = f"{lines[-1]}, {text}"

@@ -30,6 +30,7 @@ from vibropipe.scenes.motion.findings import (
     multiplier_text,
     struck_text,
 )
+from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import series
 
 # Columns that are left out and said below the table if all rows are the same.
@@ -148,9 +149,9 @@ def with_unit(text: str, scenes: Sequence[xr.Dataset], name: str = "") -> str:
 def differing(datasets: Datasets) -> dict[str, list[float]]:
     """Return the parameters that differ between scenes, with their values."""
     by_scene = [scalar_parameters(dataset) for dataset in datasets.values()]
-    # Parameters of further effects are stored where the effect is present, and 0 elsewhere.
+    # Parameters of further effects are stored where the effect is present.
     names = dict.fromkeys(name for values in by_scene for name in values)
-    found = {name: [values.get(name, 0.0) for values in by_scene] for name in names}
+    found = {name: [or_default(values, name) for values in by_scene] for name in names}
     return {name: values for name, values in found.items() if len({*values}) > 1}
 
 

@@ -27,7 +27,7 @@ from vibropipe.physics.start import within_room
 from vibropipe.solve.accuracy.rounding import rounding_errors
 from vibropipe.solve.motion.motion_dataset import to_variables
 from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver, run_motion
-from vibropipe.words.parameters import PARAMETERS, of_effect
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import ENERGIES, EVENTS
 
 COPIES = 3
@@ -123,7 +123,7 @@ def perturbed(
 ) -> tuple[Exciter, MotionRequest]:
     """Return exciter and start with every number moved by one unit in the last place, or by its uncertainty.
 
-    Absent effects (0) and restitution 1 are kept. A start on a support stays on it, and so does an equilibrium.
+    Numbers at an end of their range are kept. A start on a support stays on it, and so does an equilibrium.
     """
     # bits of 0, 3, 6, ...: neighbours, such as l and delta, differ in some copies and agree in others
     signs = {name: 1 - 2 * (3 * n >> copy & 1) for n, name in enumerate(PERTURBED)}
@@ -138,8 +138,9 @@ def perturbed(
     offset = exciter.delta - exciter.load
     if abs(offset) == exciter.l:
         values["delta"] = values["load"] + math.copysign(values["l"], offset)
-    for name in of_effect("restitution"):
-        values[name] = 1.0 if getattr(exciter, name) == 1.0 else min(values[name], 1.0)
+    for name, value in stated.items():
+        low, high = PARAMETERS[name].range.low, PARAMETERS[name].range.high
+        values[name] = value if value in (low, high) else min(max(low, values[name]), high)
     other = Exciter(**values)
     x = request.x + signs["x"] * max(ULP * abs(request.x), request.x_uncertainty)
     x = within_room(other, x)

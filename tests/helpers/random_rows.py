@@ -14,7 +14,7 @@ from vibropipe.solve.rows.many import solve_rows
 from vibropipe.solve.sweep.sweep import MAX_PERIODS
 from vibropipe.solve.sweep.sweep_grid import row_blocks
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS
 
 HARMONICS = 3
 
@@ -60,8 +60,8 @@ def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0))
 
     Parameters (rows, 7) have no effect beyond eqs. (5), (6).
     """
-    absent = np.zeros((len(parameters), len(PARAMETERS) - parameters.shape[1]))
-    parameters = np.hstack([parameters, absent])
+    absent = [DEFAULTS[name] for name in [*PARAMETERS][parameters.shape[1] :]]
+    parameters = np.hstack([parameters, np.tile(absent, (len(parameters), 1))])
     ((_stop, (solved,)),) = solve_rows(
         row_blocks(len(parameters)),
         lambda first, stop: [parameters[first:stop]],

@@ -23,7 +23,7 @@ from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.branch.branch import is_symmetric
+from vibropipe.solve.branch.problem import is_symmetric
 
 NAMES = {
     "kappa": "mass_ratio",

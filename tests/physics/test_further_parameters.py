@@ -30,7 +30,9 @@ PHYSICAL = {
 
 def test_defaults_mean_that_the_effect_is_absent() -> None:
     e = vp.Exciter(**BASE)
-    assert {name: getattr(e, name) for name in FURTHER} == {name: DEFAULTS[name] for name in FURTHER}
+    assert {name: getattr(e, name) for name in FURTHER} == {
+        name: DEFAULTS[name] for name in FURTHER
+    }
     assert not set(FURTHER) & set(e.stated())
     assert vp.Exciter(**BASE, **ALL).stated().items() >= ALL.items()
 

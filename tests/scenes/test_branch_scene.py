@@ -323,8 +323,8 @@ def test_a_file_of_branches_is_verified(tmp_path):
         ("to: [0.8, 3]", "to: 1.05", "along.nu.to: must differ from `from` and from each other"),
         ("to: [0.8, 3]", "to: [0.8, 1, 3]", "along.nu.to: must be a number or a list of two, got a list of 3"),
         ("from: 1.05", "from: high", "along.nu.from: must be a finite number, got 'high'"),
-        ("from: 1.05, ", "", "along.nu.from: is required (a finite number)"),
-        ("to: [0.8, 3]", "till: 3", "along.nu.till: is an unknown key; must be from or to"),
+        ("from: 1.05, ", "", "along.nu.from: is required (a finite number > 0)"),
+        ("to: [0.8, 3]", "till: 3", "along.nu.till: is an unknown key; must be one of from, to, within"),
         ("f: [0.25, 0.5]", "nu: [0.25, 0.5]", "over.nu: must be left out, since nu is followed"),
         ("f: [0.25, 0.5]", "R1: [0.25, 1.5]", "over.R1: must be a number from 0 to 1"),
         ("at: [1, 2]", "at: [1, 4]", "at: must be values from 0.8 to 3.0, got 1.0 to 4.0"),
@@ -417,3 +417,50 @@ def test_the_end_of_rests_is_no_bifurcation():
     assert list(branch.bifurcation_kind.values) == [Bifurcation.END]
     lead = branch_answers(branch)[-1].lead
     assert lead.endswith("at ν = 0.7169, where the branch is followed no further.")
+
+
+LAWFUL = """
+title: One law
+physical: {m: 0.35 kg, C: 6 N/mm, H: 4.583 N s/m, l: 4 mm}
+exciter: {R1: 0.6, R2: 0.75}
+scenes:
+  law: {kind: branch, law: [1, 1, 1], over: {F: [1 N, 12 N]}, along: {omega: {within: [10 Hz, 60 Hz]}}}
+"""
+
+
+def test_a_law_is_told_by_where_it_exists_and_is_stable(tmp_path):
+    scene = loaded(tmp_path, LAWFUL).scenes["law"]
+    dataset = kind_of(scene).solve(scene)
+    laws = np.column_stack([dataset.period_multiple, dataset.impacts_per_orbit])
+    assert (laws == (1, 1, 1)).all()
+    assert (dataset.F == 12.0).all()  # 1 N reaches no support
+    answer = branch_answers(dataset)[0]
+    first, last = inwards(*(float(end(dataset.omega.values)) for end in (min, max)))
+    assert answer.lead.startswith(f"Orbits (1; 1, 1) exist at F = 12 N from ω = {first} to ")
+    assert answer.lead.endswith(f" to {last} rad/s.")
+    stable = dataset.stable.values == 1
+    assert "At one value of F none is found." in answer.rest
+    first, last = inwards(*(float(end(dataset.omega.values[stable])) for end in (min, max)))
+    assert f"They are stable from ω = {first} to {last}" in answer.rest
+    assert len(np.unique(dataset.branch_id)) >= 2
+
+
+@pytest.mark.parametrize(
+    ("text", "message"),
+    [
+        ("law: [1, 1], along: {nu: {within: [0.3, 3]}}",
+         "s.law: must be [m, p1, p2]: a period multiple from 1 to 32, and impacts on each support from 0 to 64, got"),
+        ("law: [1, 1, 1], along: {nu: {from: 1, to: 2}}",
+         "s.along.nu.from: must be left out beside law: write within"),
+        ("along: {nu: {within: [0.3, 3]}}", "s.along.nu.within: must be left out without law: write from and to"),
+        ("along: {nu: {from: 1}}", "s.along.nu.to: is required (a finite number > 0)"),
+        ("law: [1, 1, 1], along: {nu: {within: [3, 0.3]}}", "s.along.nu.within: must be two increasing numbers"),
+        ("law: [1, 1, 1], switch: [flip], along: {nu: {within: [0.3, 3]}}", "s.switch: must be left out beside law"),
+        ("law: [1, 1, 1], start: {v0: 1}, along: {nu: {within: [0.3, 3]}}", "s.start: must be left out beside law"),
+    ],
+)  # fmt: skip
+def test_what_does_not_fit_beside_a_law_is_refused(tmp_path, text, message):
+    study = f"title: T\nexciter: {{l: 0.5, f: 1, h: 0.2}}\nscenes:\n  s: {{kind: branch, {text}}}\n"
+    with pytest.raises(StudyError) as refused:
+        loaded(tmp_path, study)
+    assert message in str(refused.value)

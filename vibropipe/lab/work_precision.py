@@ -26,7 +26,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.words.measurements import COMPARED_METHODS, OWN_METHODS, Outcome, is_installed
-from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe
 
@@ -276,7 +276,7 @@ def motion_coordinates(motions: Mapping[str, BenchmarkMotion]) -> dict[str, Any]
         name: values
         for name in PARAMETERS
         for values in [[getattr(motion.exciter, name) for motion in all_motions]]
-        if name not in FURTHER or any(values)
+        if name not in FURTHER or any(value != DEFAULTS[name] for value in values)
     } | {
         "displacement_start": [motion.x0 for motion in all_motions],
         "velocity_start": [motion.v0 for motion in all_motions],

@@ -29,6 +29,9 @@ HARMONICS = (1, 1000)
 # Forcing periods before a row may be labelled aperiodic: from the window that it is then measured over to the longest
 # march.
 PATIENCE = (128, 1000)
+# Forcing periods, and impacts on each support, of a law of motion whose stretches are sought.
+LAW_PERIODS, LAW_IMPACTS = (1, 32), (0, 64)
+LAW_TEXT = "a period multiple from 1 to 32, and impacts on each support from 0 to 64"
 # Lines along each parameter from which boundaries are sought.
 BOUNDARY_LINES = (1, 200)
 

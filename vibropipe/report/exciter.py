@@ -12,7 +12,7 @@ from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.exciter import EFFECTS, PARAMETERS
-from vibropipe.words.parameters import FURTHER, PHYSICAL, THROUGH_OTHERS, of_effect
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PHYSICAL, THROUGH_OTHERS, of_effect
 from vibropipe.words.vocabulary import physical_name
 
 FEW = 3  # values that are listed
@@ -94,8 +94,8 @@ def values_text(name: str, datasets: Datasets) -> str:
     if name in FORCES and len(arrays) < len(datasets):
         found = np.append(found, 0.0)  # datasets without a force leave it out
     values = np.unique(found[np.isfinite(found)])
-    is_further = name in FURTHER or name in map(physical_name, FURTHER)
-    if not values.size or (is_further and not values.any()):
+    absent = next((DEFAULTS[each] for each in FURTHER if name in (each, physical_name(each))), None)
+    if not values.size or (values == absent).all():
         return ""
     parts = [format_number(float(value)) for value in values]
     text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"

@@ -10,7 +10,7 @@ from typing import Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.physics.limits import MAX_SAMPLES, within_text
+from vibropipe.physics.limits import LAW_IMPACTS, LAW_PERIODS, LAW_TEXT, MAX_SAMPLES, within_text
 from vibropipe.physics.parameter_error import as_float, check_keys
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.physics.si import NO_HOUSING, TWICE_DAMPED
@@ -112,6 +112,20 @@ def check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     if isinstance(outputs, str) or not set(outputs) <= set(OUTPUTS):
         raise ParameterError("outputs", outputs, f"a list of {', '.join(OUTPUTS)}")
     return tuple(name for name in OUTPUTS if name in outputs)
+
+
+def check_law(law: Sequence[int]) -> tuple[int, int, int]:
+    """Return a law of motion as whole numbers, or raise a ParameterError."""
+    ranges = LAW_PERIODS, LAW_IMPACTS, LAW_IMPACTS
+    allowed = f"(m, p1, p2): {LAW_TEXT}"
+    numbers = law if isinstance(law, Sequence) and not isinstance(law, str) else ()
+    is_whole = all(isinstance(n, int | np.integer) and not isinstance(n, bool) for n in numbers)
+    if len(numbers) != 3 or not is_whole:
+        raise ParameterError("law", law, allowed)
+    m, first, second = (int(n) for n in numbers)
+    if not all(low <= n <= high for n, (low, high) in zip((m, first, second), ranges, strict=True)):
+        raise ParameterError("law", law, allowed)
+    return m, first, second
 
 
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:

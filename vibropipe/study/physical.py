@@ -55,7 +55,7 @@ KEYS: dict[str, tuple[str, Range]] = {
     "amplitude": ("length", POSITIVE),
 }
 # Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
-BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to")
+BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to", "within")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]

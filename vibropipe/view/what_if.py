@@ -34,7 +34,7 @@ from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
-from vibropipe.words.parameters import FURTHER, PARAMETERS, PHYSICAL
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.vocabulary import (
@@ -63,14 +63,14 @@ def unswept(plane: Plane) -> dict[str, xr.DataArray]:
 
 
 def absent(plane: Plane) -> dict[str, xr.DataArray]:
-    """Return the parameters of effects that no row has, at 0, by the names that the dataset would have for them."""
+    """Return the parameters of effects that no row has, absent, by the names that the dataset would have for them."""
     is_si = mass_and_stiffness(plane.dataset) is not None
     parameters = {}
     for name in FURTHER:
         held = physical_name(name) if is_si else name
         if held not in plane.dataset.variables:
             attrs = physical_attributes(name) if is_si else attributes(name)
-            parameters[held] = xr.DataArray(0.0, name=held, attrs=attrs)
+            parameters[held] = xr.DataArray(DEFAULTS[name], name=held, attrs=attrs)
     return dict(shown_in(plane.dataset).dataset(xr.Dataset(parameters)).data_vars)  # type: ignore[arg-type]
 
 

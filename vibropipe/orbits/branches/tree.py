@@ -25,8 +25,10 @@ MAX_BRANCHES, SAME_BIFURCATION = 64, 1e-6
 # Weighted difference of the halves of an orbit that settled, at which they are equal.
 SETTLED_HALVES = 1e-6
 
-# Index of l, the scale of lengths, among the parameters.
-L = 3
+# Indices of nu and of l, the scale of lengths, among the parameters.
+NU, L = 0, 3
+# Least scale of impact velocities, as a share of nu l: on a branch from beside a grazing they grow beyond those there.
+LEAST_SPEED = 0.1
 # A bifurcation: its kind and parameter, and speeds and velocities of its impacts added up, per forcing period.
 Key = tuple[str, float, float, float]
 # What tells branches that begin at one grazing from each other: periods, whether the orbit is its own mirror image, and
@@ -89,7 +91,9 @@ def seed_of_orbit(
     n = len(supports)
     if n == 0:
         return Seed(None, None, float(u[-1]), signs)
-    sequence, speed = law_of_impacts(m, 0, supports), float(np.abs(u[n : 2 * n]).max())
+    least = LEAST_SPEED * float(problem.values[L]) * float(problem.values[NU])
+    speed = max(least, float(np.abs(u[n : 2 * n]).max()))
+    sequence = law_of_impacts(m, 0, supports)
     curve = ImpactCurve(problem, sequence, speed)
     kind = halves_agree(sequence, u, curve.weights, SETTLED_HALVES)
     if problem.symmetric and kind == "pitchfork":

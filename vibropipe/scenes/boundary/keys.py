@@ -21,7 +21,7 @@ from vibropipe.scenes.keys.checks import (
     check_numbers,
     check_varied_supports,
 )
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, figure_key
+from vibropipe.scenes.keys.parts import FigureOptions, Law, ParameterName, figure_key
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -54,7 +54,10 @@ class BoundaryScene(BaseScene):
     over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
         description="Ends of both parameters, in the order of the axes."
     )
-
+    law: Law | None = Field(
+        default=None,
+        description="Period multiple and impacts on each support: only curves of orbits of this law are stored.",
+    )
     lines: Annotated[int, NumberRange(*BOUNDARY_LINES, whole=True)] = Field(
         default=12, description="Lines along each parameter from which curves are sought."
     )

@@ -20,7 +20,9 @@ if TYPE_CHECKING:
 def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     """Follow the boundaries of a scene in memory."""
     exciter = Exciter(**scene.resolved_exciter())
-    dataset = boundary(exciter, sorted(scene.of), scene.along, scene.within, scene.lines)
+    dataset = boundary(
+        exciter, sorted(scene.of), scene.along, scene.within, scene.lines, law=scene.law
+    )
     if progress is not None:
         progress(scene.row_count, scene.row_count)
     # without a curve, the data would not tell what was sought and where

@@ -29,6 +29,8 @@ from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.
 CAUSES = ("fold", "grazing", "change")
+# Ranges of a law that an answer lists.
+MAX_RANGES = 3
 UNKNOWN = "a motion that is not followed here"
 
 
@@ -51,13 +53,74 @@ def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
     stretches = list(stretches_of(dataset))
     changes = jump_answer(dataset, stretches) or cascade_answer(dataset) or kinds_answer(dataset)
+    if "law" in dataset.attrs:
+        changes = kinds_answer(dataset)
     found = [
+        law_answer(dataset, stretches),
         proof_answer(dataset),
         together_answer(dataset, stretches),
         changes,
         velocity_answer(dataset),
     ]
     return [answer for answer in found if answer is not None][:MAX_ANSWERS]
+
+
+def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
+    """Write where orbits of the law that was sought exist, and where they are stable; None without a law."""
+    if "law" not in dataset.attrs:
+        return None
+    along, over = dataset[followed(dataset)].values, swept(dataset)
+    beside = dataset[over].values if over else np.zeros(along.size)
+    ids = dataset["branch_id"].values
+    found = {
+        float(value): united(
+            [
+                (float(along[own].min()), float(along[own].max()))
+                for own in ((ids == n) & (beside == value) for n in np.unique(ids))
+                if own.any()
+            ]
+        )
+        for value in np.unique(beside)
+    }
+    widest = max(found, key=lambda value: sum(high - low for low, high in found[value]))
+    stable = united(
+        [(float(s.values[0]), float(s.values[-1])) for s in stretches if s.over == widest]
+    )
+    law = dataset.attrs["law"]
+    place = (
+        f" at {symbol_text(dataset[over])} = {value_text(dataset[over], widest)}" if over else ""
+    )
+    is_where = ranges_text(dataset, stable)
+    rest = f"They are stable {is_where}." if stable else "None of those found there is stable."
+    absent = int(dataset.attrs.get("without_law", 0))
+    if over and absent:
+        values = amount_text(absent, "value")
+        rest += f" At {values} of {symbol_text(dataset[over])} none is found."
+    return Answer(f"Orbits {law} exist{place} {ranges_text(dataset, found[widest])}.", rest)
+
+
+def united(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the union of intervals, as intervals in order."""
+    joined: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if joined and low <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(high, joined[-1][1])
+        else:
+            joined.append((low, high))
+    return joined
+
+
+def ranges_text(dataset: xr.Dataset, intervals: list[tuple[float, float]]) -> str:
+    """Write the widest of some intervals, rounded inwards: from ν = 1 to 2 and from 3 to 4."""
+    axis = dataset[followed(dataset)]
+    shown = sorted(sorted(intervals, key=lambda each: each[0] - each[1])[:MAX_RANGES])
+    texts: list[str] = []
+    for low, high in shown:
+        first, last = inwards(low, high)
+        texts.append(f"from {first if texts else f'{symbol_text(axis)} = {first}'} to {last}")
+    text = with_units(axis, series(texts))
+    left = len(intervals) - len(shown)
+    return text + (f", and in {amount_text(left, 'narrower range')}" if left else "")
 
 
 def at_text(dataset: xr.Dataset, value: float) -> str:

@@ -29,8 +29,15 @@ from vibropipe.scenes.keys.checks import (
     check_varied_supports,
 )
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
-from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions, ParameterName, Start, figure_key
-from vibropipe.scenes.keys.problems import Problem, refused
+from vibropipe.scenes.keys.parts import (
+    MAX_LINES,
+    FigureOptions,
+    Law,
+    ParameterName,
+    Start,
+    figure_key,
+)
+from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
 from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -39,6 +46,8 @@ from vibropipe.words.vocabulary import drawn_by
 
 # Points of a branch that its steps usually need, and seconds per point.
 USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-4
+# The same of all stretches of a law, with what is followed to find them.
+LAW_POINTS = 10_000
 Switch = Literal["flip", "pitchfork", "grazing"]
 _NUMBER = {"type": "number"}
 ENDS_SCHEMA = {
@@ -57,15 +66,35 @@ def _one_or_two(ends: list[float]) -> list[float]:
 
 
 class Along(StudyModel):
-    """Where a branch begins, and how far it is followed."""
+    """Where a branch begins, and how far it is followed; or the range in which a law is sought."""
 
-    begin: Number = Field(alias="from", description="Value at which the first orbit settles.")
+    begin: Number | None = Field(
+        default=None,
+        alias="from",
+        description="Value at which the first orbit settles; required without `law`.",
+    )
     to: Annotated[
         list[Number],
         BeforeValidator(_as_list),
         AfterValidator(_one_or_two),
         WithJsonSchema(ENDS_SCHEMA),
-    ] = Field(description="Value up to which the branch is followed; a list of two for both ways.")
+    ] = Field(
+        default=[],
+        description="Value up to which the branch is followed; a list of two for both ways; required without `law`.",
+    )
+    within: Annotated[list[Number], Field(min_length=2, max_length=2)] | None = Field(
+        default=None, description="Beside `law`, in place of both: the range in which it is sought."
+    )
+
+    @property
+    def first(self) -> float:
+        """The value at which the exciter is known."""
+        return next(v for v in (self.begin, *(self.within or ()), *self.to, 1.0) if v is not None)
+
+    @property
+    def values(self) -> list[float]:
+        """Where branches begin and end."""
+        return [self.first, *self.to] if self.within is None else [*self.within]
 
 
 if TYPE_CHECKING:
@@ -111,6 +140,11 @@ class BranchScene(BaseScene):
     switch: Annotated[list[Switch], AfterValidator(each_once)] = Field(
         default=[], description="Bifurcations at which the branches that begin there are followed."
     )
+    law: Law | None = Field(
+        default=None,
+        description="Period multiple and impacts on each support: all stretches of this law `within` a range are "
+        "sought, stable or not, and nothing else is stored.",
+    )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     prove: bool = Field(
         default=False,
@@ -132,7 +166,7 @@ class BranchScene(BaseScene):
 
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         swept = {str(name): grid.low for name, grid in self.over.items()}
-        return {**super().resolved_exciter(), self.followed: self.ends.begin, **swept}
+        return {**super().resolved_exciter(), self.followed: self.ends.first, **swept}
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         values = self.resolved_exciter()
@@ -140,7 +174,7 @@ class BranchScene(BaseScene):
 
     def values(self) -> dict[str, Any]:
         """Return each parameter with all the values it may take."""
-        ends = np.array([self.ends.begin, *self.ends.to])
+        ends = np.array(self.ends.values)
         return {**self.resolved_exciter(), **self.over_arrays(), self.followed: ends}
 
     def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
@@ -158,15 +192,19 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
     """Check that followed and swept values are in range and that no parameter is given twice."""
     name = scene.followed
     stated = scene.exciter.explicit()
-    for key, value in (("from", scene.ends.begin), *(("to", value) for value in scene.ends.to)):
+    yield from _law(scene)
+    keyed = [("to", value) for value in scene.ends.to]
+    keyed += [("within", value) for value in scene.ends.within or ()]
+    keyed += [("from", scene.ends.begin)] if scene.ends.begin is not None else []
+    for key, value in keyed:
         if not is_allowed(name, value):
             yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
     if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
         must = "must differ from `from` and from each other"
         yield Problem(("along", name, "to"), "", must=must)
-    elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.begin < max(scene.ends.to):
+    elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.first < max(scene.ends.to):
         yield Problem(("along", name, "to"), "", must="must have `from` between its two values")
-    if name in RIGID_AT_ZERO and 0.0 in (scene.ends.begin, *scene.ends.to):
+    if name in RIGID_AT_ZERO and 0.0 in scene.ends.values:
         yield Problem(("along", name), "0", must=SOFT_ALONG)
     for swept, grid in scene.over.items():
         if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
@@ -180,6 +218,36 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
         if other in stated:
             must = f"must be left out, since it stands in {'along' if other == name else 'over'}"
             yield Problem(("exciter", other), repr(stated[other]), must=must)
+
+
+def _law(scene: BranchScene) -> Iterator[Problem]:
+    """Check that a law stands beside a range and alone, and that a branch without one begins and ends somewhere."""
+    name, ends = scene.followed, scene.ends
+    stated = [
+        key for key, value in (("from", ends.begin), ("to", ends.to or None)) if value is not None
+    ]
+    if scene.law is None:
+        for key in (
+            [key for key in ("from", "to") if key not in stated] if ends.within is None else ()
+        ):
+            yield required(("along", name, key), PARAMETERS[name].range.text)
+        if ends.within is not None:
+            yield Problem(
+                ("along", name, "within"),
+                "",
+                must="must be left out without law: write from and to",
+            )
+        return
+    for key in stated:
+        yield Problem(("along", name, key), "", must="must be left out beside law: write within")
+    if ends.within is None:
+        yield required(("along", name, "within"), "two increasing numbers")
+    elif not ends.within[0] < ends.within[1]:
+        yield Problem(("along", name, "within"), "", "two increasing numbers")
+    for key in ("start", "switch"):
+        if key in scene.model_fields_set:
+            must = "must be left out beside law, whose stretches are sought from many starts"
+            yield Problem((key,), "", must=must)
 
 
 def _exciter(scene: BranchScene) -> Iterator[Problem]:
@@ -196,13 +264,13 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
         return
-    low = min(scene.ends.begin, *scene.ends.to)
+    low = min(scene.ends.values)
     yield from check_varied_supports(scene, "along", {scene.followed: low})
 
 
 def _at(scene: BranchScene) -> Iterator[Problem]:
     """Check that points are wanted between the ends."""
-    ends = [scene.ends.begin, *scene.ends.to]
+    ends = scene.ends.values
     if scene.at is not None and not min(ends) <= scene.at.low <= scene.at.high <= max(ends):
         if scene.mass_and_stiffness is None:
             allowed = f"values from {min(ends)!r} to {max(ends)!r}"
@@ -219,7 +287,7 @@ def _prove(scene: BranchScene) -> Iterator[Problem]:
 
 CHECKS = (
     TOGETHER,
-    Check((("along",), ("over",)), _parameters),
+    Check((("along",), ("over",), ("law",), ("start",), ("switch",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
     Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
@@ -234,6 +302,8 @@ def plan(scene: BranchScene) -> Work:
     """Return the work of branches of the usual length; how many follow from their bifurcations is not known before."""
     ends, at = len(scene.ends.to), 0 if scene.at is None else scene.at.size
     points = scene.row_count * (ends * USUAL_POINTS + at) * (1 + len(scene.switch))
+    if scene.law is not None:
+        points = scene.row_count * LAW_POINTS
     return Work(
         size=_size_text(scene),
         rows=scene.row_count,
@@ -248,7 +318,7 @@ def plan(scene: BranchScene) -> Work:
 def _size_text(scene: BranchScene) -> str:
     """Write how far branches are followed and at how many values of a further parameter."""
     name = scene.followed
-    (begin, *ends), unit = stored_values(scene, name, [scene.ends.begin, *scene.ends.to])
+    (begin, *ends), unit = stored_values(scene, name, scene.ends.values)
     swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]
     followed = f"{stored_name(scene, name)} from {begin} to {', '.join(ends)}{unit}"
     return ", ".join([followed, *swept])

@@ -27,12 +27,21 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
         Exciter(**{**scene.resolved_exciter(), **change})
         for change in [{name: value} for value in grid.tolist()] or [{}]
     ]
-    parts = []
+    parts, absent = [], list[ParameterError]()
     for exciter in exciters:
-        parts.append(_followed(scene, exciter))
+        try:
+            parts.append(_followed(scene, exciter))
+        except ParameterError as error:
+            if error.name != "law":
+                raise
+            absent.append(error)  # the law has no orbits there
         if progress is not None:
-            progress(len(parts), len(exciters))
+            progress(len(parts) + len(absent), len(exciters))
+    if not parts:
+        raise absent[0]
     whole = joined(parts, name) if name else parts[0]
+    if absent:
+        whole.attrs["without_law"] = len(absent)
     whole = with_row_proofs(whole) if scene.prove else whole
     return stored(whole, scene.mass_and_stiffness)
 
@@ -40,13 +49,19 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
 def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
     """Follow the branches of one exciter; an exciter without an orbit to begin with is refused with a remedy."""
     try:
+        at = [] if scene.at is None else scene.at.array().tolist()
+        if scene.law is not None:
+            ends = scene.ends.values
+            return branch(
+                exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law
+            )
         return branch(
             exciter,
             scene.followed,
             scene.ends.to[0] if len(scene.ends.to) == 1 else scene.ends.to,
             x0=scene.start.x0,
             v0=scene.start.v0,
-            at=[] if scene.at is None else scene.at.array().tolist(),
+            at=at,
             switch=scene.switch,
             harmonics=scene.harmonics,
         )

@@ -6,11 +6,12 @@ The JSON schema and the table of keys are generated from these classes and their
 from __future__ import annotations
 
 from collections.abc import Callable, Iterable
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 from pydantic import BeforeValidator, Field, create_model
 
-from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
+from vibropipe.physics.limits import ACCURACY, LAW_IMPACTS, LAW_PERIODS, LAW_TEXT, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.values import (
     DisplayUnitRule,
@@ -18,8 +19,11 @@ from vibropipe.scenes.keys.values import (
     NameRule,
     NumberOrUnit,
     NumberRange,
+    Rule,
     UnitRule,
+    as_number,
     parameter_range,
+    refuse,
 )
 from vibropipe.words import parameters as words
 from vibropipe.words.methods import Method
@@ -35,6 +39,32 @@ DISPLAYED = {
     "stiffness": "stiffnesses", "damping": "", "angle": "angles and phases",
 }  # fmt: skip
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
+_PERIODS, _IMPACTS = (NumberRange(*of, whole=True) for of in (LAW_PERIODS, LAW_IMPACTS))
+
+
+@dataclass(frozen=True)
+class LawRule(Rule):
+    """A law of motion: period multiple, and impacts on each support."""
+
+    allowed = f"[m, p1, p2]: {LAW_TEXT}"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102 - as Rule
+        parts = [_PERIODS.schema, _IMPACTS.schema, _IMPACTS.schema]
+        return {"type": "array", "prefixItems": parts, "minItems": 3, "maxItems": 3}
+
+    def convert(self, value: Any) -> list[int]:  # noqa: D102
+        numbers = [as_number(each) for each in value] if isinstance(value, list) else []
+        rules = (_PERIODS, _IMPACTS, _IMPACTS)
+        if len(numbers) != 3 or not all(
+            number is not None and rule.contains(number)
+            for number, rule in zip(numbers, rules, strict=True)
+        ):
+            refuse(self.allowed, str(value) if isinstance(value, list) else "")
+        return [int(number) for number in numbers if number is not None]
+
+
+Law = Annotated[list[int], LawRule()]
 if TYPE_CHECKING:
     SweptName = str
 else:

@@ -16,8 +16,8 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
-from vibropipe.solve.branch.branch import KEEP_SYMMETRY, check_ground, is_symmetric
-from vibropipe.solve.checks import check_soft, check_whole, with_frequency
+from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
+from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
 from vibropipe.solve.sweep.sweep import grid_of, solve_shard
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
@@ -38,6 +38,7 @@ def boundary(
     within: Sequence[Sequence[float]] = ((0.3, 3.0), (0.05, 2.0)),
     lines: int = 12,
     max_step: float = 0.02,
+    law: Sequence[int] | None = None,
 ) -> xr.Dataset:
     """Follow the curves of bifurcations in two parameters through a box.
 
@@ -69,6 +70,9 @@ def boundary(
     max_step : float
         Largest distance of neighbouring points, up to 0.1, where 1 is the range of a parameter, a forcing period, or
         the largest impact velocity of the first orbit of the curve.
+    law : (int, int, int), optional
+        Period multiple and impacts on each support: only curves of orbits of this law, which are found as all others.
+        Where mirror images are given once, either side may have the first number of impacts.
 
     Returns
     -------
@@ -115,7 +119,7 @@ def boundary(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
-    kinds = _check_kinds(of)
+    kinds, wanted = _check_kinds(of), None if law is None else check_law(law)
     names = _check_along(along)
     low, high = _check_box(exciter, names, within)
     exciter = with_frequency(exciter, dict(zip(names, low.tolist(), strict=True)))
@@ -132,9 +136,9 @@ def boundary(
     rows = _settled(exciter, names, box, lines)
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]
-        return boundary_dataset(box, find_boundaries(box, orbits, kinds))
+        return boundary_dataset(box, find_boundaries(box, orbits, kinds), wanted)
     curves, missing = boundaries_of_pieces(box, rows, kinds, effects)
-    dataset = boundary_dataset(box, curves)
+    dataset = boundary_dataset(box, curves, wanted)
     if missing:
         dataset.attrs["incomplete"] = f"{len(curves)} curves are {missing}"
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."

@@ -36,19 +36,26 @@ KEPT = (
 NOT_LINEAR = [Parameters._fields.index(name) for name in NOT_COMPUTED]
 
 
-def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
+def boundary_dataset(
+    box: Box, boundaries: Sequence[Boundary], law: tuple[int, int, int] | None = None
+) -> xr.Dataset:
     """Return boundaries as the dataset of `vp.boundary`.
 
     Parameters
     ----------
     box : Box
     boundaries : sequence of Boundary
+    law : (int, int, int), optional
+        The law of motion whose boundaries are kept.
     """
     import xarray as xr
 
     names = [Parameters._fields[index] for index in box.along]
-    parts = [_label(box, each) for each in boundaries] or [_empty(box)]
-    rows = concatenate(parts)
+    parts = [_label(box, each) for each in boundaries]
+    if law is not None:
+        kept = [n for n, part in enumerate(parts) if law in _laws_of(box, part)]
+        boundaries, parts = [boundaries[n] for n in kept], [parts[n] for n in kept]
+    rows = concatenate(parts or [_empty(box)])
     sizes = [len(each.points) for each in boundaries]
     begins = np.cumsum([0, *sizes])
     kinds = np.array([each.curve.kind for each in boundaries], np.int8)
@@ -83,8 +90,17 @@ def boundary_dataset(box: Box, boundaries: Sequence[Boundary]) -> xr.Dataset:
     effects = all_effect_names(values_of_box, pieces=True, housing=True)
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
+    if law is not None:
+        attrs["law"] = f"({law[0]}; {law[1]}, {law[2]})"
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
     return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))
+
+
+def _laws_of(box: Box, part: Variables) -> set[tuple[int, int, int]]:
+    """Return the law of the orbits of a boundary, and that of their mirror images where these are left out."""
+    m = int(part["period_multiple"][1][0])
+    first, second = (int(count) for count in part["impacts_per_orbit"][1][0])
+    return {(m, first, second), (m, second, first) if box.symmetric else (m, first, second)}
 
 
 def _label(box: Box, boundary: Boundary) -> Variables:

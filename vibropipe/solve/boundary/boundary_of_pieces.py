@@ -21,6 +21,7 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
 from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE
 from vibropipe.solve.rows.label import Variables
+from vibropipe.words.parameters import DEFAULTS
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -74,11 +75,11 @@ def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
 
 
 def parameters_of(rows: xr.Dataset) -> np.ndarray:
-    """Return the parameters (parameters, rows) of solved rows; those that the dataset leaves out are 0."""
+    """Return the parameters (parameters, rows) of solved rows; those that the dataset leaves out are absent."""
     shape = rows["period_multiple"].shape
     return np.array(
         [
-            np.broadcast_to(rows[name].values if name in rows.coords else 0.0, shape)
+            np.broadcast_to(rows[name].values if name in rows.coords else DEFAULTS[name], shape)
             for name in Parameters._fields
         ]
     )

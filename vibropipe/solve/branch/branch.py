@@ -2,39 +2,35 @@
 
 from __future__ import annotations
 
-import math
 import warnings
-from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING, Any
+from collections.abc import Collection, Sequence
+from typing import TYPE_CHECKING
 
 import numpy as np
 
-from vibropipe.orbits.branches.tree import Tree, follow_tree, seed_of_orbit
-from vibropipe.orbits.law.problem import Problem
+from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics import limits
-from vibropipe.physics.effects import Effects, all_effects, effect_names
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.physics.parameter_error import as_float
+from vibropipe.physics.effects import effect_names
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch.branch_dataset import branch_dataset, rest_dataset
-from vibropipe.solve.branch.branch_of_pieces import follow_branches_of_pieces, solver_of_pieces
+from vibropipe.solve.branch.problem import (
+    check_range,
+    problem_of,
+    rules_of,
+    seed_of_steady_state,
+    solver_of,
+)
 from vibropipe.solve.branch.rest_branch import follow_rest
+from vibropipe.solve.branch.stretches import STARTS, VALUES, law_stretches
 from vibropipe.solve.checks import (
+    check_law,
     check_outputs,
-    check_soft,
     check_whole,
 )
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
-from vibropipe.words.parameters import (
-    FOLLOWED,
-    PARAMETERS,
-    RIGID_AT_ZERO,
-    SOFT_ALONG,
-    TWINS,
-    stated_value,
-)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -44,13 +40,6 @@ if TYPE_CHECKING:
 # Kinds of bifurcation at which branches begin.
 SWITCHES = ("flip", "pitchfork", "grazing")
 MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
-# Parameters whose change keeps a symmetric exciter symmetric.
-KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio", "shaker")
-OF_GROUND = ("housing_friction_1", "housing_friction_2")
-# Without friction of the ground both bodies keep any velocity: an orbit is one of a continuum.
-NO_FRICTION = (
-    "must be above 0, or housing_friction_2 must: a housing without friction keeps any velocity"
-)
 
 
 def branch(
@@ -64,6 +53,7 @@ def branch(
     harmonics: int = 6,
     max_step: float = 0.02,
     outputs: Sequence[str] = OF_STEADY_STATE,
+    law: Sequence[int] | None = None,
 ) -> xr.Dataset:
     """Follow the orbit that settles from (x0, v0) along a parameter, stable or not, round folds.
 
@@ -101,6 +91,12 @@ def branch(
         the largest impact velocity of the start.
     outputs : sequence of str
         Any of harmonics, impacts, stability, energy, power, frame, subharmonics, sensitivity, as for `steady_state`.
+    law : (int, int, int), optional
+        Period multiple and impacts on each support, without rests: all stretches of this law in the range `to` that
+        are found, stable or not, each a branch of its own, and nothing else. Orbits are sought at 64 values of the
+        parameter, from 17 velocities and, of laws that have one, by the closed form, and what begins at their flips,
+        pitchforks and grazings is followed through other laws. The exciter's own value of `along`, x0, v0 and `switch`
+        are not used.
 
     Returns
     -------
@@ -141,7 +137,8 @@ def branch(
     Raises
     ------
     ParameterError
-        If an argument is out of range, or the motion from (x0, v0) settles on no orbit that repeats with the force.
+        If an argument is out of range, the motion from (x0, v0) settles on no orbit that repeats with the force, or no
+        orbit of the law is found.
 
     References
     ----------
@@ -150,9 +147,15 @@ def branch(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
+    if law is not None:
+        _check_alone(x0, v0, switch)
+        check_whole("harmonics", harmonics, limits.HARMONICS)
+        return _branch_of_law(
+            exciter, along, to, check_law(law), at, harmonics, max_step, _check_outputs(outputs)
+        )
     v = 0.0 if v0 is None else v0
     exciter.check_start(x0, v)
-    problem, signs = _problem(exciter, along, to, at, max_step)
+    problem, signs = problem_of(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
     ends = [problem.low, problem.high]
@@ -170,25 +173,22 @@ def branch(
             attrs,
         )
     _check_start(exciter, start)
-    solve = None
-    if effects.has_pieces:
-        tree = follow_branches_of_pieces(exciter, problem, signs, start, switches, effects)
-        solve = solver_of_pieces(effects)
-    else:
-        tree = _follow(problem, signs, start, switches)
-    if tree is None:
+    seed = seed_of_steady_state(exciter, problem, signs, start)
+    if seed is None:
         got = "an orbit within rounding of chatter"
         if effects.housing is not None:
             got += ", with rests beside a housing that slides, or that is not isolated"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
+    tree = follow_tree(problem, seed, switches, rules_of(effects))
     if tree.n_left:
-        attrs["incomplete"] = (
+        told = (
             f"{len(tree.branches)} branches are followed, the most of one call; "
             f"{tree.n_left} more begin at their bifurcations"
         )
+        attrs["incomplete"] = told
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
-        warnings.warn(f"{attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=3)
-    return branch_dataset(problem, tree.branches, harmonics, attrs, requested, solve)
+        warnings.warn(f"{told}. {remedy}", UnsolvedWarning, stacklevel=2)
+    return branch_dataset(problem, tree.branches, harmonics, attrs, requested, solver_of(effects))
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
@@ -199,73 +199,9 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     return requested
 
 
-def is_symmetric(exciter: Exciter) -> bool:
-    """Return whether the exciter is its own mirror image half a forcing period later."""
-    is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in TWINS)
-    is_pulled = exciter.mass_ratio > 0.0 and exciter.load + exciter.housing_load != 0.0
-    return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even and not is_pulled
-
-
 def _direction(signs: tuple[float, ...]) -> str:
     """Return the directions in which a parameter is followed as a word."""
     return "both" if len(signs) > 1 else "up" if signs[0] > 0 else "down"
-
-
-def _problem(
-    exciter: Exciter, along: str, to: Any, at: Sequence[float], max_step: float
-) -> tuple[Problem, tuple[float, ...]]:
-    """Return what is followed and in which directions; ParameterError for values that are not allowed."""
-    if along not in FOLLOWED:
-        raise ParameterError("along", along, f"one of {', '.join(FOLLOWED)}")
-    own = stated_value(getattr(exciter, along))
-    ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
-    if len(ends) == 1:
-        if ends[0] == own:
-            raise ParameterError("to", to, must=f"must differ from the exciter's own {along}")
-        low, high = sorted((own, ends[0]))
-        signs: tuple[float, ...] = (1.0 if ends[0] > own else -1.0,)
-    else:
-        if len(ends) != 2 or not ends[0] < own < ends[1]:
-            allowed = f"a number, or two that enclose the exciter's own {along}, {own!r}"
-            raise ParameterError("to", to, allowed)
-        low, high = ends
-        signs = (1.0, -1.0)
-    if along in RIGID_AT_ZERO and low == 0.0:
-        raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
-    exciter.check_frequency((along,))
-    check_soft("along", exciter, (along,), {along: low} if along in RIGID_AT_ZERO else {})
-    wanted = [_check_value(exciter, along, "at", value) for value in at]
-    for value in wanted:
-        if not low <= value <= high:
-            raise ParameterError("at", value, f"numbers from {low!r} to {high!r}")
-    length = as_float("max_step", max_step, "a number above 0 up to 0.1")
-    if not 0.0 < length <= 0.1:
-        raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = is_symmetric(exciter) and along in KEEP_SYMMETRY
-    values = np.array(exciter.numbers())
-    index = Parameters._fields.index(along)
-    reached = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
-    effects = all_effects({**reached, along: np.array([low, high])}, pieces=True, housing=True)
-    check_ground(exciter, effects, {along: low})
-    wanted_values = tuple(sorted(set(wanted)))
-    problem = Problem(values, index, low, high, wanted_values, symmetric, length, effects)
-    return problem, signs
-
-
-def check_ground(exciter: Exciter, effects: Effects, lows: Mapping[str, float]) -> None:
-    """Raise a ParameterError unless the ground resists a housing that slides; lows : of what varies."""
-    least = (lows.get(name, getattr(exciter, name)) for name in OF_GROUND)
-    if effects.housing is not None and not any(least):
-        raise ParameterError("housing_friction_1", 0.0, must=NO_FRICTION)
-
-
-def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
-    """Return a value of the parameter as a float; ParameterError if the exciter cannot have it."""
-    number = as_float(name, value, PARAMETERS[along].range.text)
-    if not PARAMETERS[along].range.contains(number):
-        raise ParameterError(name, value, PARAMETERS[along].range.text)
-    all_effects(vars(Exciter(**{**vars(exciter), along: number})), pieces=True, housing=True)
-    return number
 
 
 def _check_switch(switch: Collection[str]) -> tuple[str, ...]:
@@ -284,15 +220,43 @@ def _check_start(exciter: Exciter, start: xr.Dataset) -> None:
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
 
 
-def _follow(
-    problem: Problem, signs: tuple[float, ...], start: xr.Dataset, switches: tuple[str, ...]
-) -> Tree | None:
-    """Return the branches through the orbit of a steady state; None if its equations have no solution there."""
-    times = start.impact_phase.values + start.impact_period.values
-    own = problem.values[problem.along]
-    u = np.concatenate([times, start.impact_velocity.values, [own]])
-    supports = start.impact_support.values.astype(np.int8)
-    seed = seed_of_orbit(problem, int(start.period_multiple), supports, u, signs)
-    if seed is None or not math.isfinite(seed.value):
-        return None
-    return follow_tree(problem, seed, switches)
+def _check_alone(x0: float | None, v0: float | None, switch: Collection[str]) -> None:
+    """Raise a ParameterError where a start or bifurcations stand beside a law."""
+    for name, value in (("x0", x0), ("v0", v0), ("switch", switch or None)):
+        if value is not None:
+            must = "must be left out beside law, whose stretches are sought from many starts"
+            raise ParameterError(name, value, must=must)
+
+
+def _branch_of_law(
+    exciter: Exciter,
+    along: str,
+    to: float | Sequence[float],
+    law: tuple[int, int, int],
+    at: Sequence[float],
+    harmonics: int,
+    max_step: float,
+    outputs: tuple[str, ...],
+) -> xr.Dataset:
+    """Return all stretches of a law as the dataset of `branch`."""
+    ends = check_range(exciter, along, to)
+    found = law_stretches(exciter, along, ends, law, at, max_step)
+    name, effects = f"({law[0]}; {law[1]}, {law[2]})", found.problem.effects
+    searched = f"orbits at {VALUES} values of {along}, from {STARTS} velocities each"
+    if not found.branches:
+        got = f"{name}, of which no orbit is found from {ends[0]!r} to {ends[1]!r} ({searched})"
+        must = f"must have orbits in the range of {along}"
+        raise ParameterError("law", law, must=must, got=got)
+    values = {key: np.array([value]) for key, value in exciter.numbers()._asdict().items()}
+    reached = {**values, along: np.array(ends)}
+    attrs = origin_attrs(effect_names(effects, reached), searched, follow=(along, "both"))
+    attrs["law"] = name
+    if found.n_left:
+        attrs["incomplete"] = f"{found.n_left} more branches that may lead to the law are left"
+        warnings.warn(
+            f"{attrs['incomplete']}. Follow a shorter range of {along}.",
+            UnsolvedWarning, stacklevel=3,
+        )  # fmt: skip
+    return branch_dataset(
+        found.problem, found.branches, harmonics, attrs, outputs, solver_of(effects)
+    )

@@ -9,9 +9,7 @@ import numpy as np
 
 from vibropipe.march.log import limit_work
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.tree import Tree, follow_tree
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.following import LAWS
 from vibropipe.orbits.law.marching import CAPACITY, Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.rows import write_piece_points
@@ -42,15 +40,10 @@ MIN_SIZE = 1e-3
 MIN_FRICTION = 1e-100
 
 
-def follow_branches_of_pieces(
-    exciter: Exciter,
-    problem: Problem,
-    signs: tuple[float, ...],
-    start: xr.Dataset,
-    switches: tuple[str, ...],
-    effects: Effects,
-) -> Tree | None:
-    """Return the branches through the orbit of a steady state; None if its equations have no solution there.
+def seed_of_pieces(
+    exciter: Exciter, problem: Problem, signs: tuple[float, ...], start: xr.Dataset
+) -> Seed | None:
+    """Return the start of the branch through the orbit of a steady state; None where its equations have no solution.
 
     Parameters
     ----------
@@ -60,11 +53,8 @@ def follow_branches_of_pieces(
         Directions of the parameter: 1, -1 or both.
     start : xarray.Dataset
         Steady state of the exciter, with its first harmonic.
-    switches : tuple of str
-        Bifurcations at which the branches that begin there are followed.
-    effects : Effects
-        Of all exciters of the range.
     """
+    effects = problem.effects
     x = from_equilibrium(exciter, float(start.displacement_strobe))
     v, own = float(start.velocity_strobe), float(problem.values[problem.along])
     amplitude = float(start.displacement_amplitude.max())
@@ -83,7 +73,7 @@ def follow_branches_of_pieces(
     point = curve.settle(np.concatenate([read.u.T.ravel(), [own]]))
     if point is None:
         return None
-    return follow_tree(problem, Seed(curve, point, own, signs), switches, LAWS)
+    return Seed(curve, point, own, signs)
 
 
 def solve_branch_of_pieces(

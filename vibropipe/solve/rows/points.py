@@ -17,7 +17,7 @@ from vibropipe.solve.rows.named import Named
 from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.solve.sweep.sweep import MAX_PERIODS, PATIENCE
 from vibropipe.solve.sweep.sweep_grid import row_blocks
-from vibropipe.words.parameters import FURTHER, PARAMETERS
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -130,7 +130,7 @@ def points_dataset(
     coords = {
         name: (dim, values) if name in varied else ((), values[0])
         for name, values in columns.items()
-        if name in varied or name not in FURTHER or values.any()
+        if name in varied or name not in FURTHER or (values != DEFAULTS[name]).any()
     }
     variables = {
         name: (tuple(dim if each == "row" else each for each in dims), values)

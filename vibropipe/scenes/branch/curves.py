@@ -53,7 +53,10 @@ VALUE_STYLE: dict[str, Any] = {
 BESIDE_STYLE: dict[str, Any] = {
     "textcoords": "offset points", "fontsize": SMALL, "ha": "center", "zorder": 4, "gid": VALUE,
 }  # fmt: skip
-LETTER_CM = 0.125  # of such a text
+LETTER_CM, LINE_CM = (
+    0.125,
+    0.4,
+)  # of a letter and a line of such a text, with its distance from the line
 MANY_MARKS = 16  # bifurcations beyond which their marks shrink
 MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
@@ -210,7 +213,7 @@ def write_names(
 def write_beside(
     ax: Axes, x: np.ndarray, y: np.ndarray, piece: slice, at: float, text: str
 ) -> None:
-    """Write a text at a value of x above the first line of a piece, or below it if other lines are closer above."""
+    """Write a text at a value of x above the first line of a piece, or below it if others or the frame are close above."""
     half = 0.5 * LETTER_CM * len(text) * np.ptp(x) / size_of(ax)[0]
     line = y[piece, 0][np.abs(x[piece] - at) <= half]
     line = line[np.isfinite(line)]
@@ -222,6 +225,11 @@ def write_beside(
         np.min(gap[gap > 1e-9 * np.nanmax(np.abs(y))], initial=np.inf)
         for gap in (around - high, low - around)
     ]
+    bottom, top = ax.get_ylim()
+    room = LINE_CM * (top - bottom) / size_of(ax)[1]
+    # Where the frame cuts a text off, no other line matters.
+    gaps[0] = gaps[0] if top - high > room else top - high - room
+    gaps[1] = gaps[1] if low - bottom > room else low - bottom - room
     is_above = gaps[0] >= gaps[1]
     place = {"xytext": (0, 2.5), "va": "bottom"} if is_above else {"xytext": (0, -2.5), "va": "top"}
     ax.annotate(text, (at, high if is_above else low), **{**BESIDE_STYLE, **place})

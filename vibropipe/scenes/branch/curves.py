@@ -213,7 +213,7 @@ def write_names(
 def write_beside(
     ax: Axes, x: np.ndarray, y: np.ndarray, piece: slice, at: float, text: str
 ) -> None:
-    """Write a text at a value of x above the first line of a piece, or below it if others or the frame are close above."""
+    """Write a text at x above the first line of a piece, or below it where other lines or the frame are close above."""
     half = 0.5 * LETTER_CM * len(text) * np.ptp(x) / size_of(ax)[0]
     line = y[piece, 0][np.abs(x[piece] - at) <= half]
     line = line[np.isfinite(line)]

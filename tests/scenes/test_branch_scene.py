@@ -464,3 +464,47 @@ def test_what_does_not_fit_beside_a_law_is_refused(tmp_path, text, message):
     with pytest.raises(StudyError) as refused:
         loaded(tmp_path, study)
     assert message in str(refused.value)
+
+
+SCATTERED = """
+title: Scatter
+physical: {m: 0.35 kg, C: 6 N/mm, H: 4.583 N s/m, F: 12 N, l: 4 mm}
+exciter: {R1: 0.6, R2: 0.75}
+scenes:
+  response:
+    kind: branch
+    along: {omega: {from: 30 Hz, to: [10 Hz, 60 Hz]}}
+    start: {v0: 0.5 m/s}
+    tolerance: {F: 0.1 N, R1: 0.01}
+"""
+
+
+def test_the_ends_of_stable_motions_scatter_with_the_parts(tmp_path):
+    scene = loaded(tmp_path, SCATTERED).scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    by = dataset.bifurcation_omega_sensitivity
+    assert by.parameter.values.tolist() == ["F", "R1"]
+    expected = np.sqrt((by.sel(parameter="F") * 0.1) ** 2 + (by.sel(parameter="R1") * 0.01) ** 2)
+    np.testing.assert_allclose(dataset.bifurcation_omega_std, expected, rtol=1e-12)
+    np.testing.assert_allclose(dataset.bifurcation_omega_contribution.sum("parameter"), 1.0)
+    fold = int(dataset.bifurcation_omega.argmax("bifurcation"))
+    near = []
+    for force in (11.99, 12.01):
+        text = SCATTERED.replace("F: 12 N", f"F: {force} N")
+        other = kind_of(scene).solve(loaded(tmp_path, text).scenes["response"])
+        near.append(float(other.bifurcation_omega.max()))
+    assert float(by.sel(parameter="F")[fold]) == pytest.approx((near[1] - near[0]) / 0.02, rel=1e-4)
+    (table,) = [each for each in tables({"response": dataset}) if "scatter" in each.title]
+    assert [row[1] for row in table.rows] == ["fold", "fold"]
+    assert table.rows[-1][0] == "both supports, once a period"
+
+
+def test_scatter_of_what_moves_no_bifurcation_is_refused(tmp_path):
+    for name, message in (
+        ("omega: 1 Hz", "omega: must be left out: it is followed"),
+        ("friction: 1 N", "there is no friction"),
+    ):
+        text = SCATTERED.replace("F: 0.1 N, R1", f"{name}, R1")
+        with pytest.raises(StudyError) as refused:
+            loaded(tmp_path, text)
+        assert message in str(refused.value)

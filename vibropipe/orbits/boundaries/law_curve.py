@@ -6,6 +6,7 @@ that the least gap of a flight is, or that an orbit turns on a support against f
 
 from __future__ import annotations
 
+import math
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -53,6 +54,8 @@ AT_END, SAME_TURN = 1e-6, 1e-4
 NEAR_HALVES = 0.03
 # Margin, weighted, next to which an orbit may meet two ends at once, where no step succeeds.
 NEAR_END = 1e-3
+# Condition, of scale 1, at unknowns that lie on a boundary.
+ON_BOUNDARY = 1e-6
 # Steps between known points and another of the same parameters, and the longest, in those of a boundary.
 MAX_STEPS, FAR, NEAREST = 6, 4.0, 4
 # Weighted distance of parameters, and relative difference of trace and determinant, of points that are one.
@@ -117,12 +120,18 @@ class LawBoundary(LawZeros):
             if self.kind == GRAZINGS:
                 self._fill_slopes_of_gap(u, steps)
             else:
-                self.marcher.rows += 2 * u.size * len(self.sequence.codes)
-                fill_slopes(
-                    self.effects, self.system.values, self.system.along, self.sequence, u,
-                    self._no_columns, steps, self.kind == FOLDS, self._slope,
-                )  # fmt: skip
+                self._slope = self._slopes_of_share(u, steps)
         return [(value, self._slope)]
+
+    def _slopes_of_share(self, u: np.ndarray, steps: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the share of a determinant, as central differences."""
+        slope = np.zeros(u.size)
+        self.marcher.rows += 2 * u.size * len(self.sequence.codes)
+        fill_slopes(
+            self.effects, self.system.values, self.system.along, self.sequence, u,
+            self._no_columns, steps, self.kind == FOLDS, slope,
+        )  # fmt: skip
+        return slope
 
     def _fill_slopes_of_gap(self, u: np.ndarray, steps: np.ndarray) -> None:
         """Fill the derivatives of the least gap, which depends on the event that begins its flight alone."""
@@ -184,6 +193,22 @@ class LawBoundary(LawZeros):
             if abs(change) < SAME_TIME:
                 break
         return _position(p, home) + (-y if home == 1 else y), time
+
+    def slope_at(self, u: np.ndarray) -> float:
+        """Return the derivative of the first parameter by the second along the boundary, at unknowns on it, or NaN."""
+        self._slope = None
+        if not self._fill(u):
+            return math.nan
+        ((value, slope),) = self.conditions(u)
+        if not abs(value) < ON_BOUNDARY:
+            return math.nan
+        if self.kind != GRAZINGS:
+            # A share D / (|D| + |U|) has differences whose error is of first order.
+            slope = 2.0 * self._slopes_of_share(u, 0.5 * DIFFERENCE / self.weights) - slope
+            self._fill(u)
+        rows = np.array([np.eye(u.size)[-1], slope])
+        change, sign = self._solve(np.zeros_like(self.system.blocks.rest), rows, np.eye(2)[0])
+        return float(change[-2]) if sign != 0.0 else math.nan
 
     def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
         """Return what a boundary meets where a margin is zero: a further touch of a support, or another change."""

@@ -1,6 +1,7 @@
 """Orbits followed along a parameter, stable or not."""
 
-from vibropipe.scenes.branch.keys import CHECKS, BranchScene
+from vibropipe.scenes.branch.checks import CHECKS
+from vibropipe.scenes.branch.keys import BranchScene
 from vibropipe.scenes.keys.checks import check_backbone
 from vibropipe.scenes.kind import Kind
 

@@ -3,14 +3,12 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
 from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
-from vibropipe.physics.effects import all_effects, effect_names, effects_of
-from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
@@ -21,27 +19,17 @@ from vibropipe.scenes.costs import (
     stored_values,
 )
 from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
-from vibropipe.scenes.keys.checks import (
-    TOGETHER,
-    Check,
-    check_changes,
-    check_shown,
-    check_varied_supports,
-)
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import (
-    MAX_LINES,
     FigureOptions,
     Law,
     ParameterName,
     Start,
     figure_key,
 )
-from vibropipe.scenes.keys.problems import Problem, refused, required
-from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
-from vibropipe.scenes.keys.values import NameRule, Number, is_allowed, refuse
+from vibropipe.scenes.keys.proofs import ROW_SECONDS
+from vibropipe.scenes.keys.values import NameRule, Number, Sigma, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.vocabulary import drawn_by
 
 # Points of a branch that its steps usually need, and seconds per point.
@@ -145,6 +133,11 @@ class BranchScene(BaseScene):
         description="Period multiple and impacts on each support: all stretches of this law `within` a range are "
         "sought, stable or not, and nothing else is stored.",
     )
+    tolerance: dict[ParameterName, Sigma] = Field(
+        default={},
+        description="Standard deviations of parameters, for the scatter of each bifurcation: "
+        "`bifurcation_<parameter>_std`.",
+    )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     prove: bool = Field(
         default=False,
@@ -186,116 +179,6 @@ class BranchScene(BaseScene):
         start = largest_start(values, self.start.x0)
         effects = effects_of(values, start, self.start.v0, math.inf, followed=True)
         return effect_names(effects, values)
-
-
-def _parameters(scene: BranchScene) -> Iterator[Problem]:
-    """Check that followed and swept values are in range and that no parameter is given twice."""
-    name = scene.followed
-    stated = scene.exciter.explicit()
-    yield from _law(scene)
-    keyed = [("to", value) for value in scene.ends.to]
-    keyed += [("within", value) for value in scene.ends.within or ()]
-    keyed += [("from", scene.ends.begin)] if scene.ends.begin is not None else []
-    for key, value in keyed:
-        if not is_allowed(name, value):
-            yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
-    if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
-        must = "must differ from `from` and from each other"
-        yield Problem(("along", name, "to"), "", must=must)
-    elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.first < max(scene.ends.to):
-        yield Problem(("along", name, "to"), "", must="must have `from` between its two values")
-    if name in RIGID_AT_ZERO and 0.0 in scene.ends.values:
-        yield Problem(("along", name), "0", must=SOFT_ALONG)
-    for swept, grid in scene.over.items():
-        if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
-            yield Problem(("over", swept), repr(grid.low), PARAMETERS[swept].range.text)
-        if grid.size > MAX_LINES:
-            must = f"must have at most {MAX_LINES} values"
-            yield Problem(("over", swept), f"{grid.size} values", must=must)
-    if name in scene.over:
-        yield Problem(("over", name), "", must=f"must be left out, since {name} is followed")
-    for other in (name, *map(str, scene.over)):
-        if other in stated:
-            must = f"must be left out, since it stands in {'along' if other == name else 'over'}"
-            yield Problem(("exciter", other), repr(stated[other]), must=must)
-
-
-def _law(scene: BranchScene) -> Iterator[Problem]:
-    """Check that a law stands beside a range and alone, and that a branch without one begins and ends somewhere."""
-    name, ends = scene.followed, scene.ends
-    stated = [
-        key for key, value in (("from", ends.begin), ("to", ends.to or None)) if value is not None
-    ]
-    if scene.law is None:
-        for key in (
-            [key for key in ("from", "to") if key not in stated] if ends.within is None else ()
-        ):
-            yield required(("along", name, key), PARAMETERS[name].range.text)
-        if ends.within is not None:
-            yield Problem(
-                ("along", name, "within"),
-                "",
-                must="must be left out without law: write from and to",
-            )
-        return
-    for key in stated:
-        yield Problem(("along", name, key), "", must="must be left out beside law: write within")
-    if ends.within is None:
-        yield required(("along", name, "within"), "two increasing numbers")
-    elif not ends.within[0] < ends.within[1]:
-        yield Problem(("along", name, "within"), "", "two increasing numbers")
-    for key in ("start", "switch"):
-        if key in scene.model_fields_set:
-            must = "must be left out beside law, whose stretches are sought from many starts"
-            yield Problem((key,), "", must=must)
-
-
-def _exciter(scene: BranchScene) -> Iterator[Problem]:
-    """Check that the first orbits have supports and a start between them, and effects that can be computed."""
-    changes: list[dict[str, float]] = [
-        {str(name): value} for name, grid in scene.over.items() for value in (grid.low, grid.high)
-    ]
-    problems = list(check_changes(scene, [scene.followed], changes or [{}]))
-    yield from problems
-    if problems:
-        return
-    try:
-        all_effects(scene.values(), pieces=True, housing=True)
-    except ParameterError as error:
-        yield refused(("exciter", error.name), error)
-        return
-    low = min(scene.ends.values)
-    yield from check_varied_supports(scene, "along", {scene.followed: low})
-
-
-def _at(scene: BranchScene) -> Iterator[Problem]:
-    """Check that points are wanted between the ends."""
-    ends = scene.ends.values
-    if scene.at is not None and not min(ends) <= scene.at.low <= scene.at.high <= max(ends):
-        if scene.mass_and_stiffness is None:
-            allowed = f"values from {min(ends)!r} to {max(ends)!r}"
-            yield Problem(("at",), f"{scene.at.low!r} to {scene.at.high!r}", allowed)
-        else:  # the numbers here are not those that were written
-            yield Problem(("at",), "", must="must have values between the ends of `along`")
-
-
-def _prove(scene: BranchScene) -> Iterator[Problem]:
-    """Check that proofs are asked of what can be proved."""
-    if scene.prove:
-        yield from check_covered(scene.values(), "true")
-
-
-CHECKS = (
-    TOGETHER,
-    Check((("along",), ("over",), ("law",), ("start",), ("switch",)), _parameters),
-    Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
-    Check((("along",), ("at",)), _at),
-    Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
-    Check(
-        (("along",), ("over",), ("exciter",), ("figure", "show")),
-        lambda scene: check_shown(scene.figure.show, scene.values()),
-    ),
-)
 
 
 def plan(scene: BranchScene) -> Work:

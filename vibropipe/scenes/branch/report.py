@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
 from collections.abc import Sequence
 from itertools import pairwise
@@ -9,15 +10,23 @@ from itertools import pairwise
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import inwards
-from vibropipe.figures.motion_words import amount_text, number_word
+from vibropipe.figures.claims import at_most, inwards
+from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Table, of_each, tables_of_each
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
 from vibropipe.scenes.branch.curves import coexistence
-from vibropipe.scenes.branch.lines import Stretch, cascade_of, followed, stretches_of, swept
+from vibropipe.scenes.branch.lines import (
+    KINDS,
+    SAME,
+    Stretch,
+    cascade_of,
+    followed,
+    stretches_of,
+    swept,
+)
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
@@ -153,9 +162,61 @@ def proof_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note, title="Which bifurcations are proved", scene=scene)
 
 
+def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the ends of stable motions: how these places scatter, and by what most; None without one."""
+    axis = dataset[followed(dataset)]
+    place = f"bifurcation_{axis.name}"
+    if f"{place}_std" not in dataset:
+        return None
+    deviations, at, over = dataset[f"{place}_std"].values, dataset[place].values, swept(dataset)
+    points = dataset["bifurcation_point"].values
+    beside = dataset[over].values[points] if over else np.zeros(points.size)
+    reach = SAME * float(np.ptp(axis.values))
+    ends: dict[tuple[float, str, str], tuple[int, float]] = {}  # mirror images have the same
+    for each in sorted(stretches_of(dataset), key=lambda each: -np.ptp(each.values)):
+        for value in each.values[[0, -1]]:
+            there = np.flatnonzero((np.abs(at - value) <= reach) & (beside == each.over))
+            if not there.size:
+                continue
+            # Of several branches that end there this motion may be the one whose place has no derivative.
+            own = [n for n in there if words_of(dataset.isel(point=int(points[n]))) == each.words]
+            known = [n for n in own if np.isfinite(deviations[n])]
+            size = float(deviations[known[0]]) if known else math.nan
+            key = (each.over, each.words, f"{value:.8g}")
+            ends.setdefault(key, (int([*known, *own, *there][0]), size))
+    if not ends:
+        return None
+    listed = [(words, *end) for (_over, words, _value), end in ends.items()][:MAX_ROWS]
+    rows = []
+    for words, n, size in sorted(listed, key=lambda each: (beside[each[1]], at[each[1]])):
+        shares = dataset[f"{place}_contribution"].isel(bifurcation=n).fillna(0.0)
+        most = shares.isel(parameter=int(shares.argmax("parameter")))
+        by = f"{symbol_text(dataset[str(most['parameter'].values)])} ({100 * float(most):.0f} %)"
+        by = by if size == size else DASH
+        value = [format_number(float(beside[n]))] if over else []
+        kind = KINDS[int(dataset["bifurcation_kind"][n])]
+        deviation = at_most(size, 2) if size == size else DASH
+        place_text = format_number(float(at[n]), 5)
+        rows.append([*value, words, kind, place_text, deviation, by])
+    head = [
+        *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
+        "stable motion", "ends at a", in_brackets("at", axis), in_brackets("standard deviation", axis),
+        "mostly by",
+    ]  # fmt: skip
+    note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."
+    if any(DASH in row for row in rows):
+        note += (
+            " A dash: the place has no derivative, as where the mass touches both supports at once."
+        )
+    if len(ends) > len(listed):
+        note += f" Left out: {amount_text(len(ends) - len(listed), 'end')} of narrower ranges."
+    title = "How far the places where stable motions end scatter"
+    return Table(head, rows, note, left=3 if over else 2, title=title, scene=scene)
+
+
 answers, tables = (
     of_each(branch_answers),
-    tables_of_each(cascade_table, stable_table, together_table, proof_table),
+    tables_of_each(cascade_table, stable_table, together_table, scatter_table, proof_table),
 )
 REPORT = ReportPart(
     "Branches of orbits",

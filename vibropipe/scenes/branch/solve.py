@@ -49,12 +49,14 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
 def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
     """Follow the branches of one exciter; an exciter without an orbit to begin with is refused with a remedy."""
     try:
+        tolerance = {str(name): sigma for name, sigma in scene.tolerance.items()} or None
         at = [] if scene.at is None else scene.at.array().tolist()
         if scene.law is not None:
             ends = scene.ends.values
             return branch(
-                exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law
-            )
+                exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law,
+                tolerance=tolerance,
+            )  # fmt: skip
         return branch(
             exciter,
             scene.followed,
@@ -64,6 +66,7 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
             at=at,
             switch=scene.switch,
             harmonics=scene.harmonics,
+            tolerance=tolerance,
         )
     except ParameterError as error:
         if error.must != MUST_REPEAT:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -13,13 +13,18 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
-from vibropipe.solve.branch.branch_dataset import branch_dataset, rest_dataset
+from vibropipe.solve.branch.branch_dataset import (
+    branch_dataset,
+    rest_dataset,
+    solver_of,
+    with_scatter,
+)
+from vibropipe.solve.branch.places import without_slope
 from vibropipe.solve.branch.problem import (
     check_range,
     problem_of,
     rules_of,
     seed_of_steady_state,
-    solver_of,
 )
 from vibropipe.solve.branch.rest_branch import follow_rest
 from vibropipe.solve.branch.stretches import STARTS, VALUES, law_stretches
@@ -28,6 +33,7 @@ from vibropipe.solve.checks import (
     check_outputs,
     check_whole,
 )
+from vibropipe.solve.design.tolerance import check_tolerances
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
@@ -54,6 +60,7 @@ def branch(
     max_step: float = 0.02,
     outputs: Sequence[str] = OF_STEADY_STATE,
     law: Sequence[int] | None = None,
+    tolerance: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Follow the orbit that settles from (x0, v0) along a parameter, stable or not, round folds.
 
@@ -97,6 +104,9 @@ def branch(
         parameter, from 17 velocities and, of laws that have one, by the closed form, and what begins at their flips,
         pitchforks and grazings is followed through other laws. The exciter's own value of `along`, x0, v0 and `switch`
         are not used.
+    tolerance : mapping of str to float, optional
+        Standard deviations of parameters that scatter independently: bifurcations then have the derivative of their
+        place by each of them, and its standard deviation to first order.
 
     Returns
     -------
@@ -119,6 +129,10 @@ def branch(
             The parameter.
         bifurcation_point
             Index of its point.
+        bifurcation_<along>_sensitivity, bifurcation_<along>_contribution (parameter), bifurcation_<along>_std
+            With `tolerance`: how the place of a fold, flip, pitchfork or grazing moves with each parameter, the share
+            of each in the variance of the place, and its standard deviation. NaN where it has no derivative, as that of
+            a pitchfork by a parameter that ends the symmetry.
         end_reason
             Why the branch ends there: other_sequence (grazing or change), parent (of doubled or asymmetric orbits),
             chatter, rest, closed, rounding, continuum (orbits that are not isolated), lost or points; or goes_on.
@@ -151,13 +165,15 @@ def branch(
         _check_alone(x0, v0, switch)
         check_whole("harmonics", harmonics, limits.HARMONICS)
         return _branch_of_law(
-            exciter, along, to, check_law(law), at, harmonics, max_step, _check_outputs(outputs)
-        )
+            exciter, along, to, check_law(law), at, harmonics, max_step, _check_outputs(outputs),
+            _check_tolerance(exciter, along, tolerance, outputs),
+        )  # fmt: skip
     v = 0.0 if v0 is None else v0
     exciter.check_start(x0, v)
     problem, signs = problem_of(exciter, along, to, at, max_step)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
+    sigma = _check_tolerance(exciter, along, tolerance, outputs)
     ends = [problem.low, problem.high]
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
@@ -166,12 +182,9 @@ def branch(
     effects = problem.effects
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
     if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
-        return rest_dataset(
-            problem,
-            follow_rest(exciter, problem, signs, start, harmonics, requested),
-            harmonics,
-            attrs,
-        )
+        resting = follow_rest(exciter, problem, signs, start, harmonics, requested)
+        dataset = rest_dataset(problem, resting, harmonics, attrs)
+        return dataset if sigma is None else with_scatter(dataset, (), sigma)
     _check_start(exciter, start)
     seed = seed_of_steady_state(exciter, problem, signs, start)
     if seed is None:
@@ -188,7 +201,9 @@ def branch(
         attrs["incomplete"] = told
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
         warnings.warn(f"{told}. {remedy}", UnsolvedWarning, stacklevel=2)
-    return branch_dataset(problem, tree.branches, harmonics, attrs, requested, solver_of(effects))
+    return branch_dataset(
+        problem, tree.branches, harmonics, attrs, requested, solver_of(effects), sigma
+    )
 
 
 def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
@@ -197,6 +212,23 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
     if not set(requested) <= set(OF_BRANCH):
         raise ParameterError("outputs", outputs, f"a list of {', '.join(OF_BRANCH)}")
     return requested
+
+
+def _check_tolerance(
+    exciter: Exciter, along: str, tolerance: Mapping[str, float] | None, outputs: Sequence[str]
+) -> dict[str, float] | None:
+    """Return the standard deviations of parameters, or raise a ParameterError."""
+    if tolerance is None:
+        return None
+    sigma = check_tolerances(exciter, tolerance)
+    missing = without_slope(exciter.numbers()._asdict(), along)
+    for name in sigma:
+        if name in missing:
+            raise ParameterError(f"tolerance.{name}", sigma[name], must=missing[name])
+    if "sensitivity" in outputs:
+        must = "must leave out sensitivity beside tolerance: both have a dimension parameter of their own"
+        raise ParameterError("outputs", outputs, must=must)
+    return sigma
 
 
 def _direction(signs: tuple[float, ...]) -> str:
@@ -237,6 +269,7 @@ def _branch_of_law(
     harmonics: int,
     max_step: float,
     outputs: tuple[str, ...],
+    sigma: Mapping[str, float] | None,
 ) -> xr.Dataset:
     """Return all stretches of a law as the dataset of `branch`."""
     ends = check_range(exciter, along, to)
@@ -258,5 +291,5 @@ def _branch_of_law(
             UnsolvedWarning, stacklevel=3,
         )  # fmt: skip
     return branch_dataset(
-        found.problem, found.branches, harmonics, attrs, outputs, solver_of(effects)
+        found.problem, found.branches, harmonics, attrs, outputs, solver_of(effects), sigma
     )

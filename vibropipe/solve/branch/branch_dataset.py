@@ -17,9 +17,11 @@ from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
-from vibropipe.physics.effects import all_effects
+from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.branch.branch_of_pieces import solver_of_pieces
+from vibropipe.solve.branch.places import scattered_places
 from vibropipe.solve.branch.rest_branch import RestBranch
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rows.row_results import (
@@ -33,7 +35,7 @@ from vibropipe.solve.rows.row_results import (
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE, computed
 from vibropipe.words.parameters import without_absent
-from vibropipe.words.vocabulary import SENSITIVITY_SUFFIX, describe
+from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -62,6 +64,11 @@ REASONS = {
 }
 
 
+def solver_of(effects: Effects) -> PointSolver | None:
+    """Return what solves the points of branches of exciters with some effects; None: orbits by their impacts."""
+    return solver_of_pieces(effects) if effects.has_pieces else None
+
+
 def branch_dataset(
     problem: Problem,
     branches: Sequence[Branch],
@@ -69,6 +76,7 @@ def branch_dataset(
     attrs: Mapping[str, Any],
     outputs: tuple[str, ...] = OF_STEADY_STATE,
     solve: PointSolver | None = None,
+    sigma: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
 
@@ -84,6 +92,8 @@ def branch_dataset(
         Any of `OF_BRANCH`.
     solve : callable, optional
         Solves the points of a branch; the default is for orbits by their impacts.
+    sigma : mapping of str to float, optional
+        Standard deviations of parameters, for the scatter of the places of bifurcations.
     """
     solve = _solve if solve is None else solve
     rows = concatenate([_label(problem, each, harmonics, outputs, solve) for each in branches])
@@ -96,7 +106,33 @@ def branch_dataset(
         for event in branch.events
     ]
     ids = np.repeat(np.arange(len(branches)), sizes)
-    return _to_dataset(problem, rows, values, ids, events, harmonics, attrs)
+    dataset = _to_dataset(problem, rows, values, ids, events, harmonics, attrs)
+    return dataset if sigma is None else with_scatter(dataset, branches, sigma)
+
+
+def with_scatter(
+    dataset: xr.Dataset, branches: Sequence[Branch], sigma: Mapping[str, float]
+) -> xr.Dataset:
+    """Return a dataset of branches with the derivatives and the scatter of the places of its bifurcations.
+
+    branches : none of orbits with rests, whose ends have no derivative
+    """
+    place = f"bifurcation_{str(dataset.attrs['follow']).split()[0]}"
+    slopes = np.full((dataset.sizes["bifurcation"], len(sigma)), np.nan)
+    deviations = np.full(len(slopes), np.nan)
+    if branches:
+        slopes, deviations = scattered_places(branches, sigma)
+    with np.errstate(invalid="ignore", divide="ignore"):
+        shares = (slopes * np.array([*sigma.values()]) / deviations[:, None]) ** 2
+    return describe(
+        dataset.assign_coords({PARAMETER: [*sigma]}).assign(
+            {
+                f"{place}{SENSITIVITY_SUFFIX}": (("bifurcation", PARAMETER), slopes),
+                f"{place}_std": (("bifurcation",), deviations),
+                f"{place}_contribution": (("bifurcation", PARAMETER), shares),
+            }
+        )
+    )
 
 
 def rest_dataset(

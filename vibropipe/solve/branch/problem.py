@@ -15,8 +15,7 @@ from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
-from vibropipe.solve.branch.branch_dataset import PointSolver
-from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces, solver_of_pieces
+from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces
 from vibropipe.solve.checks import check_soft
 from vibropipe.words.parameters import (
     FOLLOWED,
@@ -118,11 +117,6 @@ def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
 def rules_of(effects: Effects) -> Rules:
     """Return how branches of exciters with some effects are followed."""
     return LAWS if effects.has_pieces else IMPACTS
-
-
-def solver_of(effects: Effects) -> PointSolver | None:
-    """Return what solves the points of branches of exciters with some effects; None: orbits by their impacts."""
-    return solver_of_pieces(effects) if effects.has_pieces else None
 
 
 def seed_of_steady_state(

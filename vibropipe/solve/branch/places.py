@@ -1,0 +1,179 @@
+"""How the bifurcations of branches move with each parameter: the tangents of the boundaries through them."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Mapping, Sequence
+from typing import Any
+
+import numpy as np
+
+from vibropipe.continuation.path import Event
+from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at, touching
+from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.branches.following import Branch
+from vibropipe.orbits.branches.linear import linear_touch, parameters_of
+from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.orbits.law.curve import NO_TOUCH
+from vibropipe.orbits.law.law import Law, without_events
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Scales
+from vibropipe.physics.contact import support_offset
+from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
+from vibropipe.physics.load import has_second
+from vibropipe.solve.branch.problem import KEEP_SYMMETRY
+from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, occurs, of_effect
+
+# Bifurcations whose place has a derivative, and the boundaries that they lie on.
+BOUNDARIES = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
+# Parameters that move the equilibrium between the supports, and all that end the symmetry of an exciter.
+OF_OFFSET = ("delta", "load", "f2", "phi2")
+ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY, *of_effect("friction")}
+# Why parameters of an absent effect have none.
+WITHOUT = {
+    "soft": "the support is rigid", "friction": "there is no friction",
+    "second_harmonic": "the force has no second harmonic", "housing": "the housing is fixed",
+}  # fmt: skip
+# Range of a parameter, as a share of its value and of l, that scales the equations.
+RANGE = 0.1
+# Share of the range within which two places are one.
+SAME_PLACE = 1e-9
+# Width of a step that scales nothing here.
+ANY_LENGTH = 0.02
+
+
+def without_slope(values: Mapping[str, Any], along: str) -> dict[str, str]:
+    """Return the parameters by which the place of a bifurcation has no derivative, and what must hold of each.
+
+    values : of the exciter, those that vary with all their values
+    """
+    refused = {along: "must be left out: it is followed"}
+    for name, entry in PARAMETERS.items():
+        support = f"k{name[1]}" if entry.effect == "soft" else ""
+        needs = {"soft": support, "friction": "friction", "second_harmonic": "f2"}
+        needs |= {"housing": "mass_ratio"}
+        if THROUGH_OTHERS.get(name) == {}:
+            refused[name] = "must be left out: it acts on no motion"
+        elif entry.effect in needs and not occurs(values.get(needs[entry.effect], 0.0)):
+            refused[name] = f"must be left out: {WITHOUT[entry.effect]}"
+        elif name == "friction_ratio" and not occurs(values.get(name, 1.0) - 1.0):
+            refused[name] = "must be left out: static friction is that against sliding"
+    return refused
+
+
+def scattered_places(
+    branches: Sequence[Branch], sigma: Mapping[str, float]
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return `place_slopes` of all branches by the parameters that scatter, and standard deviations of the places.
+
+    The end of doubled orbits has no regular equations of its own: it is the bifurcation of their parent.
+    """
+    names = [*sigma]
+    slopes = [place_slopes(branch, names) for branch in branches]
+    events = [
+        (event.kind, values_of(branch)[event.point], rows[n])
+        for branch, rows in zip(branches, slopes, strict=True)
+        for n, event in enumerate(branch.events)
+    ]
+    for kind, value, row in events:
+        reach = SAME_PLACE * (branches[0].problem.high - branches[0].problem.low)
+        twins = (
+            other for its, at, other in events
+            if its == kind and abs(at - value) <= reach and np.isfinite(other).all()
+        )  # fmt: skip
+        if np.isnan(row).all():
+            row[:] = next(twins, row)
+    found = np.concatenate(slopes) if slopes else np.zeros((0, len(names)))
+    return found, np.sqrt(((found * np.array([*sigma.values()])) ** 2).sum(axis=1))
+
+
+def values_of(branch: Branch) -> list[float]:
+    """Return the parameter at the points of a branch."""
+    return branch.values or [point.value for point in branch.points]
+
+
+def place_slopes(branch: Branch, names: Sequence[str]) -> np.ndarray:
+    """Return the derivatives (bifurcations, names) of the places of the bifurcations of a branch by parameters.
+
+    They are NaN of other kinds than fold, flip, pitchfork and grazing, and where the place has none: that of a
+    pitchfork, or at which an orbit that is its own mirror image touches both supports, by a parameter that ends the
+    symmetry.
+
+    Notes
+    -----
+    The place p(q) lies on the boundary g(u, p, q) = 0 of its kind, which has the tangent of the branch of orbits in
+    both parameters: dp/dq follows from the equations of the orbit and the condition, linearised.
+    """
+    slopes = np.full((len(branch.events), len(names)), np.nan)
+    for row, event in enumerate(branch.events):
+        if event.kind not in BOUNDARIES:
+            continue
+        found = _orbit_at(branch, event)
+        if found is None:
+            continue
+        orbit, excluded = found
+        for column, name in enumerate(names):
+            if name not in excluded:
+                slopes[row, column] = _slope(branch, event, orbit, name)
+    return slopes
+
+
+def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] | None:
+    """Return the orbit of a bifurcation, and the parameters by which its place has no derivative."""
+    if branch.curve is None:
+        return _linear_touch(branch, branch.values[event.point])
+    point = branch.points[event.point]
+    curve = branch.curve if point.curve is None else point.curve
+    if event.kind == "grazing":
+        grazing = grazing_at(point._replace(curve=curve))
+        if grazing is None:
+            return None
+        return grazing, ENDS_SYMMETRY if curve.sequence.mirrored else ()
+    law, unknowns = curve.sequence, point.u
+    if event.kind == "fold" and law.mirrored:
+        # The whole orbit has the fold, too, and each support its own share in it.
+        law, unknowns = whole_orbit(law, unknowns)
+    n, width = len(law.codes), curve.width
+    u = np.ascontiguousarray(unknowns[: width * n].reshape(width, n).T)
+    return Grazing(law, u, NO_TOUCH), ENDS_SYMMETRY if event.kind == "pitchfork" else ()
+
+
+def _linear_touch(branch: Branch, value: float) -> tuple[Grazing, Collection[str]]:
+    """Return the motion without impacts where it touches a support, as `_orbit_at`: maybe both at once."""
+    p = parameters_of(branch.problem, value)
+    first, second = linear_amplitude(p), second_linear_amplitude(p)
+    state = 2.0 * (first + second).real, -2.0 * p.nu * (first + 2.0 * second).imag
+    support, turn = linear_touch(p)
+    law = without_events(1.0, 0)
+    touches_both = support_offset(p) == 0.0 and not has_second(p)
+    return touching(law, np.array([state]), support, turn), OF_OFFSET if touches_both else ()
+
+
+def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
+    """Return the derivative of the place of a bifurcation by a parameter, or NaN."""
+    problem, index = branch.problem, Parameters._fields.index(name)
+    place, own = values_of(branch)[event.point], float(problem.values[index])
+    l = float(problem.values[Parameters._fields.index("l")])  # noqa: E741
+    at = problem.values.copy()
+    at[problem.along] = place
+    ends = np.array([place, own])
+    half = RANGE * np.maximum(np.abs(ends), l)
+    box = Box(
+        at, np.array([problem.along, index]), ends - half, ends + half, problem.symmetric,
+        ANY_LENGTH, problem.effects,
+    )  # fmt: skip
+    if branch.curve is None:
+        scales, marcher = Scales(l, l * problem.values[0]), Marcher(problem.effects)
+    else:
+        curve = branch.points[event.point].curve or branch.curve
+        scales, marcher = curve.scales, curve.marcher
+    boundary = LawBoundary(
+        box, BOUNDARIES[event.kind], _contiguous(orbit.law), orbit.touch, scales, marcher
+    )
+    return boundary.slope_at(np.concatenate([orbit.u.T.ravel(), ends]))
+
+
+def _contiguous(law: Law) -> Law:
+    """Return a law whose codes kernels can read."""
+    return law._replace(codes=np.ascontiguousarray(law.codes))

@@ -1,6 +1,8 @@
 """The configuration, the schema, the table of keys and the studies in `config/`."""
 
+import inspect
 import math
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -10,6 +12,7 @@ import pytest
 import yaml
 from study_texts import BASE, faults, study_of
 
+import vibropipe as vp
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import (
     StudyError,
@@ -18,10 +21,12 @@ from vibropipe.study import (
     load_study,
     parse_config,
 )
+from vibropipe.study.reference import PYTHON, QUANTITIES_PAGE, python_page, quantities_page
 from vibropipe.study.schema import readme_text, schema_text
+from vibropipe.words.parameters import PARAMETERS
 
 ROOT = Path(__file__).parents[2]
-CONFIG = ROOT / "config"
+CONFIG, DOCS = ROOT / "config", ROOT / "docs"
 FILES = [*CONFIG.glob("*.yaml"), *(ROOT / ".test" / "config").glob("*.yaml")]
 STUDIES = sorted(file for file in FILES if file.name != "config.yaml")
 
@@ -111,6 +116,25 @@ def test_schema_and_table_of_keys_have_not_drifted():
     assert (CONFIG / "study.schema.json").read_text(encoding="utf-8") == schema_text(), remedy
     readme = (CONFIG / "README.md").read_text(encoding="utf-8")
     assert readme_text(readme) == readme, remedy
+    for page, text in ((PYTHON, python_page()), (QUANTITIES_PAGE, quantities_page())):
+        assert (DOCS / page).read_text(encoding="utf-8") == text, remedy
+
+
+def test_the_reference_has_every_call_argument_and_quantity():
+    page = python_page()
+    for name in vp.__all__:
+        call = getattr(vp, name)
+        assert f"\n## `vp.{name}`\n" in page
+        part = page.split(f"\n## `vp.{name}`\n")[1].split("\n## ")[0]
+        if isinstance(call, type):
+            continue
+        for argument in inspect.signature(call).parameters:
+            listed = re.search(rf"^- `[^`]*\b{argument}\b[^`]*`( \(|: |$)", part, re.MULTILINE)
+            assert listed, (name, argument)
+    text = quantities_page()
+    for name in (*PARAMETERS, "impact_velocity_max", "power_input", "bifurcation_kind"):
+        assert f"| `{name}`" in text
+    assert "`bifurcation_<parameter>`" in text
 
 
 def test_drift_is_seen_and_mended(tmp_path):

@@ -2,7 +2,11 @@
 
 from __future__ import annotations
 
+from collections.abc import Mapping
 from enum import IntEnum
+from typing import Any
+
+from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, occurs
 
 
 class Meeting(IntEnum):
@@ -71,3 +75,29 @@ class BranchEnd(IntEnum):
     IMPACT_LIMIT = 9
     PERIOD_LIMIT = 10
     CONTINUUM = 11
+
+
+# Why parameters of an absent effect have none.
+WITHOUT = {
+    "soft": "the support is rigid", "friction": "there is no friction",
+    "second_harmonic": "the force has no second harmonic", "housing": "the housing is fixed",
+}  # fmt: skip
+
+
+def without_slope(values: Mapping[str, Any], along: str) -> dict[str, str]:
+    """Return the parameters by which the place of a bifurcation has no derivative, and what must hold of each.
+
+    values : of the exciter, those that vary with all their values
+    """
+    refused = {along: "must be left out: it is followed"}
+    for name, entry in PARAMETERS.items():
+        support = f"k{name[1]}" if entry.effect == "soft" else ""
+        needs = {"soft": support, "friction": "friction", "second_harmonic": "f2"}
+        needs |= {"housing": "mass_ratio"}
+        if THROUGH_OTHERS.get(name) == {}:
+            refused[name] = "must be left out: it acts on no motion"
+        elif entry.effect in needs and not occurs(values.get(needs[entry.effect], 0.0)):
+            refused[name] = f"must be left out: {WITHOUT[entry.effect]}"
+        elif name == "friction_ratio" and not occurs(values.get(name, 1.0) - 1.0):
+            refused[name] = "must be left out: static friction is that against sliding"
+    return refused

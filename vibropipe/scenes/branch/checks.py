@@ -18,7 +18,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, refused, required
 from vibropipe.scenes.keys.proofs import check_covered
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.solve.branch.places import without_slope
+from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 
 

@@ -19,7 +19,6 @@ from vibropipe.solve.branch.branch_dataset import (
     solver_of,
     with_scatter,
 )
-from vibropipe.solve.branch.places import without_slope
 from vibropipe.solve.branch.problem import (
     check_range,
     problem_of,
@@ -36,6 +35,7 @@ from vibropipe.solve.checks import (
 from vibropipe.solve.design.tolerance import check_tolerances
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.steady import steady_state
+from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 
@@ -23,43 +22,19 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import has_second
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY
-from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, occurs, of_effect
+from vibropipe.words.parameters import PARAMETERS, of_effect
 
 # Bifurcations whose place has a derivative, and the boundaries that they lie on.
 BOUNDARIES = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Parameters that move the equilibrium between the supports, and all that end the symmetry of an exciter.
 OF_OFFSET = ("delta", "load", "f2", "phi2")
 ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY, *of_effect("friction")}
-# Why parameters of an absent effect have none.
-WITHOUT = {
-    "soft": "the support is rigid", "friction": "there is no friction",
-    "second_harmonic": "the force has no second harmonic", "housing": "the housing is fixed",
-}  # fmt: skip
 # Range of a parameter, as a share of its value and of l, that scales the equations.
 RANGE = 0.1
 # Share of the range within which two places are one.
 SAME_PLACE = 1e-9
 # Width of a step that scales nothing here.
 ANY_LENGTH = 0.02
-
-
-def without_slope(values: Mapping[str, Any], along: str) -> dict[str, str]:
-    """Return the parameters by which the place of a bifurcation has no derivative, and what must hold of each.
-
-    values : of the exciter, those that vary with all their values
-    """
-    refused = {along: "must be left out: it is followed"}
-    for name, entry in PARAMETERS.items():
-        support = f"k{name[1]}" if entry.effect == "soft" else ""
-        needs = {"soft": support, "friction": "friction", "second_harmonic": "f2"}
-        needs |= {"housing": "mass_ratio"}
-        if THROUGH_OTHERS.get(name) == {}:
-            refused[name] = "must be left out: it acts on no motion"
-        elif entry.effect in needs and not occurs(values.get(needs[entry.effect], 0.0)):
-            refused[name] = f"must be left out: {WITHOUT[entry.effect]}"
-        elif name == "friction_ratio" and not occurs(values.get(name, 1.0) - 1.0):
-            refused[name] = "must be left out: static friction is that against sliding"
-    return refused
 
 
 def scattered_places(

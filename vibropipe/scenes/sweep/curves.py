@@ -55,6 +55,8 @@ BACKBONE: dict[str, Any] = {
     "zorder": 1,
     "solid_capstyle": "butt",
 }
+# Names of both directions at their lines, where these are so far apart, as a share of the largest value.
+WAYS, APART = {"up": "upwards", "down": "downwards"}, 0.1
 SHORT_TEXT = 8  # letters of a value that have room for its symbol beside a bar
 LEGEND_COLUMNS = 4  # entries of a line of a legend
 
@@ -187,8 +189,24 @@ def draw_panel(
                 named.append(Named(x, y, each.text, colour))
     if series[0].name not in SIGNED:
         ax.set_ylim(bottom=0.0)
+    if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
+        named = ways_of(part, series[0], along, colours[0])
     if named:
         label_lines(ax, named)
+
+
+def ways_of(part: xr.Dataset, series: Series, along: str, colour: str) -> list[Named]:
+    """Return both directions of one line, named where their values differ."""
+    lines = list(lines_of(part, None))
+    values = [series.of(line.row).values for line in lines]
+    apart = np.abs(values[0] - values[-1])
+    differ = apart > APART * np.nanmax(np.abs(values), initial=0.0)
+    if len(lines) < 2 or not differ.any():
+        return []
+    return [
+        Named(line.row[along].values, np.where(differ, own, np.nan), WAYS[line.direction], colour)
+        for line, own in zip(lines, values, strict=True)
+    ]
 
 
 def series_colours(series: tuple[Series, ...]) -> list[str]:

@@ -205,6 +205,10 @@ def name_boxes(
 PLACES = 48  # that are tried along a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
+CLEAR, BESIDE_CM = (
+    0.02,
+    0.03,
+)  # cm to other lines that leave a place on a line free; from a line to a label beside it
 ON_LINE = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
 
 
@@ -223,11 +227,14 @@ def label_lines(
 ) -> None:
     """Write the name of each line on it, with white below; lines without a place of their own have no name.
 
+    Where other lines would pass beneath, it stands above or below its line, on the side without them.
+
     ax : where the lines are drawn, with their scales and limits
     lines : the lines; the first ones choose first
     obstacles : other curves, from which names keep away
     """
     size = np.array(size_of(ax))
+    ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     points = [_in_cm(ax, line.x, line.y, size) for line in lines]
     others = [_in_cm(ax, x, y, size) for x, y in obstacles]
     boxes: list[Floats] = []
@@ -241,6 +248,13 @@ def label_lines(
         clearance = np.minimum(_distance(tried, half, rest), ENOUGH)
         middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
         free = _is_free(tried, half, boxes)
+        if not (free & (clearance >= CLEAR)).any():
+            beside = _beside(inside, half, size, own, rest)
+            beside = beside[_is_free(beside, half, boxes)] if len(beside) else beside
+            if len(beside):
+                tried, free = beside, np.ones(len(beside), np.bool_)
+                clearance = np.minimum(_distance(tried, half, rest), ENOUGH)
+                middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
         if not free.any():
             continue
         at = tried[int(np.argmax(np.where(free, clearance - middle, -np.inf)))]
@@ -248,6 +262,19 @@ def label_lines(
         x, y = at / size
         label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center",
               va="center_baseline", bbox=ON_LINE, zorder=6)  # fmt: skip
+
+
+def _beside(
+    inside: Floats, half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]
+) -> Floats:
+    """Return places above and below a line whose labels are nearer to it than to others, and touch none."""
+    found = []
+    for side in (1.0, -1.0):
+        places = inside + np.array([0.0, side * (half[1] + BESIDE_CM)])
+        fits = ((places > half) & (places < size - half)).all(axis=1)
+        to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
+        found.append(places[fits & (to_own > 0.0) & (to_rest > to_own)])
+    return np.concatenate(found)
 
 
 def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:

@@ -133,6 +133,8 @@ def test_parameters_in_si_have_their_units(solved):
     assert drawing_of({"response": dataset.assign_coords(F=no_force)})["symbols"]["force"] == ""
     two = dataset.assign_coords(F2=no_force + 1.0)
     assert drawing_of({"response": two})["symbols"]["force"] == "F(t)"
+    shaken = dataset.assign_coords(shaker=no_force + 1e-3)
+    assert drawing_of({"response": shaken})["symbols"]["force"] == "F(t)"
 
 
 def test_methods_and_provenance(data):

@@ -236,10 +236,10 @@ def test_titles_of_maps_say_what_is_seen():
     at = {name: velocity[name].values[n] for name, n in zip(velocity.dims, row, strict=True)}
     place = f"ν = {at['nu']:.4g} and, at the end of its range, f = {f[-1]:.4g}"
     assert at["f"] == f[-1]
-    assert quantities_title(kept) == f"Impacts are hardest at {place}"
+    assert quantities_title(kept) == f"On the grid, impacts are hardest at {place}"
     ways = xr.concat([kept, kept], xr.Variable("direction", ["up", "down"]))
     ways = ways.assign_coords(direction=["up", "down"])
-    assert quantities_title(ways) == f"Impacts are hardest at {place}"
+    assert quantities_title(ways) == f"On the grid, impacts are hardest at {place}"
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][:, 0, 0] = 9.0

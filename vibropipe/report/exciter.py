@@ -122,10 +122,11 @@ def sentences_of(datasets: Datasets) -> list[str]:
 
 
 def force_text(datasets: Datasets, has_units: bool) -> str:
-    """Write the force of the drawing: its formula unless it has a second harmonic; empty without a force."""
+    """Write the force of the drawing: its formula if that is one sine of a stated size; empty without a force."""
     if not any(is_forced(data) for data in datasets.values()):
         return ""
-    if any(has_value(name, datasets) for name in of_calls("second_harmonic")):
+    others = (*of_calls("second_harmonic"), *of_calls("shaker"))
+    if any(has_value(name, datasets) for name in others):
         return "F(t)" if has_units else "f(τ)"
     return "F sin ωt" if has_units else "f sin ντ"
 

@@ -104,6 +104,8 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" on support {own.position + 1}"
         seen = f"Impacts{on} are hardest"
+    # between its points a quantity may be larger
+    seen = f"On the grid, {seen[0].lower()}{seen[1:]}"
     texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]
     return next((text for text in texts if len(text) <= MAX_TITLE), plain)
 

@@ -15,7 +15,7 @@ from report_text import HOSTILE, flat, items, study_of
 import vibropipe as vp
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
-from vibropipe.report.exciter import drawing_of, side_of
+from vibropipe.report.exciter import drawing_of, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line
 from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
 from vibropipe.store import StoreError, write
@@ -233,3 +233,12 @@ def test_the_model_has_the_force_that_there_is():
     assert turns in model_line({"a": free, "b": soft}).text  # rigid in one scene
     with_units = {"a": vp.to_physical(free, 1.0, 1e4)}
     assert model_line(with_units).text.startswith("mẍ + Hẋ + Cx = 0 between the supports; ")
+
+
+def test_values_that_a_design_found_are_not_the_exciter(solved):
+    _, _, datasets = solved
+    found = xr.Dataset({"delta": ("design", [0.01, 0.02])}, attrs={}).set_coords("delta")
+    found["delta"].attrs |= datasets["response"]["delta"].attrs
+    given = values_text("delta", datasets)
+    assert values_text("delta", {**datasets, "design": found}) == given
+    assert values_text("delta", {"design": found}) == "0.01, 0.02"

@@ -88,8 +88,12 @@ def side_of_first(datasets: Datasets) -> Side:
 
 
 def values_text(name: str, datasets: Datasets) -> str:
-    """Write the values of a parameter over all datasets with their unit; empty without it or its effect."""
+    """Write the values of a parameter over all datasets with their unit; empty without it or its effect.
+
+    Those that designs have found count only where no other dataset has any.
+    """
     arrays = [data[name] for data in datasets.values() if name in data.variables]
+    arrays = [array for array in arrays if "design" not in array.dims] or arrays
     found = np.concatenate([np.empty(0), *(np.ravel(array.values) for array in arrays)])
     if name in FORCES and len(arrays) < len(datasets):
         found = np.append(found, 0.0)  # datasets without a force leave it out

@@ -185,7 +185,8 @@ class Shown:
         attrs = {**variable.attrs, "units": unit}
         if DIMENSION_OF[stored] == "frequency" and is_of_cycles(unit):
             attrs |= _words_of_cycles(variable.attrs)
-        values = variable.to_base_variable().data * shown_factor(unit)  # lazy data stay lazy
+        with np.errstate(over="ignore"):  # an error estimate may be beyond single precision
+            values = variable.to_base_variable().data * shown_factor(unit)  # lazy data stay lazy
         return (
             variable.dims,
             _tidied(np.asarray(values)) if split_suffix(name)[0] in GIVEN else values,

@@ -125,11 +125,15 @@ def quantity(name: str) -> Quantity:
         entry = quantity(name.removeprefix(PREFIX))
         return replace(entry, dims=tuple(map(of_proof, entry.dims)), sample_dimension=None)
     base_name, suffix = split_suffix(name)
-    base = VOCABULARY.get(base_name)
-    if base is not None and suffix == SENSITIVITY_SUFFIX:
-        return _sensitivity(base)
-    if base is None or not suffix:
+    if base_name not in VOCABULARY or not suffix:
         raise KeyError(f"{name!r} is not in the vocabulary (vibropipe/words/quantities.toml)")
+    return _derived(VOCABULARY[base_name], suffix)
+
+
+def _derived(base: Quantity, suffix: str) -> Quantity:
+    """Return the entry of what is derived from a quantity, by its suffix."""
+    if suffix == SENSITIVITY_SUFFIX:
+        return _sensitivity(base)
     text, has_units = SUFFIXES[suffix]
     entry = replace(
         base,
@@ -186,9 +190,12 @@ def physical_name(name: str) -> str:
 
 def physical_quantity(name: str) -> Quantity:
     """Return the entry, in SI, of a quantity under its name in non-dimensional datasets."""
-    entry = quantity(name).in_si()
+    base, suffix = split_suffix(name)
+    if not suffix or name.startswith(PREFIX):
+        return quantity(name).in_si()
+    entry = _derived(VOCABULARY[base].in_si(), suffix)
     # the units of a derivative differ along the dimension `parameter`
-    is_derivative = name.endswith(SENSITIVITY_SUFFIX)
+    is_derivative = suffix == SENSITIVITY_SUFFIX
     return replace(entry, units=f"{entry.units}/(unit of parameter)") if is_derivative else entry
 
 

@@ -275,7 +275,7 @@ def _branch_of_law(
     ends = check_range(exciter, along, to)
     found = law_stretches(exciter, along, ends, law, at, max_step)
     name, effects = f"({law[0]}; {law[1]}, {law[2]})", found.problem.effects
-    searched = f"orbits at {VALUES} values of {along}, from {STARTS} velocities each"
+    searched = f"orbits at {VALUES} values of the parameter, from {STARTS} velocities each"
     if not found.branches:
         got = f"{name}, of which no orbit is found from {ends[0]!r} to {ends[1]!r} ({searched})"
         must = f"must have orbits in the range of {along}"

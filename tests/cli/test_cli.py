@@ -135,7 +135,7 @@ def test_what_computes_nothing_imports_nothing_heavy(call, heavy):
             ["solve", "{study}", "--scene", "forced", "--output", "x.csv"],
             ["--output", ".nc", "x.csv"],
         ),
-        (["table", "x.nc", "-o", "x.xlsx"], ["--output", ".csv", "x.xlsx"]),
+        (["table", "x.nc", "-o", "x.ods"], ["--output", ".csv, .xlsx", "x.ods"]),
         (["simulate", "--l", "1", "--f", "1"], ["nu: is required beside f"]),
         (["simulate", "--l", "-1"], ["l: must be a finite number > 0, got -1.0"]),
         (["simulate", "--l", "1", "--R1", "1.5"], ["R1: must be a number from 0 to 1, got 1.5"]),

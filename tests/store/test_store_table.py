@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import io
+import sys
 from dataclasses import replace
 
 import dask
@@ -264,3 +265,26 @@ def test_the_section_of_a_motion_has_rows_of_its_own():
     points = table(motion.merge(visits), sections=True)
     assert points["poincare_displacement"].tolist() == [0.1, 0.2]
     assert points["visit"].tolist() == [0, 1]
+
+
+def test_a_sheet_has_the_numbers_and_names_of_the_csv(folder, capsys):
+    assert run("table", "results/s/map.nc", "--varying", "-o", "map.csv") == 0
+    assert run("table", "results/s/map.nc", "--varying", "-o", "map.xlsx") == 0
+    listed, sheet = pd.read_csv("map.csv"), pd.read_excel("map.xlsx")
+    assert [*sheet.columns] == [*listed.columns]
+    for name in listed:
+        if listed[name].dtype.kind == "f":  # sheets have 16 digits
+            np.testing.assert_allclose(sheet[name].astype(float), listed[name], rtol=1e-15)
+        else:
+            assert (sheet[name].fillna("") == listed[name].fillna("")).all(), name
+
+
+def test_what_a_sheet_cannot_hold_is_told(folder, monkeypatch, capsys):
+    module = sys.modules["vibropipe.store.table"]  # beside the function of this name
+    monkeypatch.setattr(module, "MAX_SHEET", (10, 16_384))
+    assert run("table", "results/s/map.nc", "-o", "map.xlsx") == 2
+    assert "a sheet has at most 10 rows, the table 13: write .csv" in capsys.readouterr().err
+    monkeypatch.setattr(module, "find_spec", lambda _name: None)
+    assert run("table", "results/s/map.nc", "-o", "map.xlsx") == 2
+    assert "openpyxl: is not installed: pip install 'vibropipe[xlsx]'" in capsys.readouterr().err
+    assert not [*folder.glob("*.xlsx*")]

@@ -82,7 +82,7 @@ ResultFile = Annotated[Path, file_option("Dataset to write: .nc.", ".nc")]
 ReportFile = Annotated[Path, file_option("Report to write: .pdf.", ".pdf")]
 TableFile = Annotated[
     Path | None,
-    file_option("Write to this file, .csv, which spreadsheets open.", ".csv"),
+    file_option("Write to this file, which spreadsheets open: .csv or .xlsx.", ".csv", ".xlsx"),
 ]
 ComparisonFile = Annotated[
     Path | None,

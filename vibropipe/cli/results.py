@@ -164,18 +164,21 @@ def table(
     """Print a dataset as CSV for spreadsheets: a row for each point, names for codes, the study's units in the head."""
     from vibropipe.solve.physical import in_units
     from vibropipe.store import atomic_file, load, table
-    from vibropipe.store.table import with_units, without_constants
+    from vibropipe.store.table import with_units, without_constants, write_xlsx
     from vibropipe.study import shown_now
 
     whole = load(dataset)
     shown = in_units(whole, units) if units else shown_now({"": whole})[""]
     rows = table(shown, impacts, sections)
-    text = with_units(without_constants(rows) if varying else rows).to_csv(index=False)
+    rows = with_units(without_constants(rows) if varying else rows)
     if output is None:
-        typer.echo(text, nl=False)
+        typer.echo(rows.to_csv(index=False), nl=False)
         return
     with atomic_file(output) as temporary:
-        temporary.write_text(text, encoding="utf-8")
+        if output.suffix == ".xlsx":
+            write_xlsx(rows, temporary)
+        else:
+            temporary.write_text(rows.to_csv(index=False), encoding="utf-8")
 
 
 def compare(

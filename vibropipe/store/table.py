@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from importlib.util import find_spec
 from os import PathLike
+from pathlib import Path
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -28,6 +30,7 @@ COMPONENTS = tuple(name for name, entry in QUANTITIES.items() if entry.axis == "
 MAX_COMPONENTS = 64
 # Quantities that a chatter, which has infinitely many impacts, has no number of.
 OF_CHATTER = ("impacts_per_orbit", "impacts_per_period")
+MAX_SHEET = 1_048_576, 16_384  # rows and columns of a sheet of a spreadsheet
 NEUTRAL = 2  # code of `stable` in a table
 # Dimensions whose length differs from row to row, or that list events.
 RAGGED = tuple(EVENTS)
@@ -258,3 +261,27 @@ def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
     moduli = np.abs(dataset["floquet_multiplier"].transpose(..., "multiplier").values)
     neutral: NDArray[np.bool_] = np.abs(moduli.max(axis=-1) - 1.0) <= NEUTRAL_TOLERANCE
     return neutral & (stable == 0)
+
+
+def write_xlsx(rows: pd.DataFrame, file: Path) -> None:
+    """Write a table as a sheet of numbers and names, its head in sight.
+
+    Raises
+    ------
+    StoreError
+        If openpyxl is not installed, or the rows or columns are more than a sheet has.
+    """
+    if find_spec("openpyxl") is None:
+        raise StoreError("openpyxl: is not installed: pip install 'vibropipe[xlsx]', or write .csv")
+    for what, number, most in (
+        ("rows", len(rows) + 1, MAX_SHEET[0]),
+        ("columns", rows.shape[1], MAX_SHEET[1]),
+    ):
+        if number > most:
+            raise StoreError(
+                f"a sheet has at most {most} {what}, the table {number}: write .csv, or leave out columns by --varying"
+            )
+    with file.open("wb") as stream:
+        rows.to_excel(
+            stream, index=False, engine="openpyxl", sheet_name="vibropipe", freeze_panes=(1, 0)
+        )

@@ -34,7 +34,9 @@ from vibropipe.solve.checks import (
 )
 from vibropipe.solve.design.tolerance import check_tolerances
 from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.steady import steady_state
+from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_name, plain_values
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
 from vibropipe.words.regimes import Regime
@@ -78,7 +80,9 @@ def branch(
     exciter : Exciter
         The start; its own value of `along` lies on the branch.
     along : str
-        The parameter that varies: any of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support.
+        The parameter that varies: any of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an
+        exciter of `from_physical` also one with units, as omega or F: `to`, `at` and `tolerance` are then in SI, text
+        or quantities of pint, and the dataset is in SI, as `to_physical` returns it.
     to : float or (float, float)
         Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
         ways. A branch is left where it leaves this range.
@@ -161,6 +165,22 @@ def branch(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
+    if are_with_units(exciter, (along, *(tolerance or ())), (to, at, x0, v0)):
+        dataset = branch(
+            exciter,
+            plain_name(along),
+            plain_values(exciter, along, to),
+            x0=plain_values(exciter, "x0", x0),
+            v0=plain_values(exciter, "v0", v0),
+            at=np.atleast_1d(plain_values(exciter, along, at)).tolist(),
+            switch=switch,
+            harmonics=harmonics,
+            max_step=max_step,
+            outputs=outputs,
+            law=law,
+            tolerance=None if tolerance is None else plain_mapping(exciter, tolerance),
+        )
+        return to_physical(dataset, exciter)
     if law is not None:
         _check_alone(x0, v0, switch)
         check_whole("harmonics", harmonics, limits.HARMONICS)

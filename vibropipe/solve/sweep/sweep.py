@@ -26,11 +26,13 @@ from vibropipe.solve.checks import (
     swept_dampings,
 )
 from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows.many import Start, solve_rows
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid, row_blocks
 from vibropipe.solve.warn import warn_unsolved
+from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_name, plain_values
 from vibropipe.words.outputs import SWEEP_DEFAULT
 from vibropipe.words.parameters import STARTS
 from vibropipe.words.progress import Progress
@@ -67,7 +69,9 @@ def sweep(
         The parameters that are the same in every row.
     over : mapping of str to array_like
         Values (an array, a dask array or a list; one-dimensional) of each swept parameter of the
-        exciter, or of a part of the start, x0 or v0, in the order of the dimensions of the result.
+        exciter, or of a part of the start, x0 or v0, in the order of the dimensions of the result. Of an exciter of
+        `from_physical` also parameters with units: omega, F and so on, in SI, as text or as quantities of pint; the
+        dataset then is in SI, as `to_physical` returns it.
     x0, v0 : float, optional
         Start of every row: displacement and velocity (default 0) at tau = 0. The default of x0 is the equilibrium or,
         if the equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
@@ -122,6 +126,21 @@ def sweep(
     ----------
     .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
     """
+    if isinstance(over, Mapping) and are_with_units(exciter, over, [*over.values(), x0, v0]):
+        rows = sweep(
+            exciter,
+            plain_mapping(exciter, over),
+            x0=plain_values(exciter, "x0", x0),
+            v0=plain_values(exciter, "v0", v0),
+            harmonics=harmonics,
+            follow=follow and (plain_name(follow[0]), follow[1]),
+            outputs=outputs,
+            accuracy=accuracy,
+            effects=effects,
+            client=client,
+            patience=patience,
+        )
+        return to_physical(rows, exciter)
     given = over if client is None else computed_values(client, over)
     grid = grid_of(exciter, given, follow)
     check_swept_start(given, x0, v0)

@@ -1,0 +1,79 @@
+"""Sweeps and branches over parameters with units: those without, converted."""
+
+from __future__ import annotations
+
+import numpy as np
+import pint
+import pytest
+
+import vibropipe as vp
+
+UNITS = pint.UnitRegistry()
+EXCITER = vp.Exciter.from_physical(
+    m="0.35 kg", C="6 N/mm", H="4.583 N s/m", F="12 N", l="4 mm", omega="30 Hz", R1=0.6, R2=0.75
+)
+P = np.sqrt(6000.0 / 0.35)
+HERTZ = np.array([20.0, 30.0, 40.0])
+PLAIN = vp.to_physical(vp.sweep(EXCITER, {"nu": 2 * np.pi * HERTZ / P, "R1": [0.5, 0.6]}), EXCITER)
+
+
+@pytest.mark.parametrize(
+    "omega",
+    [
+        ["20 Hz", "30 Hz", "40 Hz"],
+        HERTZ * UNITS.Hz,
+        [h * UNITS.Hz for h in HERTZ],
+        2 * np.pi * HERTZ,
+    ],
+    ids=["text", "a quantity", "quantities", "numbers in SI"],
+)
+def test_a_sweep_over_omega_is_that_over_nu_in_si(omega):
+    rows = vp.sweep(EXCITER, {"omega": omega, "R1": [0.5, 0.6]})
+    assert rows.identical(PLAIN)
+
+
+def test_lengths_and_starts_have_units_too():
+    over, plain = {"delta": ["0 mm", "0.1 mm"]}, {"delta": [0.0, 1e-4]}
+    rows = vp.sweep(EXCITER, {**over, "v0": ["0 mm/s", "300 mm/s"]}, x0="1 mm")
+    expected = vp.sweep(EXCITER, {**plain, "v0": [0.0, 0.3 / P]}, x0=1e-3)
+    assert rows.identical(vp.to_physical(expected, EXCITER))
+    assert rows.delta.attrs["units"] == "m"
+    followed = vp.sweep(EXCITER, {"omega": HERTZ * UNITS.Hz}, follow=("omega", "up"))
+    nu = {"nu": 2 * np.pi * HERTZ / P}
+    assert followed.identical(vp.to_physical(vp.sweep(EXCITER, nu, follow=("nu", "up")), EXCITER))
+
+
+def test_a_branch_over_omega_is_that_over_nu_in_si():
+    ends = ("15 Hz", "50 Hz")
+    branch = vp.branch(
+        EXCITER, "omega", ends, v0="0.5 m/s", harmonics=1, tolerance={"F": "0.1 N"}, at=("25 Hz",)
+    )
+    plain = vp.branch(
+        EXCITER, "nu", tuple(2 * np.pi * np.array([15.0, 50.0]) / P), v0=0.5 / P, harmonics=1,
+        tolerance={"f": 0.1 / 6000.0}, at=(2 * np.pi * 25.0 / P,),
+    )  # fmt: skip
+    assert branch.identical(vp.to_physical(plain, EXCITER))
+    assert (np.abs(branch.omega.values - 2 * np.pi * 25.0) < 1e-9).any()
+    law = vp.branch(EXCITER, "omega", ends, law=(1, 1, 1), harmonics=1)
+    assert law.attrs["law"] == "(1; 1, 1)"
+    assert law.omega.attrs["units"] == "rad s-1"
+
+
+@pytest.mark.parametrize(
+    ("over", "message"),
+    [
+        ({"omega": ["20 mm"]}, "mm is no unit of frequency"),
+        ({"omega": ["-3 Hz"]}, "omega: must be a finite number > 0"),
+        ({"M": ["1 kg"]}, "M: must be given as mass_ratio = m/M where it varies"),
+        ({"omega": ["20 Hz"], "v0": ["1 mm"]}, "v0: must be"),
+    ],
+)
+def test_wrong_units_are_told(over, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.sweep(EXCITER, over)
+
+
+def test_an_exciter_without_units_knows_no_omega():
+    plain = vp.Exciter(l=0.5, f=1.0, nu=1.0)
+    with pytest.raises(vp.ParameterError, match=r"got 'omega' \(did you mean 'nu'\?\)"):
+        vp.sweep(plain, {"omega": [1.0]})

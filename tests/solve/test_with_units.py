@@ -77,3 +77,18 @@ def test_an_exciter_without_units_knows_no_omega():
     plain = vp.Exciter(l=0.5, f=1.0, nu=1.0)
     with pytest.raises(vp.ParameterError, match=r"got 'omega' \(did you mean 'nu'\?\)"):
         vp.sweep(plain, {"omega": [1.0]})
+
+
+def test_boundaries_and_basins_have_units_too():
+    found = vp.boundary(
+        EXCITER, "grazing", ("omega", "F"), (("20 Hz", "40 Hz"), ("8 N", "16 N")), lines=2
+    )
+    nu = tuple(2 * np.pi * np.array([20.0, 40.0]) / P)
+    plain = vp.boundary(EXCITER, "grazing", ("nu", "f"), (nu, (8 / 6000.0, 16 / 6000.0)), lines=2)
+    assert found.identical(vp.to_physical(plain, EXCITER))
+    x0, v0 = np.linspace(-3.0, 3.0, 5), np.linspace(-0.5, 0.5, 5)
+    basins = vp.basins(EXCITER, x0 * UNITS.mm, v0 * UNITS.m / UNITS.s)
+    expected = vp.to_physical(vp.basins(EXCITER, 1e-3 * x0, v0 / P), EXCITER)
+    np.testing.assert_array_equal(basins.attractor, expected.attractor)
+    np.testing.assert_allclose(basins.x0, 1e-3 * x0)
+    assert basins.v0.attrs["units"] == "m s-1"

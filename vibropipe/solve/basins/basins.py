@@ -23,8 +23,10 @@ from vibropipe.solve.basins.basin_shares import shares_dataset
 from vibropipe.solve.basins.border_orbits import border_orbits, with_border_orbits
 from vibropipe.solve.basins.of_housing import settle_rows
 from vibropipe.solve.checks import LEFT_OUT, check_over, check_soft, check_whole
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
+from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_values
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.progress import Progress, part_of
 from vibropipe.words.records import FRACTION
@@ -56,7 +58,8 @@ def basins(
     exciter : Exciter
     x0, v0 : array_like
         Displacements, between the supports, on one or beyond a soft one, and velocities of the starts: increasing,
-        one-dimensional. A start at rest within 4 ulps of a support is moved onto it.
+        one-dimensional. A start at rest within 4 ulps of a support is moved onto it. Of an exciter of `from_physical`
+        they may have units, as text or quantities of pint; the dataset is then in SI.
     phase : float
         Phase of the force at the start, from 0 to 1, as a fraction of a forcing period: the motion starts at
         tau = phase * 2 pi/nu.
@@ -130,6 +133,19 @@ def basins(
     .. [2] J. D. Skufca, J. A. Yorke, B. Eckhardt, Edge of chaos in a parallel shear flow, Physical Review Letters 96
        (2006) 174101.
     """
+    if are_with_units(exciter, over or (), (x0, v0, *(over or {}).values())):
+        dataset = basins(
+            exciter,
+            plain_values(exciter, "x0", x0),
+            plain_values(exciter, "v0", v0),
+            phase,
+            harmonics,
+            starts,
+            progress,
+            over and plain_mapping(exciter, over),
+            client,
+        )
+        return to_physical(dataset, exciter)
     check_whole("starts", starts, STARTS_LIMITS)
     turn, given = number_within("phase", phase, FRACTION) % 1.0, {"x0": x0, "v0": v0}
     if client is not None:

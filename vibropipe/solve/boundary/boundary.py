@@ -18,7 +18,9 @@ from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.sweep import grid_of, solve_shard
+from vibropipe.solve.with_units import are_with_units, plain_name, plain_values
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
 
@@ -62,7 +64,9 @@ def boundary(
         Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
         pitchforks.
     along : (str, str)
-        Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support.
+        Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an exciter of
+        `from_physical` also those with units, as omega and F: `within` is then in SI, text or quantities of pint, and
+        the dataset is in SI.
     within : ((float, float), (float, float))
         Range of each.
     lines : int
@@ -119,6 +123,17 @@ def boundary(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
+    if not isinstance(along, str) and are_with_units(exciter, along, within):
+        dataset = boundary(
+            exciter,
+            of,
+            tuple(map(plain_name, along)),  # type: ignore[arg-type]
+            [plain_values(exciter, *each) for each in zip(along, within, strict=False)],
+            lines,
+            max_step,
+            law,
+        )
+        return to_physical(dataset, exciter)
     kinds, wanted = _check_kinds(of), None if law is None else check_law(law)
     names = _check_along(along)
     low, high = _check_box(exciter, names, within)

@@ -128,7 +128,7 @@ def test_what_is_no_law_is_refused(law):
 def test_a_law_without_orbits_is_told():
     with pytest.raises(
         vp.ParameterError,
-        match=r"law: must have orbits in the range of nu, got \(1; 5, 0\), of which",
+        match=r"law: must have orbits in the range of nu, got \(1; 5, 0\), of which none",
     ):
         vp.branch(SYMMETRIC, "nu", (2.0, 3.0), law=(1, 5, 0))
 

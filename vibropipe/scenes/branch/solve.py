@@ -69,9 +69,12 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
             tolerance=tolerance,
         )
     except ParameterError as error:
+        name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)
+        if error.name == "law":
+            must = f"must have orbits in the range of {name}"
+            raise ParameterError("law", error.value, must=must, got=error.got) from error
         if error.must != MUST_REPEAT:
             raise
-        name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)
         remedy = f"begin at another value (along.{name}.from) or from another start"
         got = f"{error.got}: {remedy}"
         raise ParameterError(error.name, error.value, must=error.must, got=got) from error

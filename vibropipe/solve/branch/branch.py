@@ -297,7 +297,7 @@ def _branch_of_law(
     name, effects = f"({law[0]}; {law[1]}, {law[2]})", found.problem.effects
     searched = f"orbits at {VALUES} values of the parameter, from {STARTS} velocities each"
     if not found.branches:
-        got = f"{name}, of which no orbit is found from {ends[0]!r} to {ends[1]!r} ({searched})"
+        got = f"{name}, of which none is found ({searched})"
         must = f"must have orbits in the range of {along}"
         raise ParameterError("law", law, must=must, got=got)
     values = {key: np.array([value]) for key, value in exciter.numbers()._asdict().items()}

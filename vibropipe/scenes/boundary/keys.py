@@ -56,7 +56,8 @@ class BoundaryScene(BaseScene):
     )
     law: Law | None = Field(
         default=None,
-        description="Period multiple and impacts on each support: only curves of orbits of this law are stored.",
+        description="Period multiple and impacts on each support: only curves of orbits of this law, and the "
+        "grazings at which they begin, are stored.",
     )
     lines: Annotated[int, NumberRange(*BOUNDARY_LINES, whole=True)] = Field(
         default=12, description="Lines along each parameter from which curves are sought."

@@ -75,8 +75,9 @@ def boundary(
         Largest distance of neighbouring points, up to 0.1, where 1 is the range of a parameter, a forcing period, or
         the largest impact velocity of the first orbit of the curve.
     law : (int, int, int), optional
-        Period multiple and impacts on each support: only curves of orbits of this law, which are found as all others.
-        Where mirror images are given once, either side may have the first number of impacts.
+        Period multiple and impacts on each support: only curves of orbits of this law, and the grazings at which its
+        orbits begin, found as all others. Where mirror images are given once, either side may have the first number of
+        impacts.
 
     Returns
     -------

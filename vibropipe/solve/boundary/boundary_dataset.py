@@ -53,7 +53,7 @@ def boundary_dataset(
     names = [Parameters._fields[index] for index in box.along]
     parts = [_label(box, each) for each in boundaries]
     if law is not None:
-        kept = [n for n, part in enumerate(parts) if law in _laws_of(box, part)]
+        kept = [n for n, part in enumerate(parts) if law in _laws_of(box, boundaries[n], part)]
         boundaries, parts = [boundaries[n] for n in kept], [parts[n] for n in kept]
     rows = concatenate(parts or [_empty(box)])
     sizes = [len(each.points) for each in boundaries]
@@ -96,11 +96,21 @@ def boundary_dataset(
     return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))
 
 
-def _laws_of(box: Box, part: Variables) -> set[tuple[int, int, int]]:
-    """Return the law of the orbits of a boundary, and that of their mirror images where these are left out."""
+def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, int, int]]:
+    """Return the law of the orbits of a boundary, at a grazing also that with the impact that begins there.
+
+    Those of their mirror images are among them where these are left out.
+    """
     m = int(part["period_multiple"][1][0])
     first, second = (int(count) for count in part["impacts_per_orbit"][1][0])
-    return {(m, first, second), (m, second, first) if box.symmetric else (m, first, second)}
+    laws, curve = {(m, first, second)}, boundary.curve
+    if curve.kind == GRAZINGS:
+        side = int(curve.touched[1] if isinstance(curve, LawBoundary) else curve.touch.side)
+        begin = {(1, 0) if side == 1 else (0, 1)}
+        if box.symmetric and (curve.sequence.mirrored or first + second == 0):
+            begin = {(1, 1)} if first + second else {(1, 0), (0, 1), (1, 1)}
+        laws |= {(m, first + one, second + two) for one, two in begin}
+    return laws | {(m, two, one) for m, one, two in laws} if box.symmetric else laws
 
 
 def _label(box: Box, boundary: Boundary) -> Variables:

@@ -11,7 +11,8 @@ from typer.testing import CliRunner
 
 import vibropipe as vp
 from vibropipe.cli.commands import app
-from vibropipe.jobs.comparison import as_lines, as_table, compare_datasets, draw
+from vibropipe.jobs.comparison import compare_datasets
+from vibropipe.jobs.comparison_told import as_lines, as_table, draw
 from vibropipe.store import write
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.7, R2=0.7)

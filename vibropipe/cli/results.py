@@ -187,7 +187,8 @@ def compare(
     output: ComparisonFile = None,
 ) -> None:
     """Tell what differs between two datasets: studies, rows, laws of motion, and quantities beyond their errors."""
-    from vibropipe.jobs.comparison import as_lines, as_table, compare_datasets, draw
+    from vibropipe.jobs.comparison import compare_datasets
+    from vibropipe.jobs.comparison_told import as_lines, as_table, draw
     from vibropipe.store import atomic_file, load
     from vibropipe.study import shown_now
 

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
@@ -13,7 +13,7 @@ import xarray as xr
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
-from vibropipe.proof.bifurcation import Critical, bifurcation_near
+from vibropipe.proof.bifurcation import bifurcation_near
 from vibropipe.proof.certificate import (
     MAX_MOVED_BY_ROUNDING,
     Certificate,
@@ -22,17 +22,22 @@ from vibropipe.proof.certificate import (
     examine,
     largest_factor,
 )
-from vibropipe.proof.every import Found, all_orbits
+from vibropipe.proof.every import all_orbits
 from vibropipe.proof.given import Given, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
 from vibropipe.proof.orbit import Box, Law
+from vibropipe.proof.sentences import (
+    Outcome,
+    critical_statement,
+    every_statement,
+    statement,
+)
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.parameters import stated_value
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
-from vibropipe.words.wording import series
 
 # Quantities with bounds, and their dimensions.
 BOUNDED: Mapping[str, tuple[str, ...]] = {
@@ -47,20 +52,6 @@ BOUNDED: Mapping[str, tuple[str, ...]] = {
     "spectral_radius": (),
 }
 AMPLITUDE = ("displacement_amplitude_low", "displacement_amplitude_high")
-# Numbers in a sentence have so many digits.
-DIGITS = 6
-
-
-@dataclass
-class Outcome:
-    """How the proof of an orbit ended; the arguments are those of the dataset of `prove`."""
-
-    proved: Proved
-    why: Why
-    examined: int = 1
-    parts: list[Part] = field(default_factory=list)
-    counterexample: Mapping[str, float] = field(default_factory=dict)
-    largest: float = math.nan
 
 
 def prove_orbit(
@@ -140,24 +131,8 @@ def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
     variables |= _scalars(verdict, found.why, 1, (given.m, *counts))
     del variables["parts"]
     ends = [float(variables[f"{along}_{end}"][1]) for end in ("low", "high")]
-    attrs = {"statement": _critical_statement(given, kind, along, ends, found)}
+    attrs = {"statement": critical_statement(given, kind, along, ends, found)}
     return _described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
-
-
-def _critical_statement(
-    given: Given, kind: Bifurcation, along: str, ends: Sequence[float], found: Critical
-) -> str:
-    """Return what was found of a bifurcation as a sentence."""
-    counts = ", ".join(str(given.supports.count(support)) for support in (1, 2))
-    name = f"The orbit ({given.m}; {counts})"
-    if found.why is not Why.NONE:
-        return f"Undecided: not proved {found.why.reason}."
-    what = {
-        Bifurcation.FOLD: "turns back at a fold",
-        Bifurcation.FLIP: "has a multiplier that passes -1, a flip,",
-        Bifurcation.GRAZING: f"touches support {found.touched}, a grazing,",
-    }[kind]
-    return f"{name} {what} at one {along} between {ends[0]!r} and {ends[1]!r}."
 
 
 @dataclass
@@ -218,7 +193,7 @@ def prove_every(
         variables[name] = (("orbit", *inner), values.astype(kind) if kind else values)
     verdict = Proved.PROVED if found.why is Why.NONE else Proved.UNDECIDED
     variables |= _scalars(verdict, found.why, found.looked, law)
-    attrs = {"statement": _every_statement(law, found)}
+    attrs = {"statement": every_statement(law, found)}
     return _described(exciter, variables, harmonics, attrs, orbit=np.arange(len(orbits)))
 
 
@@ -261,7 +236,7 @@ def _orbit_dataset(
             "counterexample": ("parameter", wrong),
             "largest": ((), outcome.largest),
         }
-    attrs = {"statement": _statement(within, claim, counts, outcome)}
+    attrs = {"statement": statement(within, claim, counts, outcome)}
     return _described(given.exciter, variables, harmonics, attrs, **coords)
 
 
@@ -331,46 +306,3 @@ def _described(
     origin["method"] = f"balls of {BITS} bits (python-flint {flint_version})"
     dataset = xr.Dataset(dict(variables), {**scalars, **index, **coords}, {**origin, **attrs})
     return describe(dataset)
-
-
-def _statement(
-    within: Mapping[str, float] | None, claim: Claim, counts: Sequence[int], outcome: Outcome
-) -> str:
-    """Return what was found of an orbit as a sentence."""
-    name = f"orbit ({claim.law.m}; {counts[0]}, {counts[1]})"
-    box = series([f"{key} +- {most:g}" for key, most in (within or {}).items()])
-    who = f"Every exciter with {box}" if box else "This exciter"
-    if outcome.proved is Proved.PROVED:
-        word = "a stable motion" if claim.is_stable else "an unstable motion"
-        return f"{who} has exactly one {name} nearby, and it is {word}."
-    if outcome.proved is Proved.DISPROVED:
-        places = series(
-            [f"{key} = {value:.{DIGITS}g}" for key, value in outcome.counterexample.items()]
-        )
-        where = f"of the exciter with {places}" if places else "of this exciter"
-        what = {
-            Why.MOTION: "leaves the supports",
-            Why.STABILITY: f"is {'unstable' if claim.is_stable else 'stable'}",
-            Why.PERIOD: "has a shorter period",
-        }[outcome.why]
-        return f"The {name} {where} {what}."
-    return f"Undecided: not proved {outcome.why.reason}."
-
-
-def _every_statement(law: tuple[int, int, int], found: Found) -> str:
-    """Return what was found of all orbits of a law as a sentence."""
-    m, p1, p2 = law
-    stable = sum(stability(part.values) is True for part in found.parts if part.values is not None)
-    name, n = f"({m}; {p1}, {p2})", len(found.parts)
-    how_many = f"{n} orbits {name}" if n > 1 else f"{'one' if n else 'no'} orbit {name}"
-    which = (
-        f", {'stable' if stable else 'unstable'}"
-        if n == 1
-        else f", {stable} of them stable"
-        if n
-        else ""
-    )
-    if found.why is Why.NONE:
-        return f"This exciter has {'exactly ' if n else ''}{how_many}{which}."
-    least = f"at least {how_many}{which}" if n else f"{how_many} that was found"
-    return f"This exciter has {least}; not proved {found.why.reason}."

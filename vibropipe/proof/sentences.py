@@ -1,0 +1,90 @@
+"""What is proved, as a sentence."""
+
+from __future__ import annotations
+
+import math
+from collections.abc import Mapping, Sequence
+from dataclasses import dataclass, field
+
+from vibropipe.proof.bifurcation import Critical
+from vibropipe.proof.certificate import Claim, Part
+from vibropipe.proof.every import Found
+from vibropipe.proof.given import Given
+from vibropipe.proof.values import stability
+from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.proofs import Proved, Why
+from vibropipe.words.wording import series
+
+# Numbers in a sentence have so many digits.
+DIGITS = 6
+
+
+@dataclass
+class Outcome:
+    """How the proof of an orbit ended; the arguments are those of the dataset of `prove`."""
+
+    proved: Proved
+    why: Why
+    examined: int = 1
+    parts: list[Part] = field(default_factory=list)
+    counterexample: Mapping[str, float] = field(default_factory=dict)
+    largest: float = math.nan
+
+
+def critical_statement(
+    given: Given, kind: Bifurcation, along: str, ends: Sequence[float], found: Critical
+) -> str:
+    """Return what was found of a bifurcation as a sentence."""
+    counts = ", ".join(str(given.supports.count(support)) for support in (1, 2))
+    name = f"The orbit ({given.m}; {counts})"
+    if found.why is not Why.NONE:
+        return f"Undecided: not proved {found.why.reason}."
+    what = {
+        Bifurcation.FOLD: "turns back at a fold",
+        Bifurcation.FLIP: "has a multiplier that passes -1, a flip,",
+        Bifurcation.GRAZING: f"touches support {found.touched}, a grazing,",
+    }[kind]
+    return f"{name} {what} at one {along} between {ends[0]!r} and {ends[1]!r}."
+
+
+def statement(
+    within: Mapping[str, float] | None, claim: Claim, counts: Sequence[int], outcome: Outcome
+) -> str:
+    """Return what was found of an orbit as a sentence."""
+    name = f"orbit ({claim.law.m}; {counts[0]}, {counts[1]})"
+    box = series([f"{key} +- {most:g}" for key, most in (within or {}).items()])
+    who = f"Every exciter with {box}" if box else "This exciter"
+    if outcome.proved is Proved.PROVED:
+        word = "a stable motion" if claim.is_stable else "an unstable motion"
+        return f"{who} has exactly one {name} nearby, and it is {word}."
+    if outcome.proved is Proved.DISPROVED:
+        places = series(
+            [f"{key} = {value:.{DIGITS}g}" for key, value in outcome.counterexample.items()]
+        )
+        where = f"of the exciter with {places}" if places else "of this exciter"
+        what = {
+            Why.MOTION: "leaves the supports",
+            Why.STABILITY: f"is {'unstable' if claim.is_stable else 'stable'}",
+            Why.PERIOD: "has a shorter period",
+        }[outcome.why]
+        return f"The {name} {where} {what}."
+    return f"Undecided: not proved {outcome.why.reason}."
+
+
+def every_statement(law: tuple[int, int, int], found: Found) -> str:
+    """Return what was found of all orbits of a law as a sentence."""
+    m, p1, p2 = law
+    stable = sum(stability(part.values) is True for part in found.parts if part.values is not None)
+    name, n = f"({m}; {p1}, {p2})", len(found.parts)
+    how_many = f"{n} orbits {name}" if n > 1 else f"{'one' if n else 'no'} orbit {name}"
+    which = (
+        f", {'stable' if stable else 'unstable'}"
+        if n == 1
+        else f", {stable} of them stable"
+        if n
+        else ""
+    )
+    if found.why is Why.NONE:
+        return f"This exciter has {'exactly ' if n else ''}{how_many}{which}."
+    least = f"at least {how_many}{which}" if n else f"{how_many} that was found"
+    return f"This exciter has {least}; not proved {found.why.reason}."

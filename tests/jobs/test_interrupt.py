@@ -42,9 +42,29 @@ logger.addHandler(Handler())
 logger.warning("")
 time.sleep(10)
 """
+IN_A_WRITE = """
+import io, sys
+
+class Raw(io.RawIOBase):
+    def writable(self):
+        return True
+
+    def write(self, text):
+        os.kill(os.getpid(), signal.SIGINT)
+        return os.write(1, text)
+
+sys.stderr = io.TextIOWrapper(io.BufferedWriter(Raw()), write_through=True)
+logger = logging.getLogger("other")
+logger.addHandler(logging.StreamHandler(sys.stderr))
+logger.warning("logged")
+sys.stderr.flush()
+time.sleep(10)
+"""
 
 
-@pytest.mark.parametrize(("busy", "done"), [(IN_A_LOOP, "prepared"), (IN_A_HANDLER, "logged")])
+@pytest.mark.parametrize(
+    ("busy", "done"), [(IN_A_LOOP, "prepared"), (IN_A_HANDLER, "logged"), (IN_A_WRITE, "logged")]
+)
 def test_a_run_ends_after_what_must_not_be_interrupted(busy, done):
     script = subprocess.run(
         [sys.executable, "-c", BEFORE + busy], capture_output=True, text=True, timeout=60

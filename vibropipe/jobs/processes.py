@@ -47,7 +47,8 @@ class Interrupt:
             self.stopped = True
             signal.signal(signal.SIGINT, lambda *_: None)
             self.logger.setLevel("CRITICAL")
-            print(STOPPED, file=sys.stderr, flush=True)
+            # Not by print: the signal may come while the stream is written to, which fails then.
+            os.write(sys.__stderr__.fileno() if sys.__stderr__ else 2, f"{STOPPED}\n".encode())
         if self.reading:
             os._exit(INTERRUPTED)
         if _is_logging(frame) or _runs_a_loop():  # try again when it is done

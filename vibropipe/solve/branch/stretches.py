@@ -112,7 +112,7 @@ def law_stretches(
 
 def replaced(exciter: Exciter, along: str, value: float) -> Exciter:
     """Return an exciter at another value of a parameter."""
-    return replace(exciter, **{**exciter.numbers()._asdict(), along: value})
+    return replace(exciter, **{along: value})
 
 
 def near_rules(rules: Rules, law: tuple[int, int, int], found: Iterable[Branch]) -> Rules:

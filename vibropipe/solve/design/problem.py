@@ -82,6 +82,12 @@ class Problem:
         return [Parameters._fields.index(name) for name in self.vary]
 
     @cached_property
+    def scattered(self) -> tuple[list[int], np.ndarray]:
+        """Columns of the parameters that parts scatter by, and their standard deviations."""
+        columns = [Parameters._fields.index(name) for name in self.scatter]
+        return columns, np.array([*self.scatter.values()])
+
+    @cached_property
     def low(self) -> np.ndarray:
         """Lower ends of the ranges."""
         return np.array([ends[0] for ends in self.vary.values()])
@@ -173,8 +179,8 @@ class Problem:
         n = len(parameters)
         if not self.reach or not n:
             return np.ones(n, bool)
-        columns = [Parameters._fields.index(name) for name in self.scatter]
-        moves = directions(len(columns)) * np.array(list(self.scatter.values()))
+        columns, sigma = self.scattered
+        moves = directions(len(columns)) * sigma
         rows = np.repeat(parameters, len(moves), axis=0)
         rows[:, columns] += self.reach * np.tile(moves, (n, 1))
         points = solve_points(clipped(rows), (self.x0, self.v0), OF_LAW, 1)
@@ -202,8 +208,7 @@ class Problem:
 
     def _distances(self, points: Points) -> Iterator[np.ndarray]:
         """Yield the distances (n,) from each limit of each goal, in the standard deviations of its quantity."""
-        columns = [Parameters._fields.index(name) for name in self.scatter]
-        sigma = np.array(list(self.scatter.values()))
+        columns, sigma = self.scattered
         for bound in (self.goals.bounds[n] for n in self.smooth):
             name, room = bound.quantity, self.room(bound)
             if name.derived or np.isinf(room):

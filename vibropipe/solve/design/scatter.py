@@ -121,10 +121,10 @@ def kept_goals(problem: Problem, points: Points, law: np.ndarray) -> np.ndarray:
 
 def deviations(problem: Problem, candidate: Candidate) -> np.ndarray:
     """Return the standard deviations (bounds,) of quantities to first order; 0 of those that no part has."""
-    columns = [Parameters._fields.index(name) for name in problem.scatter]
+    columns, sigma = problem.scattered
     row = problem.parameters(candidate.share[None])[0]
     _, _, slopes = problem.linearised(row, candidate.state, columns)
-    std = np.linalg.norm(slopes * np.array(list(problem.scatter.values())), axis=1)
+    std = np.linalg.norm(slopes * sigma, axis=1)
     return np.array(
         [
             0.0 if bound.quantity.derived or bound.quantity.is_of_law

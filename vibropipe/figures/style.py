@@ -10,6 +10,7 @@ in 7 pt as letters (10⁻⁶, m/s², $R$₁): mathtext makes them smaller.
 from __future__ import annotations
 
 import functools
+import io
 import re
 from collections.abc import Iterable, Iterator, Mapping
 from contextlib import contextmanager
@@ -33,6 +34,7 @@ FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
 SHRINKING = 0.82  # of indices and powers in formulas: 6.56 pt in labels, which print still resolves
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
+NOTEBOOK_DPI = 110
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -147,6 +149,12 @@ class HouseFigure(Figure):
         """Write the figure into a file."""
         with house_style():
             super().savefig(fname, **options)
+
+    def _repr_png_(self) -> bytes:
+        """Return the figure as a notebook shows it; pyplot, to which notebooks listen, is not used."""
+        picture = io.BytesIO()
+        self.savefig(picture, format="png", dpi=NOTEBOOK_DPI)
+        return picture.getvalue()
 
 
 def write_centred(ax: Axes, *lines: str) -> None:

@@ -92,3 +92,93 @@ def test_boundaries_and_basins_have_units_too():
     np.testing.assert_array_equal(basins.attractor, expected.attractor)
     np.testing.assert_allclose(basins.x0, 1e-3 * x0)
     assert basins.v0.attrs["units"] == "m s-1"
+
+
+def test_designs_have_units_too():
+    found = vp.design(
+        EXCITER,
+        vary={"F": ("8 N", "16 N"), "delta": ("-0.5 mm", "0.5 mm")},
+        target={"impact_velocity_max_1": 0.55 * UNITS.m / UNITS.s},
+        subject_to={
+            "impact_velocity_max_2": "> 0.1, < 700 mm/s",
+            "impacts_per_period_1": (0.9, 1.1),
+        },
+        minimise="F",
+        tolerance={"delta": "0.01 mm"},
+        allow={"impact_velocity_max_1": "20 mm/s"},
+        v0="0.2 m/s",
+        samples=64,
+        designs=2,
+    )
+    plain = vp.design(
+        EXCITER,
+        vary={"f": (8 / 6000.0, 16 / 6000.0), "delta": (-0.5e-3, 0.5e-3)},
+        target={"impact_velocity_max_1": 0.55 / P},
+        subject_to={
+            "impact_velocity_max_2": (0.1 / P, 0.7 / P),
+            "impacts_per_period_1": (0.9, 1.1),
+        },
+        minimise="f",
+        tolerance={"delta": 1e-5},
+        allow={"impact_velocity_max_1": 0.02 / P},
+        v0=0.2 / P,
+        samples=64,
+        designs=2,
+    )
+    expected = vp.to_physical(plain, EXCITER)
+    assert found.sizes == expected.sizes
+    np.testing.assert_allclose(found.F, expected.F, rtol=1e-9)
+    np.testing.assert_allclose(found.impact_velocity_max.isel(design=0, support=0), 0.55, rtol=1e-8)
+    assert float(found.impact_velocity_max.isel(design=0, support=1)) < 0.7
+    assert 8.0 < float(found.F[0]) < 16.0
+    assert (found["yield"] == expected["yield"]).all()
+    in_si = vp.design(
+        EXCITER,
+        {"F": (8.0, 16.0)},
+        target={"impact_velocity_max_1": 0.5},
+        v0=0.2,
+        samples=64,
+        designs=1,
+    )
+    np.testing.assert_allclose(in_si.impact_velocity_max.values[0, 0], 0.5, rtol=1e-8)
+
+
+def test_what_a_design_with_units_misses_is_told_without_numbers():
+    with pytest.warns(vp.UnsolvedWarning, match="No design that was found is met: ") as told:
+        found = vp.design(
+            EXCITER,
+            {"F": ("11 N", "12 N")},
+            v0=0.2,
+            target={"impact_velocity_max_1": "0.9 m/s"},
+            samples=16,
+        )
+    assert found.design_result.values[0] != 0
+    assert "0.9" not in str(told[0].message)
+
+
+@pytest.mark.parametrize(
+    ("goals", "message"),
+    [
+        ({"target": {"impact_velocity_max_1": "0.5 mm"}}, "target.impact_velocity_max_1: must be"),
+        (
+            {"subject_to": {"impact_velocity_max_1": "< 5 N"}},
+            "subject_to.impact_velocity_max_1: must be",
+        ),
+        ({"target": {"impact_velocity": "1 m/s"}}, "impact_velocity"),
+        ({"subject_to": {"impact_velocity_max_1": "less than 1 m/s"}}, "impact_velocity_max_1"),
+    ],
+)
+def test_goals_with_wrong_units_are_told(goals, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.design(EXCITER, {"F": ("8 N", "16 N")}, **goals)
+
+
+def test_tolerances_have_units_too():
+    spread = vp.tolerance(EXCITER, {"delta": "0.01 mm", "F": 0.1 * UNITS.N, "R1": 0.01}, samples=64)
+    plain = vp.tolerance(EXCITER, {"delta": 1e-5, "f": 0.1 / 6000.0, "R1": 0.01}, samples=64)
+    expected = vp.to_physical(plain, EXCITER)
+    assert spread.sizes == expected.sizes
+    np.testing.assert_allclose(
+        spread.displacement_mean_std, expected.displacement_mean_std, rtol=1e-9
+    )
+    assert spread.displacement_mean_std.attrs["units"] == "m"

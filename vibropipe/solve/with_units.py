@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterable, Mapping
 from typing import Any
 
@@ -10,24 +11,30 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency, non_dimensional
+from vibropipe.solve.design.goals import CURVE
+from vibropipe.solve.physical import unit_factors
+from vibropipe.solve.rows.named import named
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
-from vibropipe.words.units import UnitError, to_si
+from vibropipe.words.units import MINUS, UnitError, to_si
 
 # Names of parameters with units that calls without units do not know.
 OWN = frozenset(name for name, each in PHYSICAL.items() if each.non_dimensional) - PARAMETERS.keys()
+_BOUND = re.compile(r"\s*([<>])=?([^<>]+)")
 START_DIMENSIONS = dict(zip(STARTS, ("length", "velocity"), strict=True))
 
 
 def are_with_units(exciter: Exciter, names: Iterable[str], values: Iterable[Any] = ()) -> bool:
     """Return whether arguments of an exciter of `from_physical` are with units: by a name, as omega, or by a value."""
-    if not exciter.written:
-        return False
-    return any(name in OWN for name in names) or any(map(has_unit, values))
+    return bool(exciter.written) and (
+        any(name in OWN for name in names) or any(map(has_unit, values))
+    )
 
 
 def has_unit(values: Any) -> bool:
-    """Return whether a value, or one of a list, is text or a quantity."""
-    if isinstance(values, str) or hasattr(values, "magnitude"):
+    """Return whether a value, or one of a list, is a quantity or text other than bounds of bare numbers."""
+    if isinstance(values, str):
+        return not all(_is_number(end) for _sign, end in _bounds(values) or [("", values)])
+    if hasattr(values, "magnitude"):
         return True
     return isinstance(values, (list, tuple)) and any(map(has_unit, values))
 
@@ -83,3 +90,65 @@ def _si(name: str, value: Any) -> float:
 def plain_mapping(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping by parameter without units."""
     return {plain_name(name): plain_values(exciter, name, each) for name, each in given.items()}
+
+
+def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None) -> Any:
+    """Return targets, bounds or allowances of a design, by quantity, without units; bare numbers are in SI.
+
+    Raises
+    ------
+    ParameterError
+        If a quantity is unknown, or a value has a wrong unit.
+    """
+    if given is None:
+        return None
+    written = {each: si_value(each, exciter.written[each]) for each in ("m", "C")}
+    factors = unit_factors(**written)
+
+    def plain(name: str, dimension: str, value: Any) -> float:
+        if not dimension:
+            return value
+        if isinstance(value, str) and _is_number(value):
+            value = float(value)
+        try:
+            return to_si(value, dimension, numbers=True) / factors.get(dimension, 1.0)
+        except UnitError as error:
+            raise ParameterError(f"{argument}.{name}", value, error.allowed) from None
+
+    def plain_goal(name: str, value: Any) -> Any:
+        if name == CURVE:
+            return value  # lengths keep their numbers
+        dimension = named(name, argument).dimension
+        if isinstance(value, str) and (bounds := _bounds(value)):
+            return ", ".join(f"{sign} {plain(name, dimension, end)}" for sign, end in bounds)
+        if isinstance(value, (tuple, list)):
+            return [plain(name, dimension, end) for end in value]
+        return plain(name, dimension, value)
+
+    return {name: plain_goal(name, value) for name, value in given.items()}
+
+
+def plain_objectives(minimise: Any) -> Any:
+    """Return the names of what is to be least, those of parameters without units; others are refused later."""
+    if isinstance(minimise, str):
+        sign = "-" if minimise.startswith("-") else ""
+        return sign + plain_name(minimise.removeprefix(sign).strip())
+    return (
+        [plain_objectives(each) for each in minimise]
+        if isinstance(minimise, (list, tuple))
+        else minimise
+    )
+
+
+def _bounds(text: str) -> list[tuple[str, str]]:
+    """Return the signs and the ends of bounds as text; of any other text nothing."""
+    parts = [_BOUND.fullmatch(part) for part in text.replace(MINUS, "-").split(",")]
+    return [(part[1], part[2].strip()) for part in parts if part] if all(parts) else []
+
+
+def _is_number(text: str) -> bool:
+    try:
+        float(text)
+    except ValueError:
+        return False
+    return True

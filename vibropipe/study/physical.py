@@ -21,13 +21,12 @@ from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, 
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
-from vibropipe.solve.rows.named import SENSITIVITY, named
+from vibropipe.solve.rows.named import named
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.records import FINITE, POSITIVE, Range
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.units import MINUS, UnitError, to_si
-from vibropipe.words.vocabulary import quantity
 
 # Parameters by their names with units -> without, and back.
 NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entry.non_dimensional}
@@ -330,10 +329,7 @@ class _Reader:
                 problem = replace(problem, found=found, hint=hint)
             self.problems.append(problem)
             return ""
-        if goal.derived == SENSITIVITY:
-            return ""
-        own = quantity(goal.variable)
-        return "angle" if own.units == "rad" else own.dimension
+        return goal.dimension
 
 
 def comma_hint(value: Any, after: Any) -> str:

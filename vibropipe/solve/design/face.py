@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import check_keys
 from vibropipe.solve.checks import check_soft, check_whole, with_frequency
 from vibropipe.solve.design.dataset import design_dataset
@@ -26,13 +27,21 @@ from vibropipe.solve.design.scatter import (
 from vibropipe.solve.design.search import (
     REFINED,
     ROUNDS,
-    Candidate,
     distinct,
     find_candidates,
+    miss_text,
     without_copies,
 )
 from vibropipe.solve.design.tolerance import check_tolerances
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.points import within_ranges
+from vibropipe.solve.with_units import (
+    are_with_units,
+    plain_goals,
+    plain_mapping,
+    plain_objectives,
+    plain_values,
+)
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
 from vibropipe.words.parameters import PARAMETERS
@@ -82,6 +91,8 @@ def _is_same(problem: Problem, share: np.ndarray, moves: np.ndarray) -> np.ndarr
 
 
 SAMPLES, DESIGNS = 512, 8
+# Arguments by quantity of a steady state; the others are by parameter.
+GOALS = ("target", "subject_to", "allow")
 
 
 def design(
@@ -108,7 +119,8 @@ def design(
     Parameters
     ----------
     exciter : Exciter
-        The parameters that are not varied.
+        The parameters that are not varied. Of one made by `from_physical`, ranges, goals and tolerances may have
+        units, bare numbers beside them are in SI, and so is the dataset.
     vary : mapping of str to (float, float)
         Lower and upper end of each varied parameter.
     target : mapping of str to float, optional
@@ -207,6 +219,45 @@ def design(
     .. [5] E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
        Statistical Association 22 (1927) 209.
     """
+    given = [
+        each for each in (vary, target, subject_to, tolerance, allow) if isinstance(each, Mapping)
+    ]
+    values = [value for each in given for value in each.values()]
+    wanted: dict[str, Any] = {
+        "vary": vary, "target": target, "subject_to": subject_to, "minimise": minimise,
+        "x0": x0, "v0": v0, "tolerance": tolerance, "allow": allow,
+    }  # fmt: skip
+    if with_units := are_with_units(exciter, itertools.chain(*given), [*values, x0, v0]):
+        wanted |= {name: plain_goals(exciter, name, wanted[name]) for name in GOALS}
+        wanted |= {name: plain_values(exciter, name, wanted[name]) for name in ("x0", "v0")}
+        wanted["vary"] = plain_mapping(exciter, vary)
+        wanted["tolerance"] = tolerance and plain_mapping(exciter, tolerance)
+        wanted["minimise"] = plain_objectives(minimise)
+    found, missed = _designs(exciter, samples, designs, progress, **wanted)
+    if missed and with_units:
+        reason = DesignResult(int(found.design_result[0])).reason
+        missed = f"No design that was found is met: {reason}."
+    if missed:
+        warnings.warn(missed, UnsolvedWarning, stacklevel=3)
+    return to_physical(found, exciter) if with_units else found
+
+
+def _designs(
+    exciter: Exciter,
+    samples: int,
+    designs: int,
+    progress: Progress | None,
+    *,
+    vary: Mapping[str, tuple[float, float]],
+    target: Mapping[str, Any] | None,
+    subject_to: Mapping[str, Any] | None,
+    minimise: str | Sequence[str] | None,
+    x0: float | None,
+    v0: float,
+    tolerance: Mapping[str, float] | None,
+    allow: Mapping[str, float] | None,
+) -> tuple[xr.Dataset, str]:
+    """Return designs without units, and why none is met; empty if one is."""
     sigma = check_tolerances(exciter, tolerance) if tolerance else {}
     goals = goals_of(target, subject_to, minimise, sigma)
     check_whole("samples", samples, DESIGN_SAMPLES)
@@ -245,9 +296,7 @@ def design(
         problem, kept, [margins[n] for n in order], [parts[n] for n in order if parts], steps, swept
     )
     steps.add(steps.total)
-    if not kept[0].is_met:
-        warnings.warn(miss_text(problem, kept[0]), UnsolvedWarning, stacklevel=3)
-    return dataset
+    return dataset, "" if kept[0].is_met else miss_text(problem, kept[0])
 
 
 def check_vary(
@@ -271,19 +320,3 @@ def check_vary(
     return {
         name: (float(vary[name][0]), float(vary[name][1])) for name in PARAMETERS if name in vary
     }
-
-
-def miss_text(problem: Problem, nearest: Candidate) -> str:
-    """Return why no design is met, with the values of the nearest one."""
-    missed = problem.misses(nearest.values)
-    misses = [
-        f"{bound.text} is missed with {nearest.values[problem.names.index(bound.quantity)]:.6g}"
-        for bound, miss in zip(problem.goals.bounds, missed, strict=True)
-        if abs(miss) > 0
-    ]
-    at = problem.parameters(nearest.share[None])[0]
-    place = ", ".join(f"{name} = {at[Parameters._fields.index(name)]:.6g}" for name in problem.vary)
-    reason = DesignResult(nearest.result).reason
-    return (
-        f"No design that was found is met. The nearest has {place}: {'; '.join(misses)}; {reason}."
-    )

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search, Trial
 from vibropipe.solve.rows.points import within_ranges
@@ -275,3 +275,19 @@ def distinct(
     share = np.array([candidates[n].share for n in order])
     law = np.array([candidates[n].law for n in order])
     return distinct_points(share, law, MIN_DESIGN_DISTANCE, len(order), order)
+
+
+def miss_text(problem: Problem, nearest: Candidate) -> str:
+    """Return why no design is met, with the values of the nearest one."""
+    missed = problem.misses(nearest.values)
+    misses = [
+        f"{bound.text} is missed with {nearest.values[problem.names.index(bound.quantity)]:.6g}"
+        for bound, miss in zip(problem.goals.bounds, missed, strict=True)
+        if abs(miss) > 0
+    ]
+    at = problem.parameters(nearest.share[None])[0]
+    place = ", ".join(f"{name} = {at[Parameters._fields.index(name)]:.6g}" for name in problem.vary)
+    reason = DesignResult(nearest.result).reason
+    return (
+        f"No design that was found is met. The nearest has {place}: {'; '.join(misses)}; {reason}."
+    )

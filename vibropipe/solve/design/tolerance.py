@@ -15,10 +15,12 @@ from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.gradient import values_and_jacobian
 from vibropipe.solve.rows.label import Variables
 from vibropipe.solve.rows.named import SMOOTH, Named, labels, named
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
+from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_values
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import STEADY, describe, quantity
@@ -59,7 +61,7 @@ def tolerance(
     exciter : Exciter
     tolerances : mapping of str to float
         Standard deviations of parameters, > 0: independent normal deviations. Those that would leave the range of a
-        parameter end there.
+        parameter end there. Of an exciter made by `from_physical` they may have units; the dataset is then in SI.
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     samples : int
@@ -105,6 +107,18 @@ def tolerance(
        Computational Mathematics and Mathematical Physics 7 (1967) 86.
     .. [2] Guide to the expression of uncertainty in measurement, JCGM 100:2008, section 5.1.
     """
+    if are_with_units(exciter, tolerances, [*tolerances.values(), x0, v0]):
+        dataset = tolerance(
+            exciter,
+            plain_mapping(exciter, tolerances),
+            plain_values(exciter, "x0", x0),
+            plain_values(exciter, "v0", v0),
+            samples,
+            worst,
+            harmonics,
+            progress,
+        )
+        return to_physical(dataset, exciter)
     sigma = check_tolerances(exciter, tolerances)
     exciter.check_frequency(sigma.keys() - {"nu"})
     check_whole("samples", samples, SAMPLES_LIMITS)

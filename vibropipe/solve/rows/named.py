@@ -66,6 +66,13 @@ class Named(NamedTuple):
         return quantity(self.variable)
 
     @property
+    def dimension(self) -> str:
+        """Its physical dimension; "" of a pure number, and of derivatives, which are given without units."""
+        if self.derived == SENSITIVITY:
+            return ""
+        return "angle" if self.entry.units == "rad" else self.entry.dimension
+
+    @property
     def is_never_negative(self) -> bool:
         """Whether it, or its standard deviation, is never negative."""
         return self.derived == STD or not (

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from statistics import NormalDist
 
 import numpy as np
 import pytest
@@ -129,3 +130,59 @@ def test_contacts_with_soft_supports_have_a_spread():
     found = spread.support_force_max_sensitivity.sel(parameter="k1")
     assert np.allclose(found, slope, rtol=1e-4, atol=1e-6)
     assert "support_force_max_std" not in vp.tolerance(EXCITER, {"f": 0.001}, samples=16)
+
+
+def test_the_yield_of_a_linear_motion_has_its_closed_form():
+    # A_1 = f gain: the share below a bound is that of f below it, a normal distribution
+    exciter = vp.Exciter(l=5.0, nu=0.7, f=0.2, h=0.1)
+    gain = 1 / np.hypot(1 - 0.49, 0.07)
+    bounds = {"displacement_amplitude_1": f"< {gain * 0.201}", "displacement_mean": (-1e-3, 1e-3)}
+    spread = vp.tolerance(exciter, {"f": 1e-3}, samples=4096, subject_to=bounds)
+    below = NormalDist(0.2, 1e-3).cdf(0.201)
+    assert float(spread["yield"]) == pytest.approx(below, abs=1e-3)
+    assert spread.yield_low < below < spread.yield_high
+    each = spread.displacement_amplitude_yield.values
+    assert each[0] == spread["yield"]
+    assert np.isnan(each[1:]).all()
+    assert float(spread.displacement_mean_yield) == 1.0
+    assert float(spread.law_yield) == 1.0
+    assert "share of scattered parts" in spread.displacement_amplitude_yield.attrs["long_name"]
+
+
+def test_the_yield_is_that_of_a_sweep_over_the_parameter():
+    # by f alone: the share of f between those at which the bound, and the law, begin and end
+    found = vp.tolerance(
+        EXCITER, {"f": 0.02}, samples=2048, subject_to={"impact_velocity_max_1": "< 0.97, > 0.92"}
+    )
+    f = np.linspace(-1.06, -0.94, 2401)
+    rows = vp.sweep(EXCITER, over={"f": f})
+    centre = rows.isel(f=1200)
+    law = (rows.period_multiple == centre.period_multiple) & (rows.regime == centre.regime)
+    law &= (rows.impacts_per_orbit == centre.impacts_per_orbit).all("support")
+    v = rows.impact_velocity_max.isel(support=0)
+    kept = (law & (v < 0.97) & (v > 0.92)).values
+    weights = np.exp(-0.5 * ((f + 1) / 0.02) ** 2)
+    assert 0.05 < kept.mean() < 0.95
+    assert float(found["yield"]) == pytest.approx(weights[kept].sum() / weights.sum(), abs=5e-3)
+
+
+def test_one_sided_bounds_of_phases_count_parts(spread):
+    phase = float(spread.displacement_phase[0])
+    for bound, share in (("> {:.6f}", 1.0), ("< {:.6f}", 0.0)):
+        bounds = {"displacement_phase_1": bound.format(phase - 0.5)}
+        found = vp.tolerance(EXCITER, SIGMA, samples=64, subject_to=bounds)
+        assert float(found["yield"]) == share
+
+
+@pytest.mark.parametrize(
+    ("bounds", "message"),
+    [
+        ({"displacement_mean_std": "< 1"}, "must be a quantity of the motion"),
+        ({"f": "< 1"}, "must be a quantity of the motion"),
+        ({"impact_velocity": "< 1"}, "impact_velocity"),
+        ({"displacement_mean": "small"}, "must be a bound such as"),
+    ],
+)
+def test_wrong_bounds_are_told(bounds, message):
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.tolerance(EXCITER, SIGMA, samples=64, subject_to=bounds)

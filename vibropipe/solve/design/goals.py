@@ -72,6 +72,16 @@ class Bound(NamedTuple):
         sizes = [abs(end) for end in (self.low, self.high) if math.isfinite(end)]
         return max(sizes) or self.quantity.scale(half)
 
+    def kept_by(self, values: np.ndarray, half: float, room: float = 0.0) -> np.ndarray:
+        """Return which values (n,) keep the bound, or are off by at most `room`; half is l. NaN keeps none."""
+        room += MET * self.scale(half)
+        kept = np.isfinite(values)
+        if math.isfinite(self.high):  # a phase has no difference from infinity
+            kept &= self.quantity.difference(values, self.high) <= room
+        if math.isfinite(self.low):
+            kept &= self.quantity.difference(values, self.low) >= -room
+        return kept
+
 
 class Objective(NamedTuple):
     """A quantity to be least, or most: sign -1."""
@@ -218,6 +228,17 @@ def _objective(name: Any) -> Objective:
         must = "must depend continuously on the parameters; give it in target or subject_to"
         raise ParameterError("minimise", name, must=must)
     return Objective(quantity, -1.0 if name.startswith("-") else 1.0)
+
+
+def bounds_of_parts(subject_to: Mapping[str, Any]) -> tuple[Bound, ...]:
+    """Return bounds that each finished part keeps or breaks; ParameterError for any others."""
+    bounds = goals_of(None, subject_to, None, {"any": 1.0}).bounds
+    for bound in bounds:
+        name = bound.quantity
+        if name.derived or name.is_parameter:
+            must = "must be a quantity of the motion, which each part has"
+            raise ParameterError(f"subject_to.{name.name}", None, must=must, got="")
+    return bounds
 
 
 def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, float]:

@@ -12,7 +12,6 @@ from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.design import tolerance as spread
-from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
 from vibropipe.solve.design.search import Candidate, checked
@@ -111,11 +110,7 @@ def kept_goals(problem: Problem, points: Points, law: np.ndarray) -> np.ndarray:
             kept.append(np.ones(len(has_law), bool))
             continue
         values = name.values(points.variables, points.parameters)
-        room += MET * bound.scale(problem.exciter.l)
-        kept.append(
-            (name.difference(values, bound.high) <= room)
-            & (name.difference(values, bound.low) >= -room)
-        )
+        kept.append(bound.kept_by(values, problem.exciter.l, room))
     return np.array(kept)
 
 

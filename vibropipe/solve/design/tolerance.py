@@ -14,13 +14,15 @@ from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
+from vibropipe.solve.design.goals import Bound, bounds_of_parts
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.gradient import values_and_jacobian
 from vibropipe.solve.rows.label import Variables
-from vibropipe.solve.rows.named import SMOOTH, Named, labels, named
+from vibropipe.solve.rows.named import SMOOTH, Named, harmonics_of, labels, named, outputs_of
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
-from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_values
+from vibropipe.solve.with_units import are_with_units, plain_goals, plain_mapping, plain_values
+from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import STEADY, describe, quantity
@@ -53,6 +55,7 @@ def tolerance(
     worst: float = WORST,
     harmonics: int = 3,
     progress: Progress | None = None,
+    subject_to: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Estimate how far the quantities of a stable orbit scatter, to first order and by samples of the true model.
 
@@ -72,6 +75,9 @@ def tolerance(
         Number of harmonics, from 1 to 1,000.
     progress : callable, optional
         Called as progress(done, total), in samples with those of the worst case.
+    subject_to : mapping of str to str or (float, float), optional
+        Bounds of quantities that parts are to keep, as of `design`: {"impact_velocity_max_1": "< 0.8"}. Asks for the
+        yield.
 
     Returns
     -------
@@ -94,7 +100,9 @@ def tolerance(
 
         <parameter>_std are the given standard deviations. law_change_share, law_change_low, law_change_high: share of
         the samples with another law of motion (regime, m, p1, p2), with the 95 % confidence interval for as many
-        random ones; law_change_corners: share of those corners and ends.
+        random ones; law_change_corners: share of those corners and ends. With `subject_to` there are yield, yield_low,
+        yield_high, the share of the samples that keep the law and all bounds, with its interval, law_yield, the share
+        that keeps the law, and <name>_yield, that which keeps each bound.
 
     Raises
     ------
@@ -107,7 +115,9 @@ def tolerance(
        Computational Mathematics and Mathematical Physics 7 (1967) 86.
     .. [2] Guide to the expression of uncertainty in measurement, JCGM 100:2008, section 5.1.
     """
-    if are_with_units(exciter, tolerances, [*tolerances.values(), x0, v0]):
+    given = [each for each in (tolerances, subject_to) if isinstance(each, Mapping)]
+    values = [value for each in given for value in each.values()]
+    if are_with_units(exciter, itertools.chain(*given), [*values, x0, v0]):
         dataset = tolerance(
             exciter,
             plain_mapping(exciter, tolerances),
@@ -117,6 +127,7 @@ def tolerance(
             worst,
             harmonics,
             progress,
+            plain_goals(exciter, "subject_to", subject_to),
         )
         return to_physical(dataset, exciter)
     sigma = check_tolerances(exciter, tolerances)
@@ -126,11 +137,15 @@ def tolerance(
     reach = number_within("worst", worst, POSITIVE)
     exciter.check_start(x0, v0)
     base = np.array(exciter.numbers())
+    bounds = bounds_of_parts(subject_to) if subject_to else ()
+    wanted = {*OUTPUTS, *outputs_of([bound.quantity for bound in bounds])}
+    outputs = tuple(name for name in ALL_OUTPUTS if name in wanted)
+    harmonics = harmonics_of([bound.quantity for bound in bounds], harmonics)
 
     def from_start(rows: np.ndarray) -> Points:
-        return solve_points(clipped(rows), (x0, v0), OUTPUTS, harmonics, progress)
+        return solve_points(clipped(rows), (x0, v0), outputs, harmonics, progress)
 
-    point = solve_points(base[None], (x0, v0), OUTPUTS, harmonics)
+    point = solve_points(base[None], (x0, v0), outputs, harmonics)
     if not point.is_stable[0]:
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
@@ -141,7 +156,39 @@ def tolerance(
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     points = from_start(moved_rows(base, sigma, samples, reach))
     spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
+    if bounds:
+        spread |= yield_variables(bounds, points, point.laws[0], samples, exciter.l)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
+
+
+def yield_variables(
+    bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
+) -> Variables:
+    """Return the shares of the first n points that keep a law of motion and bounds, together and each; half is l."""
+    law_kept = points.has_law(law)[:n]
+    each = np.array(
+        [
+            bound.kept_by(bound.quantity.values(points.variables, points.parameters), half)[:n]
+            for bound in bounds
+        ]
+    )
+    all_kept = law_kept & each.all(axis=0)
+    share, low, high = shares(np.array([all_kept.sum()]), n)
+    whole = {
+        "yield": share[0],
+        "yield_low": low[0],
+        "yield_high": high[0],
+        "law_yield": law_kept.mean(),
+    }
+    variables: Variables = {name: ((), np.array(value)) for name, value in whole.items()}
+    for bound, kept in zip(bounds, each, strict=True):
+        name = bound.quantity
+        (_, *dims), values = points.variables[name.variable]
+        empty = (tuple(dims), np.full(values.shape[1:], np.nan))
+        if not name.part:
+            _, shares_kept = variables.setdefault(f"{name.variable}_yield", empty)
+            shares_kept[() if name.number is None else name.number - 1] = kept.mean()
+    return variables
 
 
 def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[str, float]:

@@ -54,8 +54,8 @@ def tolerance(
     samples: int = SAMPLES,
     worst: float = WORST,
     harmonics: int = 3,
-    progress: Progress | None = None,
     subject_to: Mapping[str, Any] | None = None,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Estimate how far the quantities of a stable orbit scatter, to first order and by samples of the true model.
 
@@ -73,11 +73,11 @@ def tolerance(
         The worst case is sought within so many standard deviations, above 0, of each parameter.
     harmonics : int
         Number of harmonics, from 1 to 1,000.
-    progress : callable, optional
-        Called as progress(done, total), in samples with those of the worst case.
     subject_to : mapping of str to str or (float, float), optional
         Bounds of quantities that parts are to keep, as of `design`: {"impact_velocity_max_1": "< 0.8"}. Asks for the
         yield.
+    progress : callable, optional
+        Called as progress(done, total), in samples with those of the worst case.
 
     Returns
     -------
@@ -126,8 +126,8 @@ def tolerance(
             samples,
             worst,
             harmonics,
-            progress,
             plain_goals(exciter, "subject_to", subject_to),
+            progress,
         )
         return to_physical(dataset, exciter)
     sigma = check_tolerances(exciter, tolerances)

@@ -247,6 +247,31 @@ def test_asymmetric_orbits_are_mirror_images_from_a_pitchfork():
         assert np.abs(mirrored - point).max(axis=1).min() < 0.01
 
 
+def test_a_pitchfork_lies_at_one_place_along_every_parameter():
+    # friction, as the frequency, the force, the damping and the gap, leaves a symmetric exciter symmetric
+    exciter = vp.Exciter(l=0.5, nu=1.8, f=1.0, h=0.05, R1=0.8, R2=0.8, friction=0.02)
+    over_nu = vp.branch(exciter, "nu", (1.5, 2.0), v0=1.0, harmonics=1)
+    assert kinds(over_nu) == ["PITCHFORK"]
+    nu = over_nu.bifurcation_nu.item()
+    strobe = over_nu.isel(point=int(np.abs(over_nu.nu.values - nu).argmin()))
+    start = {"x0": strobe.displacement_strobe.item(), "v0": strobe.velocity_strobe.item()}
+    for along, value in {"friction": 0.02, "h": 0.05, "f": 1.0}.items():
+        near = replace(exciter, nu=nu, **{along: 1.02 * value})
+        found = vp.branch(near, along, (0.9 * value, 1.1 * value), harmonics=1, **start)
+        assert kinds(found) == ["PITCHFORK"]
+        assert found[f"bifurcation_{along}"].item() == pytest.approx(value, rel=1e-9)
+    curve = vp.boundary(
+        replace(exciter, nu=nu),
+        "pitchfork",
+        ("nu", "friction"),
+        ((1.4, 1.7), (0.01, 0.03)),
+        lines=3,
+    )
+    order = np.argsort(curve.friction.values)
+    at = np.interp(0.02, curve.friction.values[order], curve.nu.values[order])
+    assert at == pytest.approx(nu, abs=1e-5)
+
+
 def test_folds_tend_to_those_of_a_rigid_exciter():
     rigid = vp.Exciter(l=0.5, nu=0.45, f=0.6, h=0.1, R1=1.0, R2=0.6)
     at = []

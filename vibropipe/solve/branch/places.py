@@ -22,13 +22,13 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import has_second
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY
-from vibropipe.words.parameters import PARAMETERS, of_effect
+from vibropipe.words.parameters import PARAMETERS
 
 # Bifurcations whose place has a derivative, and the boundaries that they lie on.
 BOUNDARIES = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Parameters that move the equilibrium between the supports, and all that end the symmetry of an exciter.
 OF_OFFSET = ("delta", "load", "f2", "phi2")
-ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY, *of_effect("friction")}
+ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY}
 # Range of a parameter, as a share of its value and of l, that scales the equations.
 RANGE = 0.1
 # Share of the range within which two places are one.

@@ -30,7 +30,7 @@ if TYPE_CHECKING:
     import xarray as xr
 
 # Parameters whose change keeps a symmetric exciter symmetric.
-KEEP_SYMMETRY = ("nu", "f", "h", "l", "mass_ratio", "shaker")
+KEEP_SYMMETRY = ("nu", "f", "h", "l", "friction", "friction_ratio", "mass_ratio", "shaker")
 OF_GROUND = ("housing_friction_1", "housing_friction_2")
 # Without friction of the ground both bodies keep any velocity: an orbit is one of a continuum.
 NO_FRICTION = (

@@ -54,6 +54,14 @@ def test_a_branch_over_omega_is_that_over_nu_in_si():
     )  # fmt: skip
     assert branch.identical(vp.to_physical(plain, EXCITER))
     assert (np.abs(branch.omega.values - 2 * np.pi * 25.0) < 1e-9).any()
+    # one value with a unit is enough
+    nu = tuple(2 * np.pi * np.array([15.0, 50.0]) / P)
+    mixed = vp.branch(EXCITER, "nu", nu, v0=0.5, harmonics=1, tolerance={"delta": "10 um"})
+    plain = vp.branch(EXCITER, "nu", nu, v0=0.5 / P, harmonics=1, tolerance={"delta": 1e-5})
+    assert mixed.sizes == plain.sizes
+    np.testing.assert_allclose(
+        mixed.bifurcation_omega_std, plain.bifurcation_nu_std * P, rtol=1e-9, equal_nan=True
+    )
     law = vp.branch(EXCITER, "omega", ends, law=(1, 1, 1), harmonics=1)
     assert law.attrs["law"] == "(1; 1, 1)"
     assert law.omega.attrs["units"] == "rad s-1"

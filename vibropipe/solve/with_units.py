@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Mapping
 from typing import Any
 
 import numpy as np
@@ -23,10 +23,19 @@ _BOUND = re.compile(r"\s*([<>])=?([^<>]+)")
 START_DIMENSIONS = dict(zip(STARTS, ("length", "velocity"), strict=True))
 
 
-def are_with_units(exciter: Exciter, names: Iterable[str], values: Iterable[Any] = ()) -> bool:
-    """Return whether arguments of an exciter of `from_physical` are with units: by a name, as omega, or by a value."""
-    return bool(exciter.written) and (
-        any(name in OWN for name in names) or any(map(has_unit, values))
+def are_with_units(exciter: Exciter, *given: Any) -> bool:
+    """Return whether arguments of an exciter of `from_physical` are with units: by a value, or a name such as omega.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    *given : mapping by name, value, array or list of values
+    """
+    return bool(exciter.written) and any(
+        any(name in OWN or has_unit(value) for name, value in each.items())
+        if isinstance(each, Mapping)
+        else has_unit(each)
+        for each in given
     )
 
 
@@ -78,13 +87,18 @@ def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
 
 
 def _si(name: str, value: Any) -> float:
-    """Return a value in SI, or raise a ParameterError naming it."""
-    if name not in STARTS:
-        return si_value(name, value)
+    """Return a value of a parameter or a start in SI, or raise a ParameterError naming it."""
+    if name in STARTS:
+        return _of_dimension(name, value, START_DIMENSIONS[name])
+    return si_value(name, value)
+
+
+def _of_dimension(argument: str, value: Any, dimension: str) -> float:
+    """Return a value of a physical dimension in SI, or raise a ParameterError naming its argument."""
     try:
-        return to_si(value, START_DIMENSIONS[name], numbers=True)
+        return to_si(value, dimension, numbers=True)
     except UnitError as error:
-        raise ParameterError(name, value, error.allowed) from None
+        raise ParameterError(argument, value, error.allowed) from None
 
 
 def plain_mapping(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any]:
@@ -110,10 +124,7 @@ def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None
             return value
         if isinstance(value, str) and _is_number(value):
             value = float(value)
-        try:
-            return to_si(value, dimension, numbers=True) / factors.get(dimension, 1.0)
-        except UnitError as error:
-            raise ParameterError(f"{argument}.{name}", value, error.allowed) from None
+        return _of_dimension(f"{argument}.{name}", value, dimension) / factors.get(dimension, 1.0)
 
     def plain_goal(name: str, value: Any) -> Any:
         if name == CURVE:

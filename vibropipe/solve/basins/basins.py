@@ -133,7 +133,7 @@ def basins(
     .. [2] J. D. Skufca, J. A. Yorke, B. Eckhardt, Edge of chaos in a parallel shear flow, Physical Review Letters 96
        (2006) 174101.
     """
-    if are_with_units(exciter, over or (), (x0, v0, *(over or {}).values())):
+    if are_with_units(exciter, over, x0, v0):
         dataset = basins(
             exciter,
             plain_values(exciter, "x0", x0),

@@ -124,7 +124,7 @@ def boundary(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
-    if not isinstance(along, str) and are_with_units(exciter, along, within):
+    if not isinstance(along, str) and are_with_units(exciter, dict.fromkeys(along), within):
         dataset = boundary(
             exciter,
             of,

@@ -165,7 +165,7 @@ def branch(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
-    if are_with_units(exciter, (along, *(tolerance or ())), (to, at, x0, v0)):
+    if are_with_units(exciter, {along: to}, tolerance, at, x0, v0):
         dataset = branch(
             exciter,
             plain_name(along),

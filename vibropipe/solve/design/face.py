@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 import warnings
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
@@ -219,15 +218,11 @@ def design(
     .. [5] E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American
        Statistical Association 22 (1927) 209.
     """
-    given = [
-        each for each in (vary, target, subject_to, tolerance, allow) if isinstance(each, Mapping)
-    ]
-    values = [value for each in given for value in each.values()]
     wanted: dict[str, Any] = {
         "vary": vary, "target": target, "subject_to": subject_to, "minimise": minimise,
         "x0": x0, "v0": v0, "tolerance": tolerance, "allow": allow,
     }  # fmt: skip
-    if with_units := are_with_units(exciter, itertools.chain(*given), [*values, x0, v0]):
+    if with_units := are_with_units(exciter, vary, target, subject_to, tolerance, allow, x0, v0):
         wanted |= {name: plain_goals(exciter, name, wanted[name]) for name in GOALS}
         wanted |= {name: plain_values(exciter, name, wanted[name]) for name in ("x0", "v0")}
         wanted["vary"] = plain_mapping(exciter, vary)

@@ -232,7 +232,7 @@ def _objective(name: Any) -> Objective:
 
 def bounds_of_parts(subject_to: Mapping[str, Any]) -> tuple[Bound, ...]:
     """Return bounds that each finished part keeps or breaks; ParameterError for any others."""
-    bounds = goals_of(None, subject_to, None, {"any": 1.0}).bounds
+    bounds = tuple(_bound(name, value) for name, value in subject_to.items())
     for bound in bounds:
         name = bound.quantity
         if name.derived or name.is_parameter:

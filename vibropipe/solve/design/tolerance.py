@@ -115,9 +115,7 @@ def tolerance(
        Computational Mathematics and Mathematical Physics 7 (1967) 86.
     .. [2] Guide to the expression of uncertainty in measurement, JCGM 100:2008, section 5.1.
     """
-    given = [each for each in (tolerances, subject_to) if isinstance(each, Mapping)]
-    values = [value for each in given for value in each.values()]
-    if are_with_units(exciter, itertools.chain(*given), [*values, x0, v0]):
+    if are_with_units(exciter, tolerances, subject_to, x0, v0):
         dataset = tolerance(
             exciter,
             plain_mapping(exciter, tolerances),

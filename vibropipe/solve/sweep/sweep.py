@@ -126,7 +126,7 @@ def sweep(
     ----------
     .. [1] CF Conventions, section 9.3.3, contiguous ragged array representation.
     """
-    if isinstance(over, Mapping) and are_with_units(exciter, over, [*over.values(), x0, v0]):
+    if isinstance(over, Mapping) and are_with_units(exciter, over, x0, v0):
         rows = sweep(
             exciter,
             plain_mapping(exciter, over),

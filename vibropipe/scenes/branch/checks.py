@@ -61,16 +61,13 @@ def _law(scene: BranchScene) -> Iterator[Problem]:
         key for key, value in (("from", ends.begin), ("to", ends.to or None)) if value is not None
     ]
     if scene.law is None:
-        for key in (
-            [key for key in ("from", "to") if key not in stated] if ends.within is None else ()
-        ):
-            yield required(("along", name, key), PARAMETERS[name].range.text)
         if ends.within is not None:
-            yield Problem(
-                ("along", name, "within"),
-                "",
-                must="must be left out without law: write from and to",
-            )
+            must = "must be left out without law: write from and to"
+            yield Problem(("along", name, "within"), "", must=must)
+            return
+        for key in ("from", "to"):
+            if key not in stated:
+                yield required(("along", name, key), PARAMETERS[name].range.text)
         return
     for key in stated:
         yield Problem(("along", name, key), "", must="must be left out beside law: write within")

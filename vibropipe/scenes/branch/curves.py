@@ -53,10 +53,8 @@ VALUE_STYLE: dict[str, Any] = {
 BESIDE_STYLE: dict[str, Any] = {
     "textcoords": "offset points", "fontsize": SMALL, "ha": "center", "zorder": 4, "gid": VALUE,
 }  # fmt: skip
-LETTER_CM, LINE_CM = (
-    0.125,
-    0.4,
-)  # of a letter and a line of such a text, with its distance from the line
+LETTER_CM = 0.125  # of such a text
+LINE_CM = 0.4  # of a line of it, with its distance from the curve
 MANY_MARKS = 16  # bifurcations beyond which their marks shrink
 MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}

@@ -205,10 +205,8 @@ def name_boxes(
 PLACES = 48  # that are tried along a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
-CLEAR, BESIDE_CM = (
-    0.02,
-    0.03,
-)  # cm to other lines that leave a place on a line free; from a line to a label beside it
+CLEAR = 0.02  # cm to other lines that leave a place on a line free
+BESIDE_CM = 0.03  # cm from a line to a label beside it
 ON_LINE = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
 
 
@@ -245,19 +243,17 @@ def label_lines(
             continue
         tried = inside[np.unique(np.linspace(0, len(inside) - 1, PLACES).astype(int))]
         rest = [*(p for n, p in enumerate(points) if n != number), *others]
-        clearance = np.minimum(_distance(tried, half, rest), ENOUGH)
-        middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
-        free = _is_free(tried, half, boxes)
-        if not (free & (clearance >= CLEAR)).any():
+        tried = tried[_is_free(tried, half, boxes)]
+        clearance = _distance(tried, half, rest)
+        if not (clearance >= CLEAR).any():
             beside = _beside(inside, half, size, own, rest)
-            beside = beside[_is_free(beside, half, boxes)] if len(beside) else beside
+            beside = beside[_is_free(beside, half, boxes)]
             if len(beside):
-                tried, free = beside, np.ones(len(beside), np.bool_)
-                clearance = np.minimum(_distance(tried, half, rest), ENOUGH)
-                middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
-        if not free.any():
+                tried, clearance = beside, _distance(beside, half, rest)
+        if not len(tried):
             continue
-        at = tried[int(np.argmax(np.where(free, clearance - middle, -np.inf)))]
+        middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
+        at = tried[int(np.argmax(clearance - middle))]
         boxes.append(np.array([at - half, at + half]))
         x, y = at / size
         label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center",

@@ -152,12 +152,9 @@ def is_same(one: Branch, two: Branch) -> bool:
     """Return whether two parts are of one stretch: they share an orbit where both have a point, or both ends."""
     if one.curve is None or two.curve is None:
         return one.curve is two.curve and set(one.values) & set(two.values) != set()
-    floor, shared = (
-        floor_of(one),
-        {p.value for p in one.points[1:-1]} & {p.value for p in two.points[1:-1]},
-    )
+    shared = {p.value for p in one.points[1:-1]} & {p.value for p in two.points[1:-1]}
     if shared:
-        value = min(shared)
+        value, floor = min(shared), floor_of(one)
         return any(
             struck_by(a).is_near(struck_by(b), floor) and phases_agree(a, b)
             for a in one.points

@@ -186,7 +186,9 @@ class LawZeros(Curve):
         law, u = self.sequence, self.events_of(point.u)
         n, p = len(law.codes), self.parameters_of(point.u)
         if law.codes[0, CAUSE] == SECTION:
-            return np.append(point.u[:2], np.zeros(self.width - 2))
+            state = np.append(point.u[:2], np.zeros(self.width - 2))
+            state[0] += to_displacement(p, int(law.codes[0, HOME]), 0.0)
+            return state
         for i in range(n):
             last = float(u[i + 1, 0]) if i + 1 < n else float(u[0, 0]) + law.span
             # An orbit comes to this phase once; its mirror image half an orbit earlier.

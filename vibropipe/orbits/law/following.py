@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.follower import FIRST_LENGTH
 from vibropipe.continuation.path import LIMIT, Event, Path
-from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT
+from vibropipe.march.piece_log import CAUSE, CONTACT, ENTER, FORM, FREE, HOME, IMPACT
 from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
@@ -18,7 +18,7 @@ from vibropipe.orbits.branches.tree import Rules
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.edits import edits
-from vibropipe.orbits.law.happenings import law_from
+from vibropipe.orbits.law.happenings import law_from, reference_of
 from vibropipe.orbits.law.law import SECTION, Law, without_events
 from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
 
@@ -134,10 +134,7 @@ def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
             continue
         for events in edits(curve.effects, law, p, u, point.tests, kind):
             if not events:
-                yield (
-                    without_events(law.span, law.mirrored, law.codes.shape[1]),
-                    curve.state_at(point)[np.newaxis],
-                )
+                yield from _eventless_at(point)
                 continue
             forms = [(law.span, law.mirrored)]
             if law.codes[0, CAUSE] == SECTION and curve.problem.symmetric and law.m % 2:
@@ -147,6 +144,19 @@ def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
                 made = law_from(events, p, span, mirrored)
                 if made is not None:
                     yield made
+
+
+def _eventless_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:
+    """Yield the laws without events that may follow a point, in free flight or within a soft support, and the state."""
+    curve, law = point.curve, point.curve.sequence
+    p = curve.parameters(point.value)
+    pressed = law.codes[law.codes[:, FORM] == CONTACT, HOME].tolist()
+    for form, home in ((FREE, 0), *((CONTACT, home) for home in dict.fromkeys(pressed))):
+        empty = without_events(law.span, law.mirrored, law.codes.shape[1])
+        empty.codes[0, FORM], empty.codes[0, HOME] = form, home
+        state = curve.state_at(point)[np.newaxis]
+        state[0, 0] -= reference_of(p, home)
+        yield empty, state
 
 
 def begin_at(curve: LawCurve, u: np.ndarray) -> Point | None:

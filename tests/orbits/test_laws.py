@@ -27,6 +27,10 @@ EXCITERS = {
     "stick in contact": {"l": 1.0, "nu": 0.4, "f": 1.2, "h": 0.1, "k1": 50, "k2": 50, "friction": 0.5},
     "static": {"l": 1.0, "nu": 0.5, "f": 1.5, "h": 0.1, "R1": 0.7, "R2": 0.6, "friction": 0.3, "friction_ratio": 2},
     "static rest": {"l": 0.5, "nu": 0.3, "f": 0.9, "R1": 0.5, "R2": 0.4, "friction": 0.03, "friction_ratio": 2},
+    "no pull": {"l": 0.5, "nu": 1.5, "f": 1.2, "h": 0.1, "k1": 200, "k2": 90, "h1": 4, "h2": 7, "friction": 0.1,
+                "contact_1": 1, "contact_2": 1},
+    "reload": {"l": 0.5, "nu": 2.25, "f": 0.5, "h": 0.2, "delta": 0.9, "k1": 20, "k2": 4, "h1": 5, "h2": 9, "f2": -1.9,
+               "contact_2": 1},
     "no contact": {"l": 5.0, "nu": 0.6, "f": 0.5, "h": 0.1, "friction": 0.2},
     "rest": {"l": 0.5, "nu": 0.3, "f": 0.9, "h": 0.1, "R1": 0.6, "R2": 0.5, "friction": 0.03},
     "two harmonics": {"l": 0.5, "nu": 0.9, "f": 0.9, "h": 0.3, "k1": 80, "h1": 2, "R2": 0.6, "f2": 0.2, "phi2": 0.4},
@@ -35,7 +39,7 @@ EXCITERS = {
 
 @pytest.fixture(scope="module")
 def marcher():
-    return Marcher(Effects(soft=1, friction=1, second_harmonic=1))
+    return Marcher(Effects(soft=1, friction=1, second_harmonic=1, no_pull=1))
 
 
 def point_of(name, marcher, along="nu", low=0.2, high=2.5):

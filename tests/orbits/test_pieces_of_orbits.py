@@ -30,6 +30,17 @@ CASES = {
     "turns": {"friction": 0.05, "f": 0.2, "nu": 2.0},
     "sticks": {"friction": 0.35, "nu": 0.6, "f": 0.7, "h": 0.05},
     "slips with a jump": {"friction": 0.25, "friction_ratio": 1.5, "nu": 0.6, "f": 0.7, "h": 0.05},
+    "no_pull": {
+        "R1": 1.0,
+        "k1": 90.0,
+        "h1": 6.0,
+        "R2": 1.0,
+        "k2": 300.0,
+        "h2": 4.0,
+        "contact_1": 1,
+        "contact_2": 1,
+    },
+    "reload": {"R2": 1.0, "k2": 25.0, "h2": 5.0, "contact_2": 1, "load": -2.6, "nu": 4.0, "f": 2.9},
     "both": {"R1": 1.0, "k1": 200.0, "h1": 2.0, "friction": 0.08, "delta": -0.05},
 }
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "motion", "subharmonics")

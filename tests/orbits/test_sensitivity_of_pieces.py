@@ -40,7 +40,14 @@ STATIC = replace(STICKING, friction_ratio=1.6, friction=0.12)
 STATIC_REST = vp.Exciter(
     l=0.5, nu=0.3, f=0.9, h=0.1, delta=0.02, R1=0.5, R2=0.4, friction=0.04, friction_ratio=2.0
 )
+# Soft supports that only push; one pushes again before the mass has left it.
+NO_PULL = replace(RUBBED, R1=1.0, k1=90.0, h1=5.0, contact_1="no_pull", contact_2="no_pull")
+RELOADED = vp.Exciter(
+    l=0.5, nu=4.0, f=2.9, h=0.23, load=-2.6, k2=25.0, h2=5.3, R1=0.5, contact_2="no_pull", f2=-0.9
+)
+SLIDING_NO_PULL = replace(SLIDING_SOFT, contact_1="no_pull", h1=6.0)
 CASES = {"soft": SOFT, "rubbed": RUBBED, "sticking": STICKING, "resting": RESTING}
+CASES |= {"no pull": NO_PULL, "reloaded": RELOADED, "sliding, no pull": SLIDING_NO_PULL}
 CASES |= {"static": STATIC, "static rest": STATIC_REST}
 CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
 CASES |= {"sliding": SLIDING, "sliding on soft supports": SLIDING_SOFT, "sliding always": ALWAYS}
@@ -85,11 +92,14 @@ def differences(
         ("sticking", ("nu", "f", "h", "l", "R1", "R2", "friction", "f2", "phi2")),
         ("static", ("nu", "f", "h", "l", "R1", "R2", "friction", "friction_ratio", "f2")),
         ("static rest", ("nu", "f", "delta", "R1", "friction", "friction_ratio")),
+        ("no pull", ("nu", "f", "h", "l", "delta", "k1", "h1", "k2", "h2", "friction")),
+        ("reloaded", ("nu", "f", "h", "load", "k2", "h2", "f2", "phi2")),
         ("resting", ("nu", "f", "delta", "R1", "friction")),
         ("begins at rest", ("nu", "f", "load", "R1", "friction")),
         ("begins held", ("nu", "f", "h", "delta", "R2", "friction")),
         ("sliding", ("nu", "h", "delta", "R1", *OF_HOUSING)),
         ("sliding on soft supports", ("nu", "f", "load", "k1", "h1", "friction", *OF_HOUSING)),
+        ("sliding, no pull", ("nu", "f", "k1", "h1", "friction", "mass_ratio")),
         ("sliding always", ("nu", "f2", "phi2", "l", *OF_HOUSING)),
     ],
 )

@@ -1,9 +1,9 @@
 """Newmark's method with everything applied at the end of the step, a common simple scheme kept as a reference.
 
 A step that ends beyond a rigid support is set back onto it, and its velocity is reset there. A soft support acts during
-a step that begins beyond it, and friction acts against the velocity at the beginning; a velocity that changes its sign
-in a step with friction is set to zero. No event is located and no rest on a support is detected, so the error is of
-first order in the step.
+a step that begins beyond it (one that only pushes unless it would pull there), and friction acts against the velocity
+at the beginning; a velocity that changes its sign in a step with friction is set to zero. No event is located and no
+rest on a support is detected, so the error is of first order in the step.
 """
 
 from __future__ import annotations
@@ -15,7 +15,13 @@ from vibropipe.march.piece_state import coefficients
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.friction import friction_of, hold_of
 from vibropipe.physics.load import force_at, force_value
-from vibropipe.physics.stiffness import is_soft, piece_mean_acceleration
+from vibropipe.physics.stiffness import (
+    damping_of,
+    is_soft,
+    only_pushes,
+    piece_mean_acceleration,
+    stiffness_of,
+)
 
 
 @jit
@@ -25,10 +31,19 @@ def support_reached(p, x) -> int:
 
 
 @jit
+def is_let_go(e, p, home, x, v) -> bool:
+    """Return whether a support that only pushes would pull."""
+    if e.no_pull is None:
+        return False
+    pull = stiffness_of(p, home) * (x - support_position(p, home)) + damping_of(p, home) * v
+    return only_pushes(e, p, home) and (pull < 0.0 if home == 1 else pull > 0.0)
+
+
+@jit
 def step_of_piece(e, p, grid, step, x, v):
     """Take a step with the soft support and the friction that act at its beginning; return (x, v) at its end."""
     home = support_reached(p, x)
-    in_contact = is_soft(e, p, home)
+    in_contact = is_soft(e, p, home) and not is_let_go(e, p, home, x, v)
     stiffness, damping = coefficients(e, p, home, in_contact)
     constant = (stiffness - 1.0) * support_position(p, home) if in_contact else 0.0
     first = mean = 0.0

@@ -33,6 +33,8 @@ MAX_EVENTS = 200_000
 SIDE = {1: 1, 2: -1}
 # An event of what else moves (`reference_housing`), beside supports and the turn, 0, of the mass.
 OTHER = -2
+# The force of a support that only pushes falls to zero, or rises from it.
+FORCE = -3
 # Relative difference below which two velocities of a periodic motion are equal.
 VELOCITY_TOLERANCE = Decimal("1e-34")
 
@@ -41,7 +43,8 @@ VELOCITY_TOLERANCE = Decimal("1e-34")
 class ReferenceMotion:
     """A motion to 20 digits or more.
 
-    events : (tau, kind, support, velocity); kind is one of in, out, impact, turn, stick, slip, rest, release, graze.
+    events : (tau, kind, support, velocity); kind is one of in, out, impact, turn, stick, slip, rest, release, graze,
+        unload, reload.
     states : (x, v) at the requested times.
     """
 
@@ -67,6 +70,8 @@ class ReferenceSolver(MassAlone):
         self.restitution = {1: Decimal(exciter.R1), 2: Decimal(exciter.R2)}
         self.stiffness = {1: Decimal(exciter.k1), 2: Decimal(exciter.k2)}
         self.damping = {1: Decimal(exciter.h1), 2: Decimal(exciter.h2)}
+        contacts = {1: (exciter.contact_1, exciter.h1), 2: (exciter.contact_2, exciter.h2)}
+        self.pushes = {support for support, values in contacts.items() if min(values) > 0}
         self.half_distance = Decimal(exciter.l)
         self.fastest = self.nu * (TWO if exciter.f2 else ONE)
         self.reach = ONE / max(self.fastest, self.h, ONE)
@@ -87,7 +92,8 @@ class ReferenceSolver(MassAlone):
                 twice = TWO * self.nu
                 self.parts.append((self.f2 * sine, twice * self.f2 * cosine, twice))
             self.touched = 1 if self.x >= self.bound[1] else 2 if self.x <= self.bound[2] else 0
-            self.pressed, self.direction, self.zeros = 0, ZERO, 0
+            self.pressed, self.loose, self.direction, self.zeros = 0, 0, ZERO, 0
+            self.switched = False
             self.last_contact: dict[int, tuple[Decimal, Decimal, int]] = {}
             self.begin()
             self.arrive() if self.touched else self.depart()
@@ -148,7 +154,7 @@ class ReferenceSolver(MassAlone):
             if self.v == 0:
                 self.depart()
                 return
-            self.pressed = support if side * self.v > 0 else 0
+            self.pressed, self.loose = support if side * self.v > 0 else 0, 0
             self.log("in" if self.pressed else "out", support, self.v)
             self.direction, self.zeros = ONE.copy_sign(self.v), 0
         elif self.sticks(support):
@@ -296,10 +302,11 @@ class ReferenceSolver(MassAlone):
         if self.zeros == 2:
             x[2] = ZERO
         span, kind = reach, -1
+        beyond = self.pressed or self.loose
         for support, side in SIDE.items():
-            if self.pressed and support != self.pressed:
+            if (beyond and support != beyond) or self.pressed in self.pushes:
                 continue
-            way = -side if self.pressed else side
+            way = -side if beyond else side
             gap = [way * (self.bound[support] - x[0]), *(-way * c for c in x[1:])]
             start = self.zeros + 1 if support == self.touched else 0
             t = first_zero(gap[start:], span, self.reach)
@@ -309,17 +316,34 @@ class ReferenceSolver(MassAlone):
                 [self.direction * c for c in derivative(x)[self.zeros :]], span, self.reach
             )
             span, kind = (span, kind) if t is None else (t, 0)
+        t = self.force_zero(x, span)
+        span, kind = (span, kind) if t is None else (t, FORCE)
         t = self.other_event(x, span)
         span, kind = (span, kind) if t is None else (t, OTHER)
         self.pass_time(span, x)
         self.v = value_at(derivative(x), span)
         self.x = self.bound[kind] if kind > 0 else value_at(x, span)
-        self.touched, self.zeros = max(kind, 0), 0
+        self.touched, self.zeros, self.switched = max(kind, 0), 0, kind == FORCE
         if kind > 0:
             self.arrive()
         elif kind == 0:
             self.v = ZERO
             self.log("turn")
             self.depart()
+        elif kind == FORCE:
+            self.log("unload" if self.pressed else "reload", self.pressed or self.loose, self.v)
+            self.pressed, self.loose = self.loose, self.pressed
         elif kind == OTHER:
             self.otherwise()
+
+    def force_zero(self, x: Series, span: Decimal) -> Decimal | None:
+        """Return when the force of a support that only pushes falls to zero or rises from it, along a series of x."""
+        support = self.pressed or self.loose
+        if support not in self.pushes:
+            return None
+        way = SIDE[support] * (1 if self.pressed else -1)
+        depth, rate = [x[0] - self.bound[support], *x[1:]], derivative(x)
+        k, h = self.stiffness[support], self.damping[support]
+        force = [way * (k * depth[n] + h * c) for n, c in enumerate(rate)]
+        start = 1 if self.switched else self.zeros if support == self.touched else 0
+        return first_zero(force[start:], span, self.reach)

@@ -134,6 +134,9 @@ def build_method(method: str, value: float, motion: BenchmarkMotion) -> Candidat
         return Outcome.NOT_INSTALLED
     if method == "solve_nivp" and not is_for_nivp(motion, value):
         return Outcome.NOT_TRIED
+    e = motion.exciter
+    if method not in (*OWN_METHODS, "exact") and max(e.contact_1, e.contact_2) > 0.0:
+        return Outcome.NOT_TRIED  # none of them is told when a support lets go
     return build(method, value, motion)
 
 

@@ -9,9 +9,15 @@ from vibropipe.compiler import jit
 from vibropipe.march.grid import phase_at
 from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
-from vibropipe.march.piece_state import coefficients, direction_of, is_in_contact
+from vibropipe.march.piece_state import coefficients, direction_of, is_beyond, is_in_contact
 from vibropipe.march.roots import NONE, STRIDE_LIMIT, first_root, gap
-from vibropipe.march.state import FLIGHT, LEAVES_BY_ACCELERATION, LEAVES_BY_SNAP
+from vibropipe.march.state import (
+    FLIGHT,
+    LEAVES_BY_ACCELERATION,
+    LEAVES_BY_SNAP,
+    RELOADS,
+    UNLOADS,
+)
 from vibropipe.physics.decay import ALIVE, Decay, decay_of
 from vibropipe.physics.flow import REACH
 from vibropipe.physics.friction import friction_of
@@ -22,14 +28,16 @@ from vibropipe.physics.housing import (
 from vibropipe.physics.load import force_at, force_value, no_force
 from vibropipe.physics.stiffness import (
     damping_of,
+    only_pushes,
     piece_mean_acceleration,
     piece_rate,
     piece_taylor,
     stiffness_of,
 )
 
-# What ends a step: nothing, the near or the far support of the frame, a zero of the velocity.
-NOTHING, NEAR, FAR, ZERO = range(4)
+# What ends a step: nothing, the near or the far support of the frame, a zero of the velocity, or one of the force of a
+# support that only pushes, falling or rising.
+NOTHING, NEAR, FAR, ZERO, FORCE_ENDS, FORCE_BEGINS = range(6)
 # Bisections for the time of the largest force, whose value then has an error of the square of theirs.
 BISECTIONS = 30
 # Steps of Newton's method for the length of a Newmark step, and its last correction as a share of that length.
@@ -51,8 +59,11 @@ class Piece(NamedTuple):
         Sign of the velocity, in the frame.
     in_contact : bool
         Whether a soft support acts.
-    gap_power, velocity_power : int
-        Power of time with which the gap to `home`, and the velocity, leave zero; 0 where they are not zero.
+    lets_go : bool
+        Whether the mass is beyond a support that only pushes.
+    gap_power, velocity_power, force_power : int
+        Power of time with which the gap to `home`, the velocity, and the force of such a support leave zero; 0 where
+        they are not zero.
     factor : float
         Of the force: 1, or 1 + kappa where a housing slides; stiffness, damping and load have it.
     """
@@ -62,8 +73,10 @@ class Piece(NamedTuple):
     load: float
     direction: float
     in_contact: bool
+    lets_go: bool
     gap_power: int
     velocity_power: int
+    force_power: int
     factor: float
 
 
@@ -80,7 +93,15 @@ def piece_at(e, p, frame, state) -> Piece:
     load, factor = frame.load - friction_of(e, p) * direction, inertia_factor(p, state.housing)
     if e.housing is not None:
         stiffness, damping, load = factor * stiffness, factor * damping, factor * load
-    return Piece(stiffness, damping, load, direction, in_contact, gap_power, velocity_power, factor)
+    lets_go, force_power = False, 0
+    if e.no_pull is not None and is_beyond(e, p, state):
+        lets_go = only_pushes(e, p, state.home)
+        starts = state.mode == UNLOADS or state.mode == RELOADS
+        force_power = 1 if starts else velocity_power if state.y == 0.0 else 0
+    return Piece(
+        stiffness, damping, load, direction, in_contact, lets_go,
+        gap_power, velocity_power, force_power, factor,
+    )  # fmt: skip
 
 
 @jit
@@ -140,7 +161,34 @@ def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
 
 
 @jit
-def first_event(e, frame, piece, has_friction, c, span, work, counts):
+def fill_support_force(p, home, c, dt, work) -> None:
+    """Fill work, (c.size - 1,), with the polynomial of stiffness y + damping y' of a soft support on the piece of c."""
+    stiffness, damping = stiffness_of(p, home), damping_of(p, home) / dt
+    for n in range(work.size):
+        work[n] = stiffness * c[n] + damping * (n + 1) * c[n + 1]
+
+
+@jit
+def first_event_beyond(p, home, piece, c, span, dt, work, counts):
+    """Locate the first event of a piece beyond a support that only pushes: as `first_event` does."""
+    fill_support_force(p, home, c, dt, work)
+    power, sign = min(piece.force_power, work.size - 1), -1.0 if piece.in_contact else 1.0
+    if power == 1 and work[1] * sign <= 0.0:
+        # By rounding, or where the force only touches zero.
+        work[1], power = 0.0, 2
+    theta, kind = first_root(work, power, sign, 0.0, 0.0, span, counts)
+    event = NOTHING
+    if kind != NONE:
+        event = FORCE_ENDS if piece.in_contact else FORCE_BEGINS
+    if not piece.in_contact and kind != STRIDE_LIMIT:
+        other, other_kind = first_root(c, power - power, -1.0, 0.0, 0.0, span, counts)
+        if other_kind != NONE and (kind == NONE or other <= theta):
+            theta, event, kind = other, NEAR, other_kind
+    return theta, event, kind
+
+
+@jit
+def first_event(e, p, home, frame, piece, has_friction, c, span, dt, work, counts):
     """Locate the first event of a piece within `span`.
 
     Returns (theta, event, kind): theta in steps of the polynomial, kind of `roots.first_root`, STRIDE_LIMIT where a
@@ -148,7 +196,9 @@ def first_event(e, frame, piece, has_friction, c, span, work, counts):
     """
     power = min(piece.gap_power, c.size - 1)
     theta, event, kind = span, NOTHING, NONE
-    if piece.in_contact:
+    if e.no_pull is not None and piece.lets_go:
+        theta, event, kind = first_event_beyond(p, home, piece, c, span, dt, work, counts)
+    elif piece.in_contact:
         theta, kind = first_root(c, power, -1.0, 0.0, 0.0, span, counts)
         event = NEAR if kind != NONE else NOTHING
     else:
@@ -207,6 +257,15 @@ def follow_contact(p, home, contact, c, theta, dt) -> None:
 
 
 @jit
+def support_force_at(p, home, c, dt, theta):
+    """Return stiffness y + damping y' of a soft support, and its slope by theta, on the piece of c."""
+    damping = damping_of(p, home) / dt
+    value, slope, curvature, _third = gap(c, 0, 1.0, 0.0, theta)
+    stiffness = stiffness_of(p, home)
+    return stiffness * value + damping * slope, stiffness * slope + damping * curvature
+
+
+@jit
 def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c, housing) -> float:
     """Return the length of the Newmark step that ends at an event, and fill c with that step.
 
@@ -215,7 +274,7 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
     housing : `HousingLog` or None.
     """
     target, way = (frame.far, 1.0) if event == FAR else (frame.near, -1.0)
-    if piece.in_contact:
+    if piece.in_contact or piece.lets_go:
         way = 1.0
     length = theta
     for _ in range(MAX_STEPS):
@@ -223,6 +282,9 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
         value, slope, curvature, _third = gap(c, 0, 1.0, -target, length)
         if event == ZERO:
             value, slope, way = slope, curvature, -piece.direction
+        if e.no_pull is not None and event in (FORCE_ENDS, FORCE_BEGINS):
+            value, slope = support_force_at(p, state.home, c, dt, length)
+            way = 1.0 if event == FORCE_ENDS else -1.0
         if e.housing is not None and event >= SLIP_UP:
             value, slope = housing_margin(
                 housing, e, p, grid, frame, piece, state, event, length, dt, c

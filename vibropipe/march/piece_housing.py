@@ -23,7 +23,7 @@ from vibropipe.physics.load import NEVER, force_at, force_value
 
 # What ends a step, beside the events of the mass (`piece_events`): a held housing slips either way, a sliding one has
 # no velocity; the force on a held one touches the friction, which only divides the step.
-SLIP_UP, SLIP_DOWN, STOP, TOUCHES = 4, 5, 6, 7
+SLIP_UP, SLIP_DOWN, STOP, TOUCHES = 6, 7, 8, 9
 # Degree of the polynomial of Newmark's method.
 NEWMARK_DEGREE = 2
 # Share of a step within which such a touch is the one that the step begins with.

@@ -13,14 +13,16 @@ from vibropipe.physics.flow import DEGREE
 # What begins a piece: the march; entering and leaving a soft support; an impact on a rigid one or the tail of a
 # chatter; a zero of the velocity, after which it goes on, or is held; the end of that; a rest and its release; a touch
 # without velocity.
-# The last two are events of a housing: it is no longer held, or its velocity has a zero, after which it is held or
-# slides on. They are numpy integers because numba compiles another copy of a kernel for each literal constant.
+# Of a housing: it is no longer held, or its velocity has a zero, after which it is held or slides on. Of a support that
+# only pushes: its force falls to zero, and rises from it again. They are numpy integers because numba compiles another
+# copy of a kernel for each literal constant.
 BEGIN, ENTER, LEAVE, IMPACT, TURN, STICK, SLIP, REST_BEGINS, RELEASE, TOUCH = map(
     np.int64, range(10)
 )
-HOUSING_SLIP, HOUSING_STOP = np.int64(10), np.int64(11)
-# What a piece is: free flight, contact with a soft support, held by friction, at rest on a support.
-FREE, CONTACT, HELD, RESTING = range(4)
+HOUSING_SLIP, HOUSING_STOP, UNLOAD, RELOAD = map(np.int64, range(10, 14))
+# What a piece is: free flight, contact with a soft support, held by friction, at rest on a support, and free flight
+# beyond a support that only pushes.
+FREE, CONTACT, HELD, RESTING, BEYOND = range(5)
 # Columns of `values` and of `codes`.
 AT, SPAN, Y, W, Y_END, W_END = range(6)
 CAUSE, FORM, HOME, DIRECTION = range(4)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import grid_time, phase_at
-from vibropipe.march.piece_log import CONTACT, FREE, HELD, RESTING
+from vibropipe.march.piece_log import BEYOND, CONTACT, FREE, HELD, RESTING
 from vibropipe.march.state import (
     ACCELERATION_ROUNDING,
     DOWN_BY_ACCELERATION,
@@ -18,6 +18,8 @@ from vibropipe.march.state import (
     LEAVES_BY_VELOCITY,
     REST,
     STUCK,
+    UNLOADED,
+    UNLOADS,
     State,
     departure_mode,
     initial_state,
@@ -34,7 +36,7 @@ from vibropipe.physics.housing import (
     total_load,
 )
 from vibropipe.physics.load import force_at, force_rate, force_value, largest_force
-from vibropipe.physics.stiffness import damping_of, is_soft, stiffness_of
+from vibropipe.physics.stiffness import damping_of, is_soft, only_pushes, stiffness_of
 
 
 @jit
@@ -48,21 +50,47 @@ def direction_of(state) -> float:
 
 
 @jit
-def is_in_contact(e, p, state) -> bool:
-    """Return whether the soft support `home` acts on the mass, or is about to."""
+def is_beyond(e, p, state) -> bool:
+    """Return whether the mass is beyond the soft support `home`, or is about to be."""
     if not is_soft(e, p, state.home):
         return False
     return state.y < 0.0 or (state.y == 0.0 and direction_of(state) < 0.0)
 
 
 @jit
+def is_in_contact(e, p, state) -> bool:
+    """Return whether the soft support `home` acts on the mass, or is about to."""
+    return is_beyond(e, p, state) and not is_unloaded(e, state)
+
+
+@jit_inline
+def is_unloaded(e, state) -> bool:
+    """Return whether a mass is free of the support that it is beyond, which only pushes."""
+    if e.no_pull is None:
+        return False
+    return state.mode in (UNLOADS, UNLOADED)
+
+
+@jit
+def mode_beyond(e, p, home, y, w) -> int:
+    """Return the mode of a mass that moves beyond a soft support: free of one that only pushes where it would pull."""
+    if e.no_pull is None:
+        return FLIGHT
+    if only_pushes(e, p, home) and stiffness_of(p, home) * y + damping_of(p, home) * w > 0.0:
+        return UNLOADED
+    return FLIGHT
+
+
+@jit
 def form_of(e, p, state) -> int:
-    """Return what the piece of a state is: FREE, CONTACT, HELD or RESTING."""
+    """Return what the piece of a state is: FREE, CONTACT, HELD, RESTING or BEYOND."""
     if state.mode == REST:
         return RESTING
     if state.mode == STUCK:
         return HELD
-    return CONTACT if is_in_contact(e, p, state) else FREE
+    if not is_beyond(e, p, state):
+        return FREE
+    return BEYOND if is_unloaded(e, state) else CONTACT
 
 
 @jit
@@ -223,6 +251,8 @@ def piece_state(e, p, grid, at, home, y, w, housing):
     mode = FLIGHT
     if home > 0 and y == 0.0:
         mode = LEAVES_BY_VELOCITY if w > 0.0 else IMPACTS_AT_START
+    elif home > 0 and y < 0.0:
+        mode = mode_beyond(e, p, home, y, w)
     state = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
     return with_housing(e, p, grid, state, housing)
 

@@ -6,7 +6,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.contacts import apply_impact, impact_at_start, resolve_departure, support_at
 from vibropipe.march.grid import Instant, turns_at
 from vibropipe.march.log import log_grazing, log_impact, log_rest
-from vibropipe.march.piece_events import NEAR, ZERO
+from vibropipe.march.piece_events import FAR, FORCE_BEGINS, FORCE_ENDS, ZERO
 from vibropipe.march.piece_housing import SLIP_UP, STOP
 from vibropipe.march.piece_log import (
     BEGIN,
@@ -18,11 +18,13 @@ from vibropipe.march.piece_log import (
     LEAVE,
     PIECES,
     RELEASE,
+    RELOAD,
     REST_BEGINS,
     SLIP,
     STICK,
     TOUCH,
     TURN,
+    UNLOAD,
     UNSEEN,
     begin_contact,
     begin_housing,
@@ -34,7 +36,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.march.piece_state import (
     direction_of,
     form_of,
-    is_in_contact,
+    is_beyond,
     resume,
     state_with,
     way_without_velocity,
@@ -44,8 +46,10 @@ from vibropipe.march.state import (
     FLIGHT,
     IMPACTS_AT_START,
     LEAVES_BY_VELOCITY,
+    RELOADS,
     REST,
     STUCK,
+    UNLOADS,
     State,
 )
 from vibropipe.physics.contact import support_position, to_velocity
@@ -75,12 +79,12 @@ def speed_rounding(p, grid, home, w):
 def begin(e, p, grid, log, cause, state):
     """Log the piece that a state begins, and the contact with a soft support that begins or ends there."""
     pieces = log.pieces
-    was_in_contact, is_pressed = pieces.contact[IS_OPEN] > 0.0, is_in_contact(e, p, state)
+    was_beyond, is_there = pieces.contact[IS_OPEN] > 0.0, is_beyond(e, p, state)
     position = turns_at(grid, state)
     velocity = to_velocity(state.home, state.w)
-    if was_in_contact and not is_pressed:
+    if was_beyond and not is_there:
         end_contact(pieces, velocity)
-    if is_pressed and not was_in_contact:
+    if is_there and not was_beyond:
         log_impact(log, position, state.home, velocity, 0.0)
         begin_contact(pieces, -damping_of(p, state.home) * state.w)
     form, direction = form_of(e, p, state), direction_of(state)
@@ -94,7 +98,7 @@ def start(e, p, grid, log, state, end):
     if state.mode != IMPACTS_AT_START:
         # A contact that begins here without velocity is logged; another one was, in the march before.
         contact, is_old = log.pieces.contact, state.y != 0.0 or state.w != 0.0
-        if not (is_old and is_in_contact(e, p, state)):
+        if not (is_old and is_beyond(e, p, state)):
             contact[IS_OPEN] = 0.0
         elif contact[IS_OPEN] == 0.0:
             contact[IS_OPEN] = UNSEEN
@@ -228,21 +232,27 @@ def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
         cause = STICK if after.mode == STUCK else cause
         begin(e, p, grid, log, cause, after)
         return after
-    side = support_at(home, event == NEAR)
-    approach = -w if event == NEAR else w
-    if piece.in_contact:
-        approach = -approach
+    if e.no_pull is not None and event in (FORCE_ENDS, FORCE_BEGINS) and y < 0.0:
+        ends = event == FORCE_ENDS
+        mode, cause = (UNLOADS, UNLOAD) if ends else (RELOADS, RELOAD)
+        after = State(period, step, at, home, y, w, mode, 0.0, state.housing)
+        after = with_housing(e, p, grid, after, state.housing)
+        begin(e, p, grid, log, cause, after)
+        return after
+    leaves = piece.in_contact or piece.lets_go
+    side = support_at(home, event != FAR)
+    approach = w if event == FAR or leaves else -w
     if is_grazing or not approach > speed_rounding(p, grid, home, state.w):
         approach = 0.0
     if not is_soft(e, p, side):
         return touch_rigid(e, p, grid, state, at, side, approach, end, log)
     if approach == 0.0:
-        if not piece.in_contact:
+        if not leaves:
             log_grazing(log, turns_at(grid, instant), side)
         after = resume(e, p, grid, instant, side, 0.0, state.housing)
         begin(e, p, grid, log, STICK if after.mode == STUCK else TOUCH, after)
         return after
-    if piece.in_contact:
+    if leaves:
         after = State(period, step, at, side, 0.0, approach, LEAVES_BY_VELOCITY, 0.0, state.housing)
         after = with_housing(e, p, grid, after, state.housing)
         begin(e, p, grid, log, LEAVE, after)

@@ -28,6 +28,8 @@ from vibropipe.march.log import (
 )
 from vibropipe.march.piece_events import (
     FAR,
+    FORCE_BEGINS,
+    FORCE_ENDS,
     NEAR,
     NOTHING,
     ZERO,
@@ -54,9 +56,7 @@ from vibropipe.march.piece_log import (
     extend_piece,
     is_full_of_pieces,
 )
-from vibropipe.march.piece_state import (
-    is_in_contact,
-)
+from vibropipe.march.piece_state import is_beyond, is_unloaded
 from vibropipe.march.piece_still import advance_held, advance_resting, hold, next_instant
 from vibropipe.march.piece_transitions import (
     after_event,
@@ -72,6 +72,7 @@ from vibropipe.march.state import (
     FLIGHT,
     REST,
     STUCK,
+    UNLOADED,
     State,
     is_before,
     is_watched,
@@ -79,7 +80,7 @@ from vibropipe.march.state import (
 from vibropipe.physics.contact import frame_at, to_velocity
 from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.housing import moved
-from vibropipe.physics.stiffness import is_soft
+from vibropipe.physics.stiffness import damping_of, is_soft, stiffness_of
 from vibropipe.words.status import Status
 
 # Time, in steps, within which a mass has not started to move if it stops again.
@@ -92,9 +93,15 @@ SUPPORT_REACHED, ROOT_BOUND = int(Status.SUPPORT_REACHED), int(Status.ROOT_BOUND
 
 
 @jit
-def missed_event(frame, piece, has_friction, y, w):
+def missed_event(e, p, home, frame, piece, has_friction, y, w):
     """Return the event that the end (y, w) of a step shows to have happened within rounding of that end."""
-    if piece.in_contact:
+    if e.no_pull is not None and piece.lets_go:
+        force = stiffness_of(p, home) * y + damping_of(p, home) * w
+        if piece.in_contact and force >= 0.0:
+            return FORCE_ENDS
+        if not piece.in_contact and (y >= 0.0 or force <= 0.0):
+            return NEAR if y >= 0.0 else FORCE_BEGINS
+    elif piece.in_contact:
         if y >= 0.0:
             return NEAR
     elif frame.to_near and y <= frame.near:
@@ -122,7 +129,7 @@ def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
         return False
     if event == ZERO:
         return True
-    return event < SLIP_UP and is_soft(e, p, support_at(state.home, event == NEAR))
+    return event < SLIP_UP and is_soft(e, p, support_at(state.home, event != FAR))
 
 
 @jit
@@ -150,7 +157,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     log.counts[POLYNOMIALS] += 1
     has_friction = e.friction is not None and p.friction > 0.0
     theta, event, kind = first_event(
-        e, frame, piece, has_friction, c, span, log.pieces.work, log.counts
+        e, p, state.home, frame, piece, has_friction, c, span, dt, log.pieces.work, log.counts
     )
     if kind != STRIDE_LIMIT:
         other, other_event, other_kind = first_housing_event(
@@ -174,7 +181,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     w *= parts
     # After a contact at the end of a step no time is left in it: the mass departs in the next one.
     if event == NOTHING and theta > 0.0:
-        event = missed_event(frame, piece, has_friction, y, w)
+        event = missed_event(e, p, state.home, frame, piece, has_friction, y, w)
         kind = NONE
     at = limit
     if event != NOTHING or not is_whole:
@@ -183,7 +190,9 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
         follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
     at_step, first = state.period * grid.steps + state.step, log.counts[SAMPLES]
     record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, at, parts)
-    home, mode = state.home, FLIGHT if theta > 0.0 else state.mode
+    home, mode = state.home, state.mode
+    if theta > 0.0:
+        mode = UNLOADED if is_unloaded(e, state) else FLIGHT
     housing = moved(p, state.housing, theta * dt, frame.sigma * (y - state.y), to_velocity(home, w))
     speed = largest_housing_speed(log.pieces.housing, p, frame.sigma, state.housing, c, dt, theta)
     keep_housing(log, samples, first, p, grid, state, housing, speed)
@@ -209,7 +218,7 @@ def impact_of_end(e, p, grid, state, end, log):
     if state.mode != FLIGHT or state.w == 0.0:
         return state
     side = support_at(state.home, state.w < 0.0)
-    if is_in_contact(e, p, state) or is_soft(e, p, side):
+    if is_beyond(e, p, state) or is_soft(e, p, side):
         return state
     after = impact_at_end(e, p, grid, state, end, log)
     if after.home != state.home or after.mode != FLIGHT:

@@ -31,6 +31,8 @@ from vibropipe.physics.load import (
 # the leading derivative of the gap, the number the power of time with which the gap begins to grow. DOWN_BY_*: the
 # same towards the home, or past a soft one. Away from supports they say how a mass without velocity starts to move.
 # IMPACTS_AT_START: a start on a support with a velocity into it. REST: sticking to a support. STUCK: held by friction.
+# UNLOADS, UNLOADED: beyond a soft support that only pushes, and free of it, from the instant on at which its force is
+# zero, and later. RELOADS: at the instant at which it begins to push again.
 (
     FLIGHT,
     LEAVES_BY_VELOCITY,
@@ -43,7 +45,10 @@ from vibropipe.physics.load import (
     IMPACTS_AT_START,
     REST,
     STUCK,
-) = range(11)
+    UNLOADS,
+    UNLOADED,
+    RELOADS,
+) = range(14)
 # Rounding of a phase, in turns: times closer than this are one instant.
 TIME_TOLERANCE = 1e-13
 # Twice the height of the lowest hop that is marched, as a share of l; the height is the rounding of x. Where R = 1
@@ -68,7 +73,7 @@ class State(NamedTuple):
     y, w : float
         Distance from `home` and its derivative by tau.
     mode : int
-        FLIGHT to STUCK; w < 0 where it is IMPACTS_AT_START.
+        FLIGHT to RELOADS; w < 0 where it is IMPACTS_AT_START.
     rest_start : float
         Start of a rest, or of a stick, in forcing periods; read in the modes REST and STUCK only.
     housing : Housing or None

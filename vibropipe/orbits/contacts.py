@@ -12,6 +12,7 @@ from vibropipe.march.log import clear_log
 from vibropipe.march.loop import OK, march
 from vibropipe.march.piece_log import (
     AT,
+    BEYOND,
     CAUSE,
     FORM,
     HELD,
@@ -33,7 +34,7 @@ from vibropipe.orbits.piece_terms import load_of_piece
 from vibropipe.orbits.pieces import end_of_piece
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import reaction_integral
-from vibropipe.physics.stiffness import is_soft, stiffness_of
+from vibropipe.physics.stiffness import damping_of, is_soft, stiffness_of
 
 # Columns of a contact, those of `PieceLog.leaves`: velocity after it, duration, largest force, largest depth. One more,
 # if there is room for it, has the impulse that the support takes.
@@ -46,13 +47,16 @@ MAX_CONTACT_PERIODS = 256
 def impulse_of_contact(e, p, pieces):
     """Return the impulse that a soft support takes over the logged pieces of a contact, up to its end if it is logged.
 
-    The damper takes none over a whole contact, which ends at the depth at which it began.
+    The damper takes none over a whole contact, which ends at the depth at which it began, unless the support lets go
+    before.
     """
     impulse = 0.0
     for i in range(pieces.counts[PIECES]):
         home, values = pieces.codes[i, HOME], pieces.values
         if pieces.codes[i, CAUSE] == LEAVE:
             break
+        if pieces.codes[i, FORM] == BEYOND:
+            continue
         if pieces.codes[i, FORM] == HELD:
             impulse -= stiffness_of(p, home) * values[i, Y] * values[i, SPAN]
             continue
@@ -66,6 +70,8 @@ def impulse_of_contact(e, p, pieces):
             reaction = reaction_integral(p, 0, ONE_PERIOD, values[i, AT], end).real
             total += sigma * reaction * forcing_period(p)
         impulse += stiffness_of(p, home) * total / stiffness
+        if e.no_pull is not None:
+            impulse -= damping_of(p, home) * (values[i, Y_END] - values[i, Y])
     return impulse
 
 

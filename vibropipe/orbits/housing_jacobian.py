@@ -13,6 +13,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
     AT,
     BEGIN,
+    BEYOND,
     CAUSE,
     CONTACT,
     ENTER,
@@ -202,7 +203,7 @@ def jacobian_with_housing(e, p, pieces):
             multiply(factor, total, log.room)
         constrain(p, pieces, i, total)
         form = pieces.codes[i, FORM]
-        if form in (FREE, CONTACT):
+        if form in (FREE, CONTACT, BEYOND):
             terms = terms_of(e, p, pieces, i)
             e11, e12, e21, e22 = piece_flow(terms.stiffness, terms.damping, pieces.values[i, SPAN])
             for column in range(3):

@@ -10,6 +10,7 @@ from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
     AT,
     BEGIN,
+    BEYOND,
     CAUSE,
     CONTACT,
     DIRECTION,
@@ -65,9 +66,9 @@ STRETCH = 32.0
 def saltation_of_piece(e, p, pieces, i):
     """Return the saltation matrix (s11, s12, s21, s22) at the event that begins piece i.
 
-    Entering and leaving a soft support changes the acceleration by its damping; a turn reverses the friction; a stick
-    takes the velocity, and keeps the displacement. A slip begins without velocity and, unless static friction is larger
-    than kinetic, without acceleration: the flow is smooth.
+    Entering and leaving a soft support changes the acceleration by its damping, unless that let go before; a turn
+    reverses the friction; a stick takes the velocity, and keeps the displacement. A slip begins without velocity and,
+    unless static friction is larger than kinetic, without acceleration: the flow is smooth.
 
     References
     ----------
@@ -78,7 +79,8 @@ def saltation_of_piece(e, p, pieces, i):
     if cause == STICK or (cause == BEGIN and codes[i, FORM] == HELD):
         return 1.0, 0.0, 0.0, 0.0
     if cause in (ENTER, LEAVE):
-        damping = damping_of(p, home)
+        # A support that has let go before does not act where the mass leaves.
+        damping = 0.0 if cause == LEAVE and codes[i - 1, FORM] == BEYOND else damping_of(p, home)
         return 1.0, 0.0, -damping if cause == ENTER else damping, 1.0
     if cause in (TURN, IMPACT):
         force, _rate, _scale = net_force(e, p, home, values[i, Y], values[i, AT])
@@ -112,7 +114,7 @@ def jacobian_of_pieces(e, p, pieces):
             return 0.0, 0.0, 0.0, 0.0
         s11, s12, s21, s22 = saltation_of_piece(e, p, pieces, i)
         j11, j12, j21, j22 = product(s11, s12, s21, s22, j11, j12, j21, j22)
-        if form in (FREE, CONTACT):
+        if form in (FREE, CONTACT, BEYOND):
             stiffness, damping = coefficients(e, p, home, form == CONTACT)
             e11, e12, e21, e22 = piece_flow(stiffness, damping, pieces.values[i, SPAN])
             j11, j12, j21, j22 = product(e11, e12, e21, e22, j11, j12, j21, j22)
@@ -239,6 +241,10 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     friction = friction_of(e, p)
     if e.friction is not None:
         sums.energy[4] += friction * abs(pieces.values[i, Y_END] - y)
+    if form == BEYOND:
+        # What the spring stores when the support lets go is lost in its damper.
+        last = pieces.values[i, Y_END]
+        sums.energy[1 + home] += 0.5 * stiffness_of(p, home) * (y - last) * (y + last)
     terms = terms_of(e, p, pieces, i)
     steps = steps_of_span(p, terms.stiffness, terms.damping, span, e.second_harmonic)
     if steps <= MANY_STEPS:

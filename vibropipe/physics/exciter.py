@@ -103,6 +103,10 @@ class Exciter(_OfRecords, Written):
         Stiffness and damping of soft supports, >= 0: beyond support i, at x = b, the force ki (x - b) + hi x' acts on
         the mass. A support with ki = 0 is rigid and has hi = 0. Beside ki > 0, a hi that is left out (None) is what Ri
         gives (`physics.restitution`): hi = 2 z sqrt(ki), z = -ln Ri / sqrt(pi^2 + ln^2 Ri), which is 0 for Ri = 1.
+    contact_1, contact_2 : "pull" or "no_pull"
+        Whether a soft support acts until its gap opens, so that its damper pulls at the end of a contact, or lets go
+        where its force is zero and pushes again where it rises from zero. Held as the number 0 or 1. A rigid support,
+        or one without damping, never pulls.
     load : float
         Constant force; it moves the equilibrium to x = load.
     friction : float

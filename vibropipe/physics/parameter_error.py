@@ -80,7 +80,9 @@ def as_float(name: str, value: Any, allowed: str) -> float:
 
 
 def number_within(name: str, value: Any, within: Range) -> float:
-    """Return `value` as a float that lies in a range, or raise a ParameterError naming it."""
+    """Return `value`, or the number of the word that it is, as a float in a range, or raise a ParameterError."""
+    if isinstance(value, str) and value in within.words:
+        return float(within.words.index(value))
     number = as_float(name, value, within.text)
     if not within.contains(number):
         raise ParameterError(name, number, within.text)

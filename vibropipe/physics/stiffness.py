@@ -2,6 +2,8 @@
 
 With y = sigma (x - b_i), the gap, a contact is the linear motion y'' + (h + h_i) y' + (1 + k_i) y = load + sigma F at
 y < 0. It begins and ends at y = 0, where the spring is at rest, so velocity and displacement are continuous.
+One that only pushes acts while k_i y + h_i y' < 0: the mass is free between the zeros of that force, which is
+continuous there.
 """
 
 from __future__ import annotations
@@ -32,6 +34,14 @@ def is_soft(e, p, support) -> bool:
     if e.soft is None:
         return False
     return support > 0 and stiffness_of(p, support) > 0.0
+
+
+@jit_inline
+def only_pushes(e, p, support) -> bool:
+    """Return whether a soft support lets go of the mass before it would pull: one without damping never would."""
+    if e.no_pull is None:
+        return False
+    return (p.contact_1 if support == 1 else p.contact_2) > 0.0 and damping_of(p, support) > 0.0
 
 
 @jit

@@ -16,7 +16,7 @@ from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.physics.si import NO_HOUSING, TWICE_DAMPED
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.parameters import STARTS
+from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.records import FINITE
 
 LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
@@ -76,9 +76,16 @@ def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
     arrays = {}
     check_keys("over", over, (*Parameters._fields, *STARTS))
     for name, values in over.items():
-        array = np.atleast_1d(np.asarray(values, dtype=float))
+        words = PARAMETERS[name].range.words if name in PARAMETERS else ()
+        allowed = f"a non-empty list of {' or '.join(words) or 'finite numbers'}"
+        try:
+            plain = np.atleast_1d(np.asarray(values, dtype=object))
+            numbers = [words.index(value) if value in words else value for value in plain.tolist()]
+            array = np.array(numbers, dtype=float)
+        except (TypeError, ValueError):
+            raise ParameterError(f"over.{name}", values, allowed) from None
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():
-            raise ParameterError(f"over.{name}", values, "a non-empty list of finite numbers")
+            raise ParameterError(f"over.{name}", values, allowed)
         if np.unique(array).size != array.size:
             raise ParameterError(f"over.{name}", values, "values that differ from each other")
         arrays[name] = array

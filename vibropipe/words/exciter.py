@@ -20,8 +20,11 @@ from vibropipe.words.records import (
     Physical,
     Range,
     effect_record,
+    one_of,
     parameter_record,
 )
+
+CONTACTS = one_of("pull", "no_pull")
 
 
 class OfEffects:
@@ -54,6 +57,10 @@ class OfEffects:
         refusal="a housing that slides is",
         sentence="the housing that carries the supports slides against dry friction",
         occurs="mass_ratio is above 0",
+    )
+    no_pull: int | None = effect_record(
+        "contact = pull on the supports included", ("contact_1", "contact_2"),
+        calls=("contact_1", "contact_2"), sentence="a soft support lets go of the mass before it would pull",
     )
     shaker: int | None = effect_record(
         "shaker = 0", ("shaker",), calls=("shaker",), is_marched=False,
@@ -127,6 +134,18 @@ class OfExciter:
         "Damping of support 2, for k2 > 0", "damping",
         Physical("H2", "$H_2$", "H₂", key="Damping of support 2, for C2 > 0"),
         effect="soft", twin="h1", follows=True,
+    )
+    contact_1: float = parameter_record(
+        CONTACTS, 0.0, "$c_1$", "c₁", "whether soft support 1 may pull, 0, or lets go before, 1",
+        "support 1 lets go",
+        "Whether support 1, if soft and damped, pulls at the end of a contact, or lets go where its force is zero",
+        effect="no_pull", twin="contact_2",
+    )
+    contact_2: float = parameter_record(
+        CONTACTS, 0.0, "$c_2$", "c₂", "whether soft support 2 may pull, 0, or lets go before, 1",
+        "support 2 lets go",
+        "Whether support 2, if soft and damped, pulls at the end of a contact, or lets go where its force is zero",
+        effect="no_pull", twin="contact_1",
     )
     load: float = parameter_record(
         FINITE, 0.0, "$q$", "load", "constant force", "constant force",

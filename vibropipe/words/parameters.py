@@ -28,7 +28,7 @@ PARAMETERS: Mapping[str, Parameter] = {each.name: each for each in RECORDS}
 if TYPE_CHECKING:
     ParameterName = str
 else:
-    ParameterName = Literal[tuple(PARAMETERS)]
+    ParameterName = Literal[tuple(name for name in PARAMETERS if not PARAMETERS[name].range.words)]
 
 DEFAULTS: Mapping[str, float] = {
     name: entry.default for name, entry in PARAMETERS.items() if entry.default is not None
@@ -45,7 +45,10 @@ ACTED: Mapping[str, str] = {
 if len(ACTED) < sum(map(len, THROUGH_OTHERS.values())):
     raise ValueError(f"two parameters act on the same one: {THROUGH_OTHERS}")
 
-FOLLOWED = tuple(name for name in PARAMETERS if THROUGH_OTHERS.get(name) != {})
+CONTINUOUS = tuple(name for name, entry in PARAMETERS.items() if not entry.range.words)
+"""Parameters whose values are no words."""
+
+FOLLOWED = tuple(name for name in CONTINUOUS if THROUGH_OTHERS.get(name) != {})
 """Parameters along which orbits and bifurcations can be followed."""
 
 _FURTHER_EFFECTS = {each.name for each in EFFECTS if not each.is_common}

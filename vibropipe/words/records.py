@@ -10,12 +10,16 @@ from typing import Any
 
 @dataclass(frozen=True)
 class Range:
-    """Finite numbers from `low` to `high`: without `low` itself if `above`, without fractions if `whole`."""
+    """Finite numbers from `low` to `high`: without `low` itself if `above`, without fractions if `whole`.
+
+    words : where each number stands for a word, the words from that of 0 on
+    """
 
     low: float = -math.inf
     high: float = math.inf
     above: bool = False
     whole: bool = False
+    words: tuple[str, ...] = ()
 
     def contains(self, value: float) -> bool:
         """Return whether a number lies in the range; nan and infinities lie in none."""
@@ -25,7 +29,9 @@ class Range:
 
     @property
     def text(self) -> str:
-        """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8"."""
+        """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8", "pull or no_pull"."""
+        if self.words:
+            return " or ".join(self.words)
         low, high = (
             f"{end:g}".replace("e+0", "e").replace("e-0", "e-") for end in (self.low, self.high)
         )
@@ -40,6 +46,11 @@ class Range:
 
 FINITE, NOT_NEGATIVE, POSITIVE = Range(), Range(0), Range(0, above=True)
 FRACTION = Range(0, 1)
+
+
+def one_of(*words: str) -> Range:
+    """Return the range of a parameter whose values are words, the first of which is its default."""
+    return Range(0, len(words) - 1, whole=True, words=words)
 
 
 @dataclass(frozen=True)

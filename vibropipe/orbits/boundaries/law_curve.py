@@ -13,7 +13,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN, UNLOAD
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
 from vibropipe.orbits.branches.symmetry import halves_agree
@@ -94,7 +94,7 @@ class LawBoundary(LawZeros):
         self._no_columns = new_blocks(len(law.codes), 0, marcher.effects.housing)
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
-        is_linear = not np.isin(kinds, (ENTER, IMPACT, REST_BEGINS)).any()
+        is_linear = not np.isin(kinds, (ENTER, UNLOAD, IMPACT, REST_BEGINS)).any()
         # An orbit without contacts touches the nearer support, or both.
         self.touch = (of.ANY, 0.0, 0.0) if kind == GRAZINGS and is_linear else touch
 
@@ -308,7 +308,9 @@ def grazing_at(point: Point) -> Grazing | None:
     if int(point.tests[MARGIN]) != of.GAP or abs(point.tests[GAP]) > AT_END:
         return None
     piece, side, time = point.tests[[GAP_FLIGHT, GAP_SIDE, GAP_TIME]]
-    return None if acts_in(law, int(piece)) else touching(law, u, int(side), float(time))
+    if acts_in(law, int(piece)) or side == of.FORCE:
+        return None
+    return touching(law, u, int(side), float(time))
 
 
 def touching(law: Law, u: np.ndarray, side: int, time: float) -> Grazing:

@@ -19,9 +19,10 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import state_within
-from vibropipe.orbits.law.happenings import Happening, happenings, reference_of
+from vibropipe.orbits.law.happenings import Happening, happenings, only_pushes, reference_of
 from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_push, without_slide
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
+from vibropipe.orbits.law.push_edits import let_go, with_short_contact, without_slow
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT
 from vibropipe.physics.effects import Effects
 
@@ -74,10 +75,14 @@ def edits_of_mass(
     time, side, n = float(tests[GAP_TIME]), int(tests[GAP_SIDE]), len(events)
     if law.codes[0, CAUSE] == SECTION:
         events, index, n = [], -1, 0
-    if margin == of.SPEED:
+    if margin == of.SPEED and only_pushes(p, events[index].side):
+        yield from without_slow(events, index)
+    elif margin == of.SPEED:
         yield from without_contact(events, index, p)
     elif margin == of.SPAN:
         yield from _without_piece(events, index)
+    elif margin == of.GAP and side == of.FORCE:
+        yield _with(events, index, let_go(e, law, p, u, index, time))
     elif margin == of.GAP:
         # A flight that turns against friction turns at its end.
         for later, event in ((0.0, events[(index + 1) % n]), (law.span, events[0])) if n else ():
@@ -87,6 +92,9 @@ def edits_of_mass(
                 if later and law.mirrored:
                     side = 3 - side
         inside = bool(acts_in(law, index))
+        if only_pushes(p, side) and not inside:
+            yield with_short_contact(e, law, p, u, events, index, side, time)
+            return
         touched = list(_with_touch(p, events, index, side, time, inside))
         yield from touched
         if not law.mirrored:
@@ -210,7 +218,7 @@ def _with_touch(
     )
     if inside and is_soft:
         begin, end = end, begin
-    if inside and events[i].kind == STICK:
+    if inside and events and events[i].kind == STICK:
         slip = next((k for k in range(i + 1, len(events)) if events[k].kind == SLIP), -1)
         if 0 <= slip < len(events) - 1 and events[slip + 1].kind == LEAVE:
             yield from _leaving_first(events, slip, slip + 1)

@@ -7,6 +7,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from vibropipe.march.piece_log import (
+    BEYOND,
     CONTACT,
     ENTER,
     FREE,
@@ -16,11 +17,13 @@ from vibropipe.march.piece_log import (
     IMPACT,
     LEAVE,
     RELEASE,
+    RELOAD,
     REST_BEGINS,
     RESTING,
     SLIP,
     STICK,
     TURN,
+    UNLOAD,
 )
 from vibropipe.orbits.law.law import WAY, Law
 from vibropipe.orbits.law.sliding import way_of
@@ -34,11 +37,12 @@ class Happening(NamedTuple):
     ----------
     kind : int
     side : int
-        Support of a contact; direction of x' after a slip; else 0.
+        Support of a contact, or of its force; direction of x' after a slip; else 0.
     t : float
         Time in forcing periods.
     own : float
-        Velocity x' just before a contact or a slip of the housing; displacement at a turn, a stick or its stop.
+        Velocity x' just before a contact, an end of its force or a slip of the housing; displacement at a turn, a
+        stick or its stop.
     third : float
         Momentum q just before it where a housing slides; velocity x' where that stops.
     way : int or None
@@ -65,7 +69,7 @@ def happenings(law: Law, p: Any, u: np.ndarray) -> list[Happening]:
     listed = []
     for i, (kind, _form, home, direction, *_way) in enumerate(law.codes.tolist()):
         t, own, *third = u[i].tolist()
-        if kind in (ENTER, LEAVE, IMPACT, REST_BEGINS, RELEASE):
+        if kind in (ENTER, UNLOAD, RELOAD, LEAVE, IMPACT, REST_BEGINS, RELEASE):
             event = Happening(kind, home, t, own)
         elif kind == SLIP:
             event = Happening(kind, -direction if home == 1 else direction, t, 0.0)
@@ -89,7 +93,10 @@ def law_from(
 ) -> tuple[Law, np.ndarray] | None:
     """Return the law of some events and its unknowns (n, w); None if they cannot follow each other."""
     events = _rotated(events, span, mirrored)
-    home, inside, way, goes = 0, False, 0, 0
+    home, inside, way, goes = 0, FREE, 0, 0
+    if events and events[0].kind in (TURN, STICK):
+        # Without contacts nothing else says which way it comes: from the equilibrium.
+        way = 1 if events[0].own > 0.0 else -1
     width = 3 if p.mass_ratio > 0.0 else 2
     # What precedes the first event follows from the last: the second pass knows it.
     for passed in range(3):
@@ -109,10 +116,13 @@ def law_from(
             if width > 2 and goes:
                 u[i, 2] = third
             if kind in (ENTER, LEAVE, IMPACT, REST_BEGINS, RELEASE):
-                home, inside, rests = side, kind == ENTER, kind == REST_BEGINS
+                home, inside, rests = side, CONTACT if kind == ENTER else FREE, kind == REST_BEGINS
                 way = (1 if side == 1 else -1) * (1 if kind == ENTER else -1)
                 if rests:
                     way = 0
+            elif kind in (UNLOAD, RELOAD):
+                home, inside = side, BEYOND if kind == UNLOAD else CONTACT
+                way = -1 if side == 1 else 1
             elif kind == SLIP:
                 u[i, 1], is_held, way = 0.0, False, side
             elif kind != HOUSING_SLIP:
@@ -120,7 +130,7 @@ def law_from(
                 if kind != HOUSING_STOP:
                     is_held = kind == STICK
                     way = 0 if is_held else -way
-            form = RESTING if rests else HELD if is_held else CONTACT if inside else FREE
+            form = RESTING if rests else HELD if is_held else inside
             codes[i, :4] = kind, form, home, -way if home == 1 else way
             if width > 2:
                 goes = goes_on
@@ -149,8 +159,14 @@ def _may_move(event: Happening, before: int, after: int) -> bool:
     return before in (0, after)
 
 
-def _may_follow(kind: Any, side: int, piece: tuple[int, bool, bool, bool, int], p: Any) -> bool:
-    """Return whether an event may happen in a piece: its frame, contact, hold, rest, and direction of x'."""
+def only_pushes(p: Any, side: int) -> bool:
+    """Return whether a soft support lets go of the mass before it would pull."""
+    contact, damping = (p.contact_1, p.h1) if side == 1 else (p.contact_2, p.h2)
+    return bool(contact > 0.0 and damping > 0.0)
+
+
+def _may_follow(kind: Any, side: int, piece: tuple[int, int, bool, bool, int], p: Any) -> bool:
+    """Return whether an event may happen in a piece: its frame, form, hold, rest, and direction of x'."""
     home, inside, is_held, rests, way = piece
     if kind in (HOUSING_SLIP, HOUSING_STOP):
         return not rests
@@ -160,17 +176,22 @@ def _may_follow(kind: Any, side: int, piece: tuple[int, bool, bool, bool, int], 
         return is_held
     if is_held:
         return False
+    if inside == BEYOND or kind in (UNLOAD, RELOAD):
+        follows = {UNLOAD: CONTACT, RELOAD: BEYOND, LEAVE: BEYOND}.get(kind)
+        outwards = p.friction == 0.0 or way == (-1 if home == 1 else 1)
+        return side == home and inside == follows and only_pushes(p, home) and outwards
     if side and p.friction > 0.0 and way != (1 if (side == 1) == (kind != LEAVE) else -1):
         return False
     is_soft = side > 0 and (p.k1 if side == 1 else p.k2) > 0.0
     if kind in (ENTER, IMPACT, REST_BEGINS):
-        return not inside and is_soft == (kind == ENTER)
-    return (inside and side == home) if kind == LEAVE else True
+        return inside == FREE and is_soft == (kind == ENTER)
+    leaves = inside == CONTACT and side == home and not only_pushes(p, home)
+    return leaves if kind == LEAVE else True
 
 
 def _rotated(events: list[Happening], span: float, mirrored: int) -> list[Happening]:
-    """Return events from one on that may be first: a contact, else a turn or stick, else a stop of the housing."""
-    for kinds in ((ENTER, IMPACT, REST_BEGINS), (TURN, STICK), (HOUSING_STOP,)):
+    """Return events from one on that may be first: a contact, else an end of its force, a turn or stick, or a stop."""
+    for kinds in ((ENTER, IMPACT, REST_BEGINS), (UNLOAD,), (TURN, STICK), (HOUSING_STOP,)):
         for i, event in enumerate(events):
             if event.kind in kinds:
                 back = [e.image(span) if mirrored else e._replace(t=e.t + span) for e in events[:i]]

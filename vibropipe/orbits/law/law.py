@@ -22,10 +22,12 @@ from vibropipe.march.piece_log import (
     IMPACT,
     LEAVE,
     RELEASE,
+    RELOAD,
     REST_BEGINS,
     SLIP,
     STICK,
     TURN,
+    UNLOAD,
 )
 from vibropipe.physics.friction import jumps_at_slip
 
@@ -124,6 +126,12 @@ def width_of(housing):
 def is_contact(kind) -> bool:
     """Return whether an event is that the mass arrives at a support, or leaves a soft one."""
     return kind in (ENTER, LEAVE, IMPACT, REST_BEGINS)
+
+
+@jit
+def ends_force(kind) -> bool:
+    """Return whether an event is that the force of a support that only pushes falls to zero, or rises from it."""
+    return kind in (UNLOAD, RELOAD)
 
 
 @jit

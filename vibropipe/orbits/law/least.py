@@ -13,6 +13,8 @@ from vibropipe.compiler import jit
 SPEED, SPAN, HOLD, GAP, SLIDE, HOUSING_HOLD, HOUSING_SLIDE = map(np.int64, range(7))
 KINDS = 7
 NO_SIDE, UPPER, LOWER, CHATTER = np.int64(0), np.int64(1), np.int64(2), np.int64(-1)
+# In place of a support: the force of one that only pushes, over its stiffness, touches zero.
+FORCE = np.int64(3)
 # Row of the span (negative if mirrored), piece, support and time at which the orbit touches a support, which is no
 # margin; piece ANY: nor are other gaps.
 TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
+    BEYOND,
     CAUSE,
     CONTACT,
     DIRECTION,
@@ -17,11 +18,13 @@ from vibropipe.march.piece_log import (
     HOME,
     LEAVE,
     RELEASE,
+    RELOAD,
     REST_BEGINS,
     RESTING,
     SLIP,
     STICK,
     TURN,
+    UNLOAD,
 )
 from vibropipe.orbits.law.flights import flight_of, force_on
 from vibropipe.orbits.law.housing_margins import (
@@ -30,9 +33,10 @@ from vibropipe.orbits.law.housing_margins import (
     of_housing_step,
 )
 from vibropipe.orbits.law.landing import LONG_HOP, landing_of
-from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact
+from vibropipe.orbits.law.law import SECTION, acts_in, ends_force, frame_before, is_contact
 from vibropipe.orbits.law.least import (
     CHATTER,
+    FORCE,
     GAP,
     HOLD,
     KINDS,
@@ -51,8 +55,8 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, displacement, velocity
 from vibropipe.physics.friction import hold_of, jumps_at_slip
 from vibropipe.physics.load import forcing_period
-from vibropipe.physics.piece import flight_over, flown
-from vibropipe.physics.stiffness import piece_taylor
+from vibropipe.physics.piece import acceleration_of, flight_over, flown, force_at_end
+from vibropipe.physics.stiffness import damping_of, only_pushes, piece_taylor, stiffness_of
 
 # Orders of the derivatives of a polynomial.
 VELOCITY, ACCELERATION = map(np.int64, (1, 2))
@@ -116,6 +120,15 @@ def of_event(e, p, law, u, i, margins) -> None:
             approach = -approach
         if kind != REST_BEGINS:
             note(margins, SPEED, -approach if kind == LEAVE else approach, i, home, before.t)
+        return
+    if e.no_pull is not None and ends_force(kind):
+        flight = flight_of(e, p, law, i, before.t, 0.0)
+        a = acceleration_of(flight, force_at_end(flight), before.y, before.w)
+        rate = before.w + damping_of(p, home) / stiffness_of(p, home) * a
+        note(margins, SLIDE, rate if kind == UNLOAD else -rate, i, FORCE, before.t)
+        if kind == RELOAD:
+            # A mass that loses its speed in the air leaves the support.
+            note(margins, SPEED, before.w, i, home, before.t)
         return
     if kind in (SLIP, RELEASE):
         _value, _stiffness, rate = hold_force(e, p, law, i - 1, before.t)
@@ -229,10 +242,37 @@ def of_motion(e, p, law, u, i, start, turns, c, margins) -> None:
         if e.housing is not None:
             of_housing_step(e, p, law, u, i, step, at, dt, c, margins)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+        if e.no_pull is not None and is_beyond_one_that_pushes(e, p, law, i):
+            of_force(p, law, i, at, dt, c, margins)
     n = law.codes.shape[0]
     direction = law.codes[i, DIRECTION]
     if e.friction is not None and p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
         note(margins, SLIDE, direction * w, i, NO_SIDE, start.t + turns)
+
+
+@jit
+def is_beyond_one_that_pushes(e, p, law, i) -> bool:
+    """Return whether the mass is, on piece i, beyond a soft support that only pushes."""
+    home = law.codes[i, HOME]
+    return law.codes[i, FORM] in (CONTACT, BEYOND) and only_pushes(e, p, home)
+
+
+@jit
+def of_force(p, law, i, at, dt, c, margins) -> None:
+    """Note the force of a support that only pushes, or would pull, where it turns; c is left with its polynomial."""
+    home, sign = law.codes[i, HOME], 1.0 if law.codes[i, FORM] == BEYOND else -1.0
+    ratio = damping_of(p, home) / (stiffness_of(p, home) * dt)
+    for n in range(DEGREE):
+        c[n] += ratio * (n + 1) * c[n + 1]
+    first = slope_of(c, VELOCITY, 0.0)
+    for part in range(PARTS):
+        low, high = part / PARTS, (part + 1) / PARTS
+        last = slope_of(c, VELOCITY, high)
+        if first * sign < 0.0 < last * sign:
+            theta = turning_point(c, VELOCITY, low, high)
+            value, time = displacement(c, DEGREE, theta), at + theta * dt / forcing_period(p)
+            note(margins, GAP, sign * value, i, FORCE, time)
+        first = last
 
 
 @jit

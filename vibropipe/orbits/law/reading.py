@@ -9,6 +9,7 @@ import numpy as np
 from vibropipe.march.piece_log import (
     AT,
     BEGIN,
+    BEYOND,
     CAUSE,
     CONTACT,
     DIRECTION,
@@ -23,6 +24,7 @@ from vibropipe.march.piece_log import (
     P_END,
     PIECES,
     RELEASE,
+    RELOAD,
     REST_BEGINS,
     RESTING,
     SLIP,
@@ -30,6 +32,7 @@ from vibropipe.march.piece_log import (
     STICK,
     TOUCH,
     TURN,
+    UNLOAD,
     W_END,
     HousingLog,
     PieceLog,
@@ -117,7 +120,7 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
     n = int(pieces.counts[PIECES])
     codes, values = pieces.codes[:n].copy(), pieces.values[:n]
     events: list[_Event] = []
-    home, inside = int(codes[0, HOME]), codes[0, FORM] == CONTACT
+    home, inside = int(codes[0, HOME]), codes[0, FORM] in (CONTACT, BEYOND)
     for i in range(1, n):
         cause, there = int(codes[i, CAUSE]), int(codes[i, HOME])
         before = int(codes[i - 1, HOME])
@@ -144,11 +147,15 @@ def _events_of(pieces: PieceLog, p: Any, slow: float) -> list[_Event]:
             continue
         if cause in (TOUCH, BEGIN):
             continue
+        if cause in (UNLOAD, RELOAD):
+            if inside:
+                events.append(_Event(codes[i].copy(), float(values[i, AT]), speed, i))
+            continue
         if cause == RELEASE:
             events.append(_Event(codes[i].copy(), float(values[i, AT]), 0.0, i))
             continue
         event = codes[i].copy()
-        if event[FORM] == CONTACT and not inside:
+        if event[FORM] in (CONTACT, BEYOND) and not inside:
             event[FORM] = FREE
         x = to_displacement(p, there, float(values[i, Y]))
         own = x - to_displacement(p, home, 0.0)
@@ -234,7 +241,7 @@ def is_short(e: Effects, begun: _Event, p: Any) -> bool:
 
 def _first(events: list[_Event]) -> int | None:
     """Return the index of the first contact after another, or of the first turn or stick where there is none."""
-    for causes in ((ENTER, IMPACT), (REST_BEGINS,), (TURN, STICK), (HOUSING_STOP,)):
+    for causes in ((ENTER, IMPACT), (REST_BEGINS,), (UNLOAD,), (TURN, STICK), (HOUSING_STOP,)):
         for i, event in enumerate(events):
             if event.codes[CAUSE] in causes:
                 return i

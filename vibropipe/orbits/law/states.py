@@ -18,7 +18,14 @@ from vibropipe.march.piece_log import (
     REST_BEGINS,
     SLIP,
 )
-from vibropipe.orbits.law.law import SECTION, acts_in, frame_before, is_contact, way_before
+from vibropipe.orbits.law.law import (
+    SECTION,
+    acts_in,
+    ends_force,
+    frame_before,
+    is_contact,
+    way_before,
+)
 from vibropipe.orbits.law.sliding import carried, carried_by, pull_by, pull_of, way_of
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.derivatives import (
@@ -122,6 +129,9 @@ def arrival(e, p, law, i, u) -> State:
         elif frame != home:
             y = 2.0 * p.l
         return State(t, y, own, 1.0, 0.0, 0.0, sigma, 0.0)
+    if e.no_pull is not None and ends_force(kind):
+        ratio = damping_of(p, home) / stiffness_of(p, home)
+        return State(t, -ratio * own, own, 1.0, 0.0, -ratio * sigma, sigma, 0.0)
     if e.friction is not None and kind == SLIP:
         value, stiffness, rate = hold_force(e, p, law, i - 1, t)
         y = (value - law.codes[i, DIRECTION] * hold_of(e, p)) / stiffness
@@ -210,6 +220,13 @@ def arrival_by(e, p, law, i, u, k):
         if frame == 0:
             return support_derivative(home, k)
         return distance_derivative(k) if frame != home else 0.0
+    if e.no_pull is not None and ends_force(kind):
+        own, stiffness = sign_of(frame) * u[i, 1], stiffness_of(p, home)
+        if k == (H1 if home == 1 else H2):
+            return -own / stiffness
+        if k == (K1 if home == 1 else K2):
+            return damping_of(p, home) * own / (stiffness * stiffness)
+        return 0.0
     if e.housing is not None and kind == HOUSING_SLIP:
         return slip_by(e, p, law, i, u, k)
     if e.friction is None or kind != SLIP:

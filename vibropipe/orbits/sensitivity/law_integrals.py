@@ -10,6 +10,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.piece_log import (
+    BEYOND,
     CAUSE,
     CONTACT,
     DIRECTION,
@@ -37,6 +38,7 @@ from vibropipe.physics.decay import FOLLOWING, decay_of
 from vibropipe.physics.derivatives import (
     FRICTION,
     H1,
+    K1,
     MASS_RATIO,
     NU,
     H,
@@ -46,7 +48,7 @@ from vibropipe.physics.derivatives import (
 )
 from vibropipe.physics.load import fastest_forcing, force_times, forcing_period
 from vibropipe.physics.piece import acceleration_of, by_phase, flown, force_at_end
-from vibropipe.physics.stiffness import damping_of, piece_rate
+from vibropipe.physics.stiffness import damping_of, piece_rate, stiffness_of
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
 
 # Product of the fastest rate of an integrand and a step over which the nodes of one step integrate it to rounding.
@@ -279,6 +281,19 @@ def add_friction(e, p, orbit, i, changes, later, energy) -> None:
             energy[4, j] += abs(end.y - start.y)
 
 
+@jit
+def add_let_go(e, p, orbit, i, changes, later, energy) -> None:
+    """Add to the energies (5, k) what piece i loses of the spring of a support that let go; later : work."""
+    start, end, _turns = ends_of_piece(e, p, orbit, i)
+    fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)
+    home = orbit.law.codes[i, HOME]
+    for j in range(orbit.columns.size):
+        lost = start.y * changes[PLACE, j] - end.y * later[PLACE, j]
+        energy[1 + home, j] += stiffness_of(p, home) * lost
+        if orbit.columns[j] == K1 + home - 1:
+            energy[1 + home, j] += 0.5 * (start.y - end.y) * (start.y + end.y)
+
+
 @jit_allocating
 def add_integrals(e, p, orbit, m, out) -> None:
     """Add the derivatives of all integrals along an orbit.
@@ -304,3 +319,5 @@ def add_integrals(e, p, orbit, m, out) -> None:
         add_moving(e, p, orbit, i, m, changes, node, out)
         if e.friction is not None and energy.shape[0] > 0:
             add_friction(e, p, orbit, i, changes, later, energy)
+        if e.no_pull is not None and orbit.law.codes[i, FORM] == BEYOND and energy.shape[0] > 0:
+            add_let_go(e, p, orbit, i, changes, later, energy)

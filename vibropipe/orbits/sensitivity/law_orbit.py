@@ -41,7 +41,7 @@ from vibropipe.march.piece_state import coefficients
 from vibropipe.orbits.law.determinants import return_map, return_map_of_three
 from vibropipe.orbits.law.elimination import solve_columns
 from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks, row_power
-from vibropipe.orbits.law.law import WAY, Law, is_contact, width_of
+from vibropipe.orbits.law.law import WAY, Law, ends_force, is_contact, width_of
 from vibropipe.orbits.law.states import (
     arrival,
     arrival_by,
@@ -144,6 +144,9 @@ def law_of_log(e, p, pieces, m):
             approach = -sign_of(home) * velocity
             is_smooth = is_smooth and (-approach if cause == LEAVE else approach) > 0.0
             u[i, 0], u[i, 1] = values[i, AT], velocity
+            continue
+        if ends_force(cause):
+            u[i, 0], u[i, 1] = values[i, AT], to_velocity(there, values[i, W])
             continue
         # Laws count from the support last met.
         codes[i, HOME] = home

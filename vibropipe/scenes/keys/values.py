@@ -117,6 +117,8 @@ class NumberRange(Range, Rule):
 
     @property
     def schema(self) -> dict[str, Any]:  # noqa: D102
+        if self.words:
+            return {"enum": [*self.words]}
         schema: dict[str, Any] = {"type": "integer" if self.whole else "number"}
         if math.isfinite(self.low):
             schema["exclusiveMinimum" if self.above else "minimum"] = self.low
@@ -125,6 +127,8 @@ class NumberRange(Range, Rule):
         return schema
 
     def convert(self, value: Any) -> float | int:  # noqa: D102
+        if isinstance(value, str) and value in self.words:
+            return self.words.index(value)
         number = as_number(value)
         if number is None:
             refuse(self.allowed, hint=number_hint(value))

@@ -43,7 +43,7 @@ from vibropipe.solve.with_units import (
 )
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import CONTINUOUS, PARAMETERS
 from vibropipe.words.progress import Progress, WorkCount
 from vibropipe.words.status import UnsolvedWarning
 
@@ -300,7 +300,7 @@ def check_vary(
     """Return the ranges of varied parameters in the order of the parameters, or raise a ParameterError."""
     if not vary:
         raise ParameterError("vary", vary, must="must have at least one parameter with its range")
-    check_keys("vary", vary, PARAMETERS)
+    check_keys("vary", vary, CONTINUOUS)
     for name, ends in vary.items():
         try:
             low, high = map(float, ends)

@@ -23,6 +23,7 @@ from vibropipe.solve.rows.named import SMOOTH, Named, harmonics_of, labels, name
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
 from vibropipe.solve.with_units import are_with_units, plain_goals, plain_mapping, plain_values
 from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
+from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import STEADY, describe, quantity
@@ -193,7 +194,7 @@ def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[
     """Return standard deviations in the order of the parameters, or raise a ParameterError."""
     if not tolerances:
         raise ParameterError("tolerance", tolerances, must="must have at least one parameter")
-    check_keys("tolerance", tolerances, Parameters._fields)
+    check_keys("tolerance", tolerances, CONTINUOUS)
     check_soft("tolerance", exciter, tolerances, {})
     return {
         name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)

@@ -1,0 +1,210 @@
+"""Soft supports that only push: motions against 40 digits and a closed form, orbits and branches against motions."""
+
+from __future__ import annotations
+
+import math
+import random
+from dataclasses import replace
+from decimal import Decimal
+
+import numpy as np
+import pytest
+
+import vibropipe as vp
+from vibropipe.lab.reference_housing import HousingReferenceSolver
+from vibropipe.lab.reference_solver import ReferenceSolver
+
+PUSHES = {"contact_1": "no_pull", "contact_2": "no_pull"}
+BASE = vp.Exciter(l=0.5, nu=1.5, f=1.2, h=0.1, k1=200.0, k2=300.0, h1=4.0, h2=7.0, **PUSHES)
+# Pressed on support 2, which pushes again before the mass has left it; its orbit does not leave it at all.
+PRESSED = vp.Exciter(
+    l=0.5, nu=5.8, f=0.56, h=0.23, load=-2.05, k1=94.0, k2=1.1, h1=7.2, h2=5.8, f2=2.14, **PUSHES
+)
+
+
+def random_exciter(seed: int, **further: float) -> vp.Exciter:
+    """Return an exciter with soft supports that only push; some have friction, two harmonics or a rigid support."""
+    draw = random.Random(seed)
+    values = {
+        name: draw.uniform(low, high)
+        for name, low, high in (
+            ("l", 0.3, 0.8), ("nu", 0.3, 2.0), ("f", 0.5, 2.0), ("h", 0.0, 0.3), ("delta", -0.2, 0.2),
+            ("load", -0.8, 0.8), ("h1", 0.3, 8.0), ("h2", 0.3, 8.0),
+        )
+    }  # fmt: skip
+    values |= {k: 10.0 ** draw.uniform(0.3, 3.0) for k in ("k1", "k2")}
+    if seed % 3 == 0:
+        values |= {"friction": draw.uniform(0.02, 0.3), "friction_ratio": draw.uniform(1.0, 2.0)}
+    if seed % 4 == 0:
+        values |= {"f2": draw.uniform(-0.3, 0.3), "phi2": 1.0}
+    if seed % 5 == 0:
+        values |= {"k2": 0.0, "h2": 0.0, "R2": 0.6}
+    return vp.Exciter(**values, **PUSHES, **further)
+
+
+def test_random_motions_agree_with_the_twin_in_long_arithmetic() -> None:
+    unloads = reloads = 0
+    for exciter in (*map(random_exciter, range(0, 40, 2)), PRESSED, replace(PRESSED, l=0.3)):
+        motion = vp.simulate(exciter, 30.0, 0.1, -0.2, samples_per_period=0)
+        found = ReferenceSolver(exciter).run(0.1, -0.2, [Decimal(30)])
+        ends = [float(motion.displacement_end), float(motion.velocity_end)]
+        np.testing.assert_allclose(ends, np.array(found.states[0], float), atol=3e-14)
+        kinds = [kind for _tau, kind, _support, _v in found.events]
+        assert motion.sizes["impact"] == kinds.count("in") + kinds.count("impact")
+        unloads, reloads = unloads + kinds.count("unload"), reloads + kinds.count("reload")
+    assert unloads > 200
+    assert reloads > 20
+
+
+def test_random_motions_in_a_housing_agree_with_the_twin_in_long_arithmetic() -> None:
+    further = {"mass_ratio": 0.3, "housing_friction_1": 0.3, "housing_friction_2": 0.4}
+    for seed in range(8):
+        exciter = random_exciter(seed, **further)
+        motion = vp.simulate(exciter, 20.0, 0.1, -0.2, samples_per_period=0)
+        found, housing = HousingReferenceSolver(exciter).run_housing(0.1, -0.2, 0.0, [Decimal(20)])
+        names = ("displacement", "velocity", "housing_velocity")
+        ends = [float(motion[f"{name}_end"]) for name in names]
+        exact = np.array([*found.states[0], housing[0][0]], float)
+        np.testing.assert_allclose(ends, exact, atol=1e-12, err_msg=str(seed))
+
+
+@pytest.mark.parametrize("exciter", [BASE, PRESSED])
+def test_newmark_motions_converge_to_the_exact_one(exciter: vp.Exciter) -> None:
+    exact = vp.simulate(exciter, 20.0, 0.1, 0.3, samples_per_period=64).displacement
+    errors = []
+    for steps in (1024, 4096):
+        method = {"method": "newmark", "steps_per_period": steps}
+        motion = vp.simulate(exciter, 20.0, 0.1, 0.3, samples_per_period=64, **method)
+        errors.append(float(abs(motion.displacement - exact).max()))
+    assert errors[1] < 1e-4
+    assert errors[0] / errors[1] == pytest.approx(16.0, rel=0.2)  # of second order
+
+
+@pytest.mark.parametrize(("given", "is_"), [(0.7, 0.718), (0.5, 0.550), (0.3, 0.397)])
+def test_a_contact_gives_the_speed_of_the_closed_form(given: float, is_: float) -> None:
+    """A contact of a spring and a damper alone that ends where its force is zero.
+
+    T. Schwager, T. Poeschel, "Coefficient of restitution and linear-dashpot model revisited", Granular Matter 9 (2007).
+    """
+    z = -math.log(given) / math.hypot(math.pi, math.log(given))
+    root = math.sqrt(1.0 - z * z)
+    closed = math.exp(-z / root * (math.pi - math.atan2(2.0 * z * root, root * root - z * z)))
+    assert closed == pytest.approx(is_, abs=5e-4)
+    exciter = vp.Exciter(l=0.5, k1=1e10, R1=given, contact_1="no_pull")
+    motion = vp.simulate(exciter, 1.0, 0.49, 1.0)
+    after = float(motion.impact_velocity_after[0] / motion.impact_velocity[0])
+    assert after == pytest.approx(-closed, rel=1e-4)
+    # It ends before the mass is back at the support.
+    pulls = vp.simulate(replace(exciter, contact_1="pull"), 1.0, 0.49, 1.0)
+    assert float(motion.contact_duration[0]) < float(pulls.contact_duration[0])
+
+
+@pytest.mark.parametrize("undamped", [True, False])
+def test_a_support_that_never_pulls_is_the_same_either_way(undamped: bool) -> None:
+    soft = {"k1": 80.0, "k2": 80.0} if undamped else {"R1": 0.6, "R2": 0.6}
+    plain = vp.Exciter(l=0.5, nu=1.3, f=1.1, h=0.1, **soft)
+    one, two = (vp.steady_state(each) for each in (plain, replace(plain, **PUSHES)))
+    for name in one.data_vars:
+        np.testing.assert_array_equal(one[name], two[name], err_msg=name)
+
+
+def test_exciters_that_pull_have_no_trace_of_it() -> None:
+    plain = vp.Exciter(l=0.5, nu=1.3, f=1.1, h=0.1, k1=80.0, h1=3.0)
+    stated = replace(plain, contact_1="pull")
+    assert vp.steady_state(plain).identical(vp.steady_state(stated))
+    assert "contact_1" not in vp.steady_state(plain)
+
+
+def test_other_words_are_refused() -> None:
+    with pytest.raises(vp.ParameterError, match=r"contact_1: must be pull or no_pull, got 'push'"):
+        vp.Exciter(l=1.0, contact_1="push")
+    with pytest.raises(vp.ParameterError, match=r"contact_2: must be pull or no_pull, got 0\.5"):
+        vp.Exciter(l=1.0, contact_2=0.5)
+    with pytest.raises(vp.ParameterError, match="along"):
+        vp.branch(BASE, "contact_1", (0.0, 1.0))
+
+
+def test_its_force_only_pushes() -> None:
+    """The impulse of a contact is that of its force max(0, k y + h y') over samples, the loss its work."""
+    names = ("impacts", "energy", "power", "frame")
+    orbit = vp.steady_state(replace(BASE, load=0.1), outputs=names)
+    assert int(orbit.period_multiple) == 1
+    exciter, period = replace(BASE, load=0.1), BASE.period
+    x0, v0 = float(orbit.displacement_strobe), float(orbit.velocity_strobe)
+    motion = vp.simulate(exciter, period, x0, v0, samples_per_period=200_000)
+    x, v, tau = motion.displacement.values, motion.velocity.values, motion.tau.values
+    lost = 0.0
+    for support, (k, h) in ((1, (200.0, 4.0)), (2, (300.0, 7.0))):
+        side, bound = (1, exciter.upper) if support == 1 else (-1, exciter.lower)
+        depth = side * (x - bound)
+        force = np.where(depth > 0.0, np.maximum(0.0, k * depth + h * side * v), 0.0)
+        impulse = np.trapezoid(force, tau)
+        assert float(orbit.impulse_per_period.sel(support=support)) == pytest.approx(
+            impulse, rel=1e-4
+        )
+        work = np.trapezoid(force * side * v, tau)
+        loss = float(orbit.power_impact.sel(support=support)) * period
+        assert loss == pytest.approx(work, rel=1e-3)
+        lost += loss
+        assert float(orbit.contact_force_max.max()) >= force.max() - 1e-3
+    balance = float(orbit.power_input - orbit.power_damping - orbit.power_impact.sum())
+    assert abs(balance) < 1e-13
+    assert lost > 0.1
+
+
+def test_a_sweep_has_the_rows_of_single_states() -> None:
+    over = {"h1": [0.0, 2.0, 6.0], "contact_2": [0.0, 1.0]}
+    sweep = vp.sweep(BASE, over, outputs=("harmonics", "impacts", "stability"))
+    for h1 in over["h1"]:
+        for contact in over["contact_2"]:
+            row = sweep.sel(h1=h1, contact_2=contact)
+            one = vp.steady_state(replace(BASE, h1=h1, contact_2=contact))
+            for name in ("displacement_amplitude", "floquet_multiplier", "impact_velocity_max"):
+                np.testing.assert_allclose(row[name].values[:2], one[name].values[:2], atol=1e-11)
+
+
+@pytest.mark.parametrize(
+    ("exciter", "along", "to"),
+    [
+        (BASE, "nu", (0.5, 4.0)),
+        (replace(BASE, k2=200.0, h2=4.0, friction=0.1), "nu", (0.5, 4.0)),
+        (PRESSED, "load", (-3.0, 3.0)),
+        (replace(BASE, mass_ratio=0.3, housing_friction_1=0.3, housing_friction_2=0.4), "nu", (1.3, 1.6)),
+    ],
+    ids=["two supports", "friction", "pressed", "housing"],
+)  # fmt: skip
+def test_points_of_a_branch_are_orbits(
+    exciter: vp.Exciter, along: str, to: tuple[float, float]
+) -> None:
+    branch = vp.branch(exciter, along, to, harmonics=1)
+    assert branch.point.size > 60
+    for i in range(0, branch.point.size, max(1, branch.point.size // 25)):
+        if i in branch.bifurcation_point:
+            continue  # another law begins
+        point = branch.isel(point=i)
+        here = replace(exciter, **{along: float(point[along])})
+        x, v = float(point.displacement_strobe), float(point.velocity_strobe)
+        housing = {}
+        if exciter.mass_ratio > 0.0:
+            housing["housing_v0"] = float(point.housing_velocity_strobe)
+        m = int(point.period_multiple)
+        motion = vp.simulate(here, m * here.period, x, v, samples_per_period=0, **housing)
+        growth = 1.0 + np.abs(point.floquet_multiplier.values).max()
+        assert abs(float(motion.displacement_end) - x) < 1e-11 * growth
+        assert abs(float(motion.velocity_end) - v) < 1e-11 * growth
+
+
+def test_a_branch_goes_from_a_mass_pressed_on_a_support_to_one_between_them() -> None:
+    branch = vp.branch(PRESSED, "load", (-3.0, 3.0), harmonics=1)
+    reached = branch["load"].values
+    assert (reached.min(), reached.max()) == pytest.approx((-3.0, 3.0))
+    assert (branch.impacts_per_period.sum("support") == 0).any()
+    assert (branch.impacts_per_period.sum("support") > 0).any()
+
+
+def test_a_mass_within_a_soft_support_leaves_it_along_a_branch() -> None:
+    """With a support that pulls: the motion without any event is one in contact at first."""
+    branch = vp.branch(
+        replace(PRESSED, contact_1=0.0, contact_2=0.0), "load", (-3.0, 3.0), harmonics=1
+    )
+    assert (branch["load"].values.min(), branch["load"].values.max()) == pytest.approx((-3.0, 3.0))

@@ -63,6 +63,27 @@ def test_rows_and_their_order_are_those_of_plain_loops(grid: SweepGrid) -> None:
         assert grid.text(int(row)) == ", ".join(f"{n} = {rows[row][n]}" for n in grid.dims)
 
 
+@given(grid=grids(), other=st.data())
+def test_rows_of_another_grid_are_those_with_equal_values(
+    grid: SweepGrid, other: st.DataObject
+) -> None:
+    grid, ways = SweepGrid(grid.values), [-9.0, 9.5, *range(-8, 9)]
+    lists = {
+        n: other.draw(st.lists(st.sampled_from(ways), min_size=1, unique=True)) for n in grid.values
+    }
+    old = SweepGrid({name: np.array(sorted(values), float) for name, values in lists.items()})
+    held = {tuple(v): row for row, v in enumerate(old.parameters([*lists], np.arange(old.rows)))}
+    expected = [held.get(tuple(v), -1) for v in grid.parameters([*lists], np.arange(grid.rows))]
+    assert grid.rows_in(old, 0, grid.rows).tolist() == expected
+    assert grid.rows_in(old, grid.rows // 2, grid.rows).tolist() == expected[grid.rows // 2 :]
+
+
+def test_values_of_another_grid_are_equal_to_the_last_bit() -> None:
+    grid = SweepGrid({"delta": np.array([0.0, 0.1, 0.3])})
+    old = SweepGrid({"delta": np.array([-0.0, np.nextafter(0.1, 1), 0.3])})
+    assert grid.rows_in(old, 0, 3).tolist() == [-1, -1, 2]
+
+
 @given(grid=grids(), shards=st.integers(1, 30))
 def test_cuts_are_whole_chains_of_about_one_length(grid: SweepGrid, shards: int) -> None:
     shards = min(shards, grid.chains)

@@ -13,6 +13,8 @@ from vibropipe.solve.physical import stored
 from vibropipe.solve.sweep.sweep import assemble, solve_blocks
 
 if TYPE_CHECKING:
+    import numpy as np
+
     from vibropipe.scenes.sweep.keys import SweepScene
     from vibropipe.words.progress import Progress
 
@@ -32,16 +34,26 @@ def solve_rows(
 
 
 def solve_in_blocks(
-    scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None = None
+    scene: SweepScene,
+    start: int,
+    stop: int,
+    size: int,
+    progress: Progress | None = None,
+    rows: np.ndarray | None = None,
 ) -> Generator[xr.Dataset]:
-    """Solve the rows [start, stop) of a sweep in blocks over `row` of at least `size` rows."""
-    with closing(_solve_plain(scene, start, stop, size, progress)) as blocks:
+    """Solve the rows [start, stop) of a sweep, or `rows` of them, in blocks over `row` of at least `size` rows."""
+    with closing(_solve_plain(scene, start, stop, size, progress, rows)) as blocks:
         for block in blocks:
             yield stored(block, scene.mass_and_stiffness)
 
 
 def _solve_plain(
-    scene: SweepScene, start: int, stop: int, size: int, progress: Progress | None
+    scene: SweepScene,
+    start: int,
+    stop: int,
+    size: int,
+    progress: Progress | None,
+    rows: np.ndarray | None = None,
 ) -> Generator[xr.Dataset]:
     """Solve rows without units, and prove them if the scene asks for it."""
     blocks = solve_blocks(
@@ -56,6 +68,7 @@ def _solve_plain(
         accuracy=scene.solver.arguments().get("accuracy"),
         effects=scene.called_effects(),
         patience=scene.patience,
+        rows=rows,
     )
     return proved(blocks) if scene.prove else blocks
 

@@ -125,7 +125,7 @@ class BasinRows:
             "periods_to_attractor": ("row", periods.astype(np.int32)),
         }
         attrs = {"row_start": start, "row_stop": stop}
-        return describe(xr.Dataset(variables, self.grid.row_coords(start, stop), attrs))
+        return describe(xr.Dataset(variables, self.grid.row_coords(np.arange(start, stop)), attrs))
 
 
 def joined_rows(parts: Sequence[Assigned]) -> Assigned:

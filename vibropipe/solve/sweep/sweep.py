@@ -12,7 +12,7 @@ import numpy as np
 
 from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
-from vibropipe.physics.effects import effect_names, has_soft_support, resolve_effects
+from vibropipe.physics.effects import Effects, effect_names, has_soft_support, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.method_choice import check_accuracy
@@ -191,6 +191,7 @@ def solve_blocks(
     effects: Sequence[str] | None = None,
     patience: int = PATIENCE,
     row_work: int = limits.MAX_ROW_WORK,
+    rows: np.ndarray | None = None,
 ) -> Generator[xr.Dataset]:
     """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
 
@@ -209,9 +210,11 @@ def solve_blocks(
     harmonics, outputs, accuracy, effects, patience
         As for `sweep`.
     progress : callable, optional
-        Called as progress(done, total), in rows from `row_start` to `row_stop`.
+        Called as progress(done, total), in the rows that are solved.
     row_work : int
         Largest work of a march of a row, in steps.
+    rows : (n,) array of int, optional
+        Those of the rows that are solved, in their order, of a grid that follows none (default: all).
 
     Yields
     ------
@@ -224,35 +227,51 @@ def solve_blocks(
         If `effects` leaves out an effect that the parameters have.
     """
     requested_outputs = check_outputs(outputs)
-    # Effects follow from the whole grid, not from these rows: the kernel must not depend on the cuts.
     values = {**grid.shared, **grid.values}
-    farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
-    e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
+    e, soft = effects_of_grid(grid, start, effects)
     check_accuracy_of_housing(e.housing, accuracy)
     attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
 
-    def parameters(begin: int, stop: int) -> list[np.ndarray]:
-        numbers = grid.solved(row_start + begin, row_start + stop)
-        return [grid.parameters(Parameters._fields, numbers)]
+    def numbers(begin: int, stop: int) -> np.ndarray:
+        if rows is not None:
+            return rows[begin:stop]
+        return grid.solved(row_start + begin, row_start + stop)
 
-    row_cuts = row_blocks(row_stop - row_start, grid.chain_length, block_rows)
-    starts = starts_of_rows(grid, *start, row_start)
+    def parameters(begin: int, stop: int) -> list[np.ndarray]:
+        return [grid.parameters(Parameters._fields, numbers(begin, stop))]
+
+    count = row_stop - row_start if rows is None else len(rows)
+    row_cuts = row_blocks(count, grid.chain_length, block_rows)
+    starts = starts_of_rows(grid, *start, numbers)
     solver = starts, grid.chain_length, MAX_PERIODS, patience, harmonics, requested_outputs
-    soft = has_soft_support(values)
     with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft, row_work)) as blocks:
         begin = 0
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)
             yield _label(
-                grid, row_start + begin, block_parameters, solved, accuracy, harmonics, attrs,
-                requested_outputs,
+                grid, row_start + begin, numbers(begin, stop), block_parameters, solved, accuracy, harmonics,
+                attrs, requested_outputs,
             )  # fmt: skip
             begin = stop
+
+
+def effects_of_grid(
+    grid: SweepGrid, start: tuple[float | None, float], effects: Sequence[str] | None
+) -> tuple[Effects, bool]:
+    """Return the effects of the kernel of a sweep, and whether any support is soft; arguments as of `solve_blocks`.
+
+    They follow from the whole grid, not from some rows: the kernel must not depend on the cuts.
+    """
+    values = {**grid.shared, **grid.values}
+    farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
+    e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
+    return e, has_soft_support(values)
 
 
 def _label(
     grid: SweepGrid,
     start: int,
+    numbers: np.ndarray,
     parameters: Sequence[np.ndarray],
     solved: Sequence[RowResults],
     max_error: float | None,
@@ -260,10 +279,9 @@ def _label(
     attrs: Mapping[str, Any],
     outputs: tuple[str, ...],
 ) -> xr.Dataset:
-    """Return solved chains from row `start` on as a dataset over `row`, in the order of the rows of the grid."""
+    """Return solved chains, by their rows, as a dataset over `row`, in the order of the rows of the grid."""
     import xarray as xr
 
-    stop = start + len(parameters[0])
     variables = label_rows(solved[0], parameters[0], outputs)
     if max_error is not None:
         variables = with_error(variables, row_errors(parameters[0], variables), max_error)
@@ -271,9 +289,9 @@ def _label(
         name: (("row",), parameters[0][:, Parameters._fields.index(name)])
         for name in grid.of_restitution
     }
-    variables = take_rows(variables, np.argsort(grid.solved(start, stop)))
-    coords = grid.row_coords(start, stop)
-    attrs_of_block = {"row_start": start, "row_stop": stop, **attrs}
+    variables = take_rows(variables, np.argsort(numbers))
+    coords = grid.row_coords(np.sort(numbers))
+    attrs_of_block = {"row_start": start, "row_stop": start + len(numbers), **attrs}
     block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
     return describe(block.set_coords(coords))
 
@@ -324,15 +342,15 @@ def check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float |
 
 
 def starts_of_rows(
-    grid: SweepGrid, x0: float | None, v0: float, row_start: int
+    grid: SweepGrid, x0: float | None, v0: float, numbers: Callable[[int, int], np.ndarray]
 ) -> Start | Callable[[int, int], Start]:
-    """Return the start of all rows, or the function that returns those of rows counted from `row_start`."""
+    """Return the start of all rows, or the function that returns those of rows, whose numbers a function gives."""
     swept = [name for name in STARTS if name in grid.values]
     if not swept:
         return x0, v0
 
     def starts(begin: int, stop: int) -> Start:
-        columns = grid.parameters(swept, grid.solved(row_start + begin, row_start + stop)).T
+        columns = grid.parameters(swept, numbers(begin, stop)).T
         each = {"x0": x0, "v0": v0, **dict(zip(swept, columns, strict=True))}
         return each["x0"], each["v0"]
 

@@ -152,6 +152,17 @@ class SweepGrid:
         in_rows = tuple(indices[axis] for axis in self.row_axes)
         return np.asarray(np.ravel_multi_index(in_rows, self.row_shape))
 
+    def rows_in(self, other: SweepGrid, start: int, stop: int) -> np.ndarray:
+        """Return the rows of another grid with the values of the rows [start, stop) to the last bit, -1 where none has.
+
+        Both grids sweep the same parameters in the same order, and follow none.
+        """
+        places = zip(self.values.values(), other.values.values(), strict=True)
+        at = zip(places, self.indices(np.arange(start, stop)), strict=True)
+        found = np.array([_places(*both)[index] for both, index in at])
+        rows = np.ravel_multi_index(tuple(np.maximum(found, 0)), other.shape)
+        return np.where(found.min(axis=0) < 0, -1, rows)
+
     def parameters(self, names: Sequence[str], rows: np.ndarray) -> np.ndarray:
         """Return the values (rows, names) of parameters, swept or shared, of the given rows."""
         indices = dict(zip(self.dims, self.indices(rows), strict=True))
@@ -181,10 +192,10 @@ class SweepGrid:
             if h not in given and {R, k} & self.values.keys() and differs(R) and differs(k)
         )
 
-    def row_coords(self, start: int, stop: int) -> dict[str, tuple[Any, np.ndarray]]:
-        """Return the parameters of the rows [start, stop) as coordinates: shared ones as scalars, swept over `row`."""
+    def row_coords(self, rows: np.ndarray) -> dict[str, tuple[Any, np.ndarray]]:
+        """Return the parameters of rows as coordinates: shared ones as scalars, swept over `row`."""
         names = list(self.values)
-        swept = self.parameters(names, np.arange(start, stop))
+        swept = self.parameters(names, rows)
         shared = {name: ((), np.array(value)) for name, value in self.shared.items()}
         return shared | {name: ("row", swept[:, column]) for column, name in enumerate(names)}
 
@@ -242,6 +253,14 @@ class SweepGrid:
     def in_grid_order(self, items: tuple[Item, ...]) -> tuple[Item, ...]:
         """Return items of the dimensions, given in the order of the rows, in the order of the grid."""
         return tuple(items[position] for position in self._row_positions)
+
+
+def _places(values: np.ndarray, among: np.ndarray) -> np.ndarray:
+    """Return the index of each value among others, to the last bit (0.0 is not -0.0); -1 where it is not there."""
+    bits, others = (np.asarray(array, float).view(np.int64) for array in (values, among))
+    known, index = np.unique(others, return_index=True)
+    at = np.minimum(np.searchsorted(known, bits), len(known) - 1)
+    return np.where(known[at] == bits, index[at], -1)
 
 
 def row_blocks(

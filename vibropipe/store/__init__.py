@@ -14,6 +14,7 @@ from vibropipe.store.atomic import (
     with_fingerprint,
 )
 from vibropipe.store.compare import Difference, compare, compare_rows
+from vibropipe.store.earlier_rows import EarlierRows, NotTakenError
 from vibropipe.store.files import (
     attributes_of,
     count_equal,
@@ -31,6 +32,8 @@ from vibropipe.store.table import table
 
 __all__ = [
     "Difference",
+    "EarlierRows",
+    "NotTakenError",
     "NotWrittenError",
     "StoreError",
     "atomic_file",

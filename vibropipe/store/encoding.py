@@ -53,7 +53,11 @@ class StoredVariable:
         return self.dtype.itemsize * prod(self.shape[1:])
 
 
-def encode(dataset: xr.Dataset) -> tuple[list[StoredVariable], dict[str, Any]]:
+# Variables and global attributes as encoded.
+Encoded = tuple[list[StoredVariable], dict[str, Any]]
+
+
+def encode(dataset: xr.Dataset) -> Encoded:
     """Encode a dataset for the disk.
 
     Returns the variables, coordinates first, in the order of the vocabulary, since xarray does not define one, and the

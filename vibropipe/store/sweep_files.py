@@ -24,6 +24,7 @@ from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store.atomic import StoreError, atomic_file, seal
 from vibropipe.store.encoding import (
     CHUNK_BYTES,
+    Encoded,
     StoredVariable,
     chunk_shape,
     coordinates_attribute,
@@ -38,22 +39,25 @@ from vibropipe.words.progress import Progress
 if TYPE_CHECKING:
     import xarray as xr
 
+    # A block of rows as it is, or encoded.
+    Block = xr.Dataset | Encoded
+
 # Limits of a box in memory: bytes of its variables, and rows.
 BLOCK_BYTES = 8 << 20
 BLOCK_ROWS = 1 << 16
 
 
-def write_rows(blocks: Iterable[xr.Dataset], path: str | PathLike[str], rows: int) -> None:
+def write_rows(blocks: Iterable[Block], path: str | PathLike[str], rows: int) -> None:
     """Write blocks of a sweep to a shard, each before the next one is requested.
 
-    blocks : consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables
+    blocks : consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables, encoded or not
     rows : number of rows in all
     Raises NotWrittenError as of `write`, or ValueError if rows are missing; `path` is then as before.
     """
     write_grid(blocks, path, SweepGrid({ROW: np.arange(rows)}))
 
 
-def write_grid(blocks: Iterable[xr.Dataset], path: str | PathLike[str], grid: SweepGrid) -> None:
+def write_grid(blocks: Iterable[Block], path: str | PathLike[str], grid: SweepGrid) -> None:
     """Write blocks of all rows of a sweep to one file over its grid, bitwise that of `join`.
 
     Parameters and errors as of `write_rows`; `grid` is the grid of the sweep.
@@ -62,7 +66,8 @@ def write_grid(blocks: Iterable[xr.Dataset], path: str | PathLike[str], grid: Sw
         with ExitStack() as files:
             writer, first = None, 0
             for block in blocks:
-                items, attrs = encode(block)
+                items, attrs = block if isinstance(block, tuple) else encode(block)
+                attrs = dict(attrs)
                 start, _stop = (int(attrs.pop(name)) for name in ROW_RANGE_ATTRS)
                 if writer is None:
                     first = start

@@ -11,11 +11,15 @@ from vibropipe.jobs.preparation import (
     check_working_folder,
     check_writable,
     clear_leftovers,
+    keep_earlier,
     lock_results,
 )
+from vibropipe.jobs.solving import solve_stale
+from vibropipe.jobs.up_to_date import stale_files
 from vibropipe.scenes.costs import PlanError
-from vibropipe.store import NotWrittenError
+from vibropipe.store import NotWrittenError, read_sidecar
 from vibropipe.store.atomic import host_name
+from vibropipe.study import Study, load_study
 
 OTHER_RUN = """
 import sys
@@ -113,3 +117,55 @@ def test_leftovers_of_other_cuts_are_removed_among_shards_alone(tmp_path):
     left = [path.name for path in tmp_path.rglob("*.part")]
     assert left == [".0009.nc.node-7.12.part"]
     assert list(tmp_path.joinpath("results/first").glob(".*.part"))
+
+
+SWEEP = "kind: sweep, outputs: [harmonics], over: {f: [0.2, 1], nu: [0.9, 1.1]}"
+SWEEPS = f"{{title: t, exciter: {{l: 0.5, h: 0.2, R1: 0.7}}, scenes: {{a: {{{SWEEP}}}, b: {{{SWEEP}}}}}}}"
+
+
+def test_datasets_of_sweeps_with_further_values_are_kept_until_they_are_made(tmp_path):
+    file, folder = tmp_path / "t.yaml", tmp_path / "t"
+    kept = folder / "shards/a/earlier.nc"
+
+    def prepared(text: str) -> Study:
+        """Prepare a run of the study, and return it."""
+        file.write_text(text)
+        study = load_study(file)
+        keep_earlier(str(tmp_path), study, set(stale_files(study, str(tmp_path), {"a": 1, "b": 1})))
+        return study
+
+    solve_stale(prepared(SWEEPS), ["a", "b"], folder, None, 1)
+    assert not kept.exists()
+    study = prepared(SWEEPS.replace("f: [0.2, 1]", "f: [0.2, 0.6, 1]", 1))
+    # a second name of the same bytes, for this scene alone
+    assert kept.samefile(folder / "a.nc")
+    assert [path.name for path in folder.glob("shards/*")] == ["a"]
+    (folder / "a.nc").unlink()
+    prepared(file.read_text())
+    assert kept.is_file()
+    solve_stale(study, ["a", "b"], folder, None, 1)
+    assert read_sidecar(folder / "a.nc")["taken"] == 4
+    assert not kept.parent.parent.exists()
+    # an edit that is undone, a scene that is gone, and one whose rows would differ
+    prepared(SWEEPS)
+    assert kept.samefile(folder / "a.nc")
+    prepared(file.read_text().replace("f: [0.2, 1]", "f: [0.2, 0.6, 1]", 1))
+    assert not kept.exists()
+    prepared(SWEEPS)
+    prepared(SWEEPS.replace(f"a: {{{SWEEP}}}, ", ""))
+    assert not kept.exists()
+    prepared(SWEEPS.replace("R1: 0.7", "R1: 0.6"))
+    assert not kept.exists()
+
+
+def test_a_file_system_without_links_gets_a_copy(tmp_path, monkeypatch):
+    def refused(*_):
+        raise PermissionError
+
+    monkeypatch.setattr("os.link", refused)
+    file, folder = tmp_path / "t.yaml", tmp_path / "t"
+    file.write_text(SWEEPS)
+    solve_stale(load_study(file), ["a"], folder, None, 1)
+    file.write_text(SWEEPS.replace("f: [0.2, 1]", "f: [0.2, 0.6, 1]", 1))
+    keep_earlier(str(tmp_path), load_study(file), {str(folder / "a.nc")})
+    assert (folder / "shards/a/earlier.nc").read_bytes() == (folder / "a.nc").read_bytes()

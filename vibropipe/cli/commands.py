@@ -155,6 +155,7 @@ def solve(
         check_cut(study.scene(name), part)
 
     # slow imports come after the checks, so that a mistake is reported at once
+    from vibropipe.jobs.earlier import earlier_file
     from vibropipe.jobs.progress import show_progress
     from vibropipe.jobs.solving import solve_stale, solve_to_file, use_threads
     from vibropipe.scenes.registry import kind_of
@@ -166,8 +167,11 @@ def solve(
             raise typer.Exit(1)
         return
     title = scenes[0] if shard is None else f"{scenes[0]}, shard {shard}"
+    # of a run that makes a dataset again; it replaces that of no other output
+    kept = earlier_file(results / study.name / f"{scenes[0]}.nc")
+    earlier = kept if part is not None and kept.is_file() else None
     with show_progress(title, kind_of(study.scene(scenes[0])).unit) as progress:
-        solve_to_file(study, scenes[0], output, part, use_threads(threads), progress)
+        solve_to_file(study, scenes[0], output, part, use_threads(threads), progress, earlier)
 
 
 @app.command()

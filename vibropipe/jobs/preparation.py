@@ -4,14 +4,25 @@ from __future__ import annotations
 
 import atexit
 import os
+import shutil
 import tempfile
-from collections.abc import Iterable
+from collections.abc import Collection, Iterable
+from contextlib import suppress
 from pathlib import Path
 
+from vibropipe.jobs.earlier import drop_earlier, earlier_file
+from vibropipe.jobs.solving import scene_before
 from vibropipe.scenes.costs import PlanError
-from vibropipe.store import NotWrittenError, check_intact, remove_leftovers
+from vibropipe.store import (
+    NotWrittenError,
+    StoreError,
+    atomic_file,
+    check_intact,
+    remove_leftovers,
+)
 from vibropipe.store.atomic import host_name
 from vibropipe.store.files import ENDING
+from vibropipe.study import Study
 
 # Folders in which a run writes, whatever the folder of results, if they exist.
 WORKING_FOLDERS = (".", ".snakemake", "logs")
@@ -96,6 +107,32 @@ def check_whole(paths: Iterable[str]) -> None:
     for path in dict.fromkeys(paths):
         if Path(path).suffix == ENDING and Path(path).is_file():
             check_intact(path, every_byte=False)
+
+
+def keep_earlier(results: str, study: Study, stale: Collection[str]) -> None:
+    """Keep the dataset of each scene that is made again because values were added to its grids, under a second name.
+
+    Snakemake deletes what a job makes before the job could read it. The job that completes the new dataset removes the
+    earlier one; that of a dataset that is up to date is removed here.
+    """
+    folder = Path(results, study.name)
+    for kept in folder.glob("shards/*/earlier.nc"):
+        path = folder / f"{kept.parent.name}.nc"
+        if str(path) not in stale:
+            drop_earlier(path)
+    for name, scene in study.scenes.items():
+        path = folder / f"{name}.nc"
+        if str(path) in stale and path.is_file():
+            with suppress(StoreError):
+                scene_before(study, scene, path)
+                kept = earlier_file(path)
+                kept.parent.mkdir(parents=True, exist_ok=True)
+                with atomic_file(kept) as temporary:
+                    temporary.unlink()
+                    try:
+                        os.link(path, temporary)
+                    except OSError:  # a file system without hard links
+                        shutil.copyfile(path, temporary)
 
 
 def clear_leftovers(paths: Iterable[str]) -> None:

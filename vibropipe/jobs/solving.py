@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import sys
 import time
 from collections.abc import Mapping, Sequence
 from importlib.util import find_spec
@@ -10,9 +11,18 @@ from typing import TYPE_CHECKING, Any
 
 from vibropipe.compiler.cache import compile_seconds
 from vibropipe.compiler.sources import kernel_hash
+from vibropipe.jobs.earlier import (
+    NONE_TAKEN,
+    NOT_TAKEN,
+    TAKEN,
+    drop_earlier,
+    earlier_file,
+    taken_text,
+)
 from vibropipe.jobs.plan import as_cut, check_cut, plan_scene, record
 from vibropipe.jobs.processes import reported, side_by_side
 from vibropipe.jobs.progress import show_progress
+from vibropipe.jobs.verify import ForeignError, study_and_scene
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.keys.base import BaseScene
@@ -20,17 +30,22 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.rows import with_origin
 from vibropipe.store import (
+    NotTakenError,
+    NotWrittenError,
     StoreError,
+    check_intact,
     count_equal,
+    expected_changes,
     provenance,
     read_sidecar,
     selected_attributes,
     write,
     write_sidecar,
 )
+from vibropipe.store.atomic import AGAIN
 from vibropipe.store.opening import SCENES
 from vibropipe.store.shards import ROW_RANGE_ATTRS
-from vibropipe.study import Study, fingerprint
+from vibropipe.study import Study, StudyError, fingerprint
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import MISSING, REFUSED
 from vibropipe.words.regimes import Regime
@@ -40,6 +55,8 @@ if TYPE_CHECKING:
 
 # Entry of the sidecar of a shard: which it is of how many.
 CUT = "cut"
+# Attributes that a dataset is made again from.
+ORIGIN = ("study", "study_hash", "machine", "versions", "git_commit")
 # An attribute that only shards have.
 FIRST_ROW = ROW_RANGE_ATTRS[0]
 # Attributes of the process that solves; a join keeps those of its shards.
@@ -53,6 +70,7 @@ def solve_to_file(
     shard: tuple[int, int] | None,
     threads: int,
     progress: Progress | None = None,
+    earlier: Path | None = None,
 ) -> None:
     """Solve a scene or a shard into a file, and write its sidecar: time taken, unresolved rows, hashes.
 
@@ -60,6 +78,7 @@ def solve_to_file(
     shard : (I, N) for shard I of N, counted from 1; None for the whole scene
     threads : number of threads that the kernels use, recorded in the sidecar
     progress : called as `progress(done, total)`, in units of the kind of scene
+    earlier : dataset of the scene before its study was changed; rows of it that are still the same are not solved
     Raises StudyError if the study has no such scene, or PlanError if the scene cannot be cut so, or cannot be solved
     with its parameters.
     """
@@ -67,19 +86,78 @@ def solve_to_file(
     scene = study.scene(name)
     kind = kind_of(scene)
     check_cut(scene, shard)
+    entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
     try:
-        if kind.can_be_cut:
+        if not kind.can_be_cut:
+            write(solve_scene(study, name, progress), path)
+        elif earlier is None:
             kind.cut.store(scene, path, origin(study, scene), shard, progress)
         else:
-            write(solve_scene(study, name, progress), path)
+            entries |= _store_with_earlier(study, scene, path, shard, progress, earlier)
     except ParameterError as error:
         raise PlanError(f"scenes.{name}.{error}") from error
     elapsed = time.perf_counter() - begin
     worked = time.process_time() - begin_work - sum(compile_seconds[n_compiled:])
-    share, own = share_of(scene, shard), fingerprint(study, scene)
-    record(plan_scene(scene), share, worked, path.stat().st_size, own)
-    entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
+    if not entries.get(TAKEN):
+        share, own = share_of(scene, shard), fingerprint(study, scene)
+        record(plan_scene(scene), share, worked, path.stat().st_size, own)
     write_sidecar(path, elapsed, threads, unresolved=count_unresolved(path), **entries)
+    if shard is None:
+        drop_earlier(path)
+
+
+def _store_with_earlier(
+    study: Study,
+    scene: BaseScene,
+    path: Path,
+    shard: tuple[int, int] | None,
+    progress: Progress | None,
+    earlier: Path,
+) -> dict[str, Any]:
+    """Solve the rows of a scene or a shard that an earlier dataset does not have, and write all of them.
+
+    Return the entries of the sidecar: how many rows were taken, or why none. Both are printed.
+    """
+    store, attrs = kind_of(scene).cut.store, origin(study, scene)
+    try:
+        # a shard relies on the checksums of the chunks that it reads: each would else read all of a large file
+        check_intact(earlier, every_byte=shard is None)
+        old = scene_before(study, scene, earlier)
+        rows = kind_of(scene).cut.earlier_rows(scene, old, earlier, shard)
+        print(
+            f"{scene.name}: {taken_text(rows.n_taken, len(rows.rows))}", file=sys.stderr, flush=True
+        )
+        store(scene, path, attrs, shard, progress, rows if rows.n_taken else None)
+    except NotWrittenError:
+        raise
+    except StoreError as error:
+        reason = f"{NONE_TAKEN}: {str(error).removesuffix(f': {AGAIN}')}"
+        print(f"{scene.name}: {reason}", file=sys.stderr, flush=True)
+        store(scene, path, attrs, shard, progress)
+        return {NOT_TAKEN: reason}
+    return {TAKEN: rows.n_taken} if rows.n_taken else {}
+
+
+def scene_before(study: Study, scene: BaseScene, path: Path) -> BaseScene:
+    """Return a scene as it was when its dataset was made, if rows with the same values would be the same now.
+
+    Raises NotTakenError with the reason if they might differ, or StoreError if the dataset cannot be read.
+    """
+    kept = {key: text for key, text in identity(study, scene).items() if key != "fingerprint"}
+    attrs = selected_attributes(path, [*kept, "fingerprint", *ORIGIN])
+    changes = expected_changes(attrs)
+    if changes or any(attrs.get(key) != text for key, text in kept.items()):
+        text = "; ".join(changes) or "another version of the program made it"
+        raise NotTakenError(f"{path}: {text}")
+    try:
+        _, old = study_and_scene(attrs)
+    except (StudyError, ForeignError, KeyError) as error:
+        raise NotTakenError(f"{path}: {error}") from error
+    if old.fingerprint() != attrs.get("fingerprint"):
+        raise NotTakenError(f"{path}: its study means something else to this version")
+    if scene.row_keys() is None or scene.row_keys() != old.row_keys():
+        raise NotTakenError(f"{path}: more than the values of its grids has changed")
+    return old
 
 
 def solve_stale(
@@ -99,7 +177,10 @@ def solve_stale(
         with reported(logs and logs / f"{name}.log"):
             own = use_threads(threads // processes)
             with show_progress(name, kind_of(study.scene(name)).unit) as progress:
-                solve_to_file(study, name, folder / f"{name}.nc", None, own, progress)
+                path = folder / f"{name}.nc"
+                kept = (each for each in (earlier_file(path), path) if each.is_file())
+                earlier = next(kept, None) if study.scene(name).row_keys() else None
+                solve_to_file(study, name, path, None, own, progress, earlier)
 
     for name in stale:  # imported once for all processes
         _ = kind_of(study.scene(name)).solve
@@ -147,8 +228,14 @@ def join_to_file(
     seconds = sum(float(sidecar.get("seconds", 0)) for sidecar in sidecars)
     threads = max(int(sidecar.get("threads", 1)) for sidecar in sidecars)
     seconds += time.perf_counter() - begin
+    noted: dict[str, Any] = {}
+    if taken := sum(int(sidecar.get(TAKEN, 0)) for sidecar in sidecars):
+        noted[TAKEN] = taken
+    for reason in {sidecar[NOT_TAKEN] for sidecar in sidecars if NOT_TAKEN in sidecar}:
+        noted[NOT_TAKEN] = reason
     unresolved = count_unresolved(path)
-    write_sidecar(path, seconds, threads, shards=len(shards), unresolved=unresolved)
+    write_sidecar(path, seconds, threads, shards=len(shards), unresolved=unresolved, **noted)
+    drop_earlier(path)
 
 
 def identity(study: Study, scene: BaseScene) -> dict[str, str]:

@@ -7,6 +7,7 @@ from contextlib import suppress
 from dataclasses import dataclass
 from pathlib import Path
 
+from vibropipe.jobs.earlier import NOT_TAKEN, TAKEN, taken_text
 from vibropipe.jobs.run import Run
 from vibropipe.store import StoreError, read_sidecar, selected_attributes
 from vibropipe.words.wording import share
@@ -49,19 +50,26 @@ def summarise(run: Run) -> Summary:
         ]
         if not (made or failed or kept):
             continue
-        unresolved = []
-        for scene in run.studies[name].scenes:
-            path = f"{run.results}/{name}/{scene}.nc"
-            if {scene} & {*made, *kept} and (rows := int(read_sidecar(path).get("unresolved", 0))):
-                part = share(rows, run.plans[name][scene].rows, "row")
-                unresolved.append(f"  {scene}: {part} unresolved; `status` gives the reason")
+        notes = []
+        for scene in [each for each in run.studies[name].scenes if each in (*made, *kept)]:
+            sidecar, all_rows = (
+                read_sidecar(f"{run.results}/{name}/{scene}.nc"),
+                run.plans[name][scene].rows,
+            )
+            if scene in made and TAKEN in sidecar:
+                notes.append(f"  {scene}: {taken_text(int(sidecar[TAKEN]), all_rows)}")
+            elif scene in made and NOT_TAKEN in sidecar:
+                notes.append(f"  {scene}: {sidecar[NOT_TAKEN]}")
+            if rows := int(sidecar.get("unresolved", 0)):
+                part = share(rows, all_rows, "row")
+                notes.append(f"  {scene}: {part} unresolved; `status` gives the reason")
         texts = [f"made {_listed(made)}"] if made else []
         texts += [f"not made: {_listed(failed)}"] if failed else []
         texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []
         has_report = "report" in (*made, *failed, *kept)
         location = run.report(name) if has_report else f"{run.results}/{name}/"
         lines.append(f"{name}: {'; '.join(texts)} ({location})")
-        lines += unresolved
+        lines += notes
         if gone := scenes_left_over(run, name):
             left = f"results of {_listed(gone)}"
             lines.append(

@@ -104,8 +104,8 @@ def left_over(files: Sequence[Path]) -> dict[Path, str]:
     if last is None or not made[last]:
         return {}
     try:
-        study, _ = _study_and_scene(attributes_of(last))
-    except (StoreError, StudyError, _ForeignError, KeyError):
+        study, _ = study_and_scene(attributes_of(last))
+    except (StoreError, StudyError, ForeignError, KeyError):
         return {}  # the verdict on this file says why
     return {path: last.stem for path in made if made[path] and path.stem not in study.scenes}
 
@@ -119,8 +119,8 @@ def _verdict(path: Path, rows: int, seed: int) -> Verdict:
             return Verdict(name, left_out=NO_STUDY)
         if "row_start" in attrs:
             return Verdict(name, left_out=A_SHARD)
-        study, scene = _study_and_scene(attrs)
-    except (StoreError, StudyError, _ForeignError) as error:
+        study, scene = study_and_scene(attrs)
+    except (StoreError, StudyError, ForeignError) as error:
         return Verdict(name, faults=str(error).splitlines())
     reasons = expected_changes(attrs)
     if fingerprint(study, scene) != attrs.get("fingerprint"):
@@ -131,19 +131,19 @@ def _verdict(path: Path, rows: int, seed: int) -> Verdict:
     return Verdict(name, sample.checked, faults, reasons, sample.not_compared)
 
 
-class _ForeignError(ValueError):
+class ForeignError(ValueError):
     """The attributes of a file contradict each other."""
 
 
-def _study_and_scene(attrs: dict[str, Any]) -> tuple[Study, BaseScene]:
+def study_and_scene(attrs: dict[str, Any]) -> tuple[Study, BaseScene]:
     """Return the study that a file contains, and the scene that the file belongs to."""
     text, title = str(attrs["study"]), str(attrs.get("title", ""))
     if hashlib.sha256(text.encode()).hexdigest() != attrs.get("study_hash"):
-        raise _ForeignError(
+        raise ForeignError(
             "study: must be the one the file was made from, but its study_hash differs"
         )
     name, _, scene = title.partition(": ")
     study = study_of_text(text, name)
     if scene not in study.scenes:
-        raise _ForeignError(f"title: must name a scene of the study in the file, got {title!r}")
+        raise ForeignError(f"title: must name a scene of the study in the file, got {title!r}")
     return study, study.scenes[scene]

@@ -16,6 +16,7 @@ from vibropipe.jobs.preparation import (
     check_working_folder,
     check_writable,
     clear_leftovers,
+    keep_earlier,
     lock_results,
 )
 from vibropipe.jobs.plan import estimate_study
@@ -92,6 +93,8 @@ def prepare():
     made = [path for name in studies for path in RUN.datasets(name)]
     exit_on_error(check_whole, [path for path in made if path not in RUN.stale])
     clear_leftovers(RUN.stale)
+    for name in studies:
+        keep_earlier(RESULTS, RUN.studies[name], RUN.stale)
     print_message(plans_text())
 
 

@@ -16,11 +16,12 @@ rule solve_shard:
         runtime=30,
     params:
         file=RUN.file,
+        results=lambda wildcards: RESULTS,
         cut=RUN.cut,
     message:
         "{wildcards.study}: solving {wildcards.scene}, shard {params.cut}"
     shell:
-        "vibropipe solve {params.file:q} --scene {wildcards.scene} --shard {params.cut}"
+        "vibropipe solve {params.file:q} --results {params.results:q} --scene {wildcards.scene} --shard {params.cut}"
         " --threads {threads} --output {output.data:q} > {log} 2>&1"
 
 

@@ -188,6 +188,13 @@ class BaseScene(StudyModel):
             **keys,
         }
 
+    def row_keys(self) -> dict[str, Any] | None:
+        """Return the keys that a row depends on beside its values of the grids.
+
+        Rows of two scenes with equal keys are the same where these values are; None if rows depend on each other.
+        """
+        return None
+
     def canonical_text(self) -> str:
         """Return the keys that the data depend on as one line of JSON, equal for scenes of the same meaning."""
         return canonical_json(self.data_keys())

@@ -16,8 +16,18 @@ import numpy as np
 from vibropipe.scenes.rows import Recomputed, part_text, rows_of_shard, sample_indices, stored_grid
 from vibropipe.scenes.sweep.keys import SweepScene, block_rows
 from vibropipe.scenes.sweep.solve import solve_in_blocks, solve_rows
-from vibropipe.store import Difference, compare_rows, write_grid, write_rows
+from vibropipe.solve.sweep.sweep import effects_of_grid
+from vibropipe.store import (
+    Difference,
+    EarlierRows,
+    NotTakenError,
+    compare_rows,
+    write_grid,
+    write_rows,
+)
 from vibropipe.store import join as join_rows
+from vibropipe.store.encoding import encode
+from vibropipe.store.shards import ROWS_AT_ONCE
 
 if TYPE_CHECKING:
     from vibropipe.words.progress import Progress
@@ -37,19 +47,65 @@ def store(
     attrs: Mapping[str, Any],
     shard: tuple[int, int] | None = None,
     progress: Progress | None = None,
+    earlier: EarlierRows | None = None,
 ) -> None:
     """Solve a sweep into a file, on its grid, or shard I of N over `row`; memory holds one block of rows.
 
     shard : shard I of N, counted from 1; None solves all rows
     progress : called as `progress(done, total)` in rows
+    earlier : rows of it, as of `earlier_rows`, that are taken and not solved
+    Raises NotTakenError if they cannot be read; nothing is written then.
     """
-    start, stop = (0, scene.row_count) if shard is None else row_range(scene, *shard)
-    with closing(solve_in_blocks(scene, start, stop, block_rows(scene), progress)) as solved:
-        blocks = (block.assign_attrs({**attrs, **block.attrs}) for block in solved)
+    start, stop = _rows(scene, shard)
+    size = block_rows(scene)
+    rows = None if earlier is None else start + np.flatnonzero(earlier.rows < 0)
+    with closing(solve_in_blocks(scene, start, stop, size, progress, rows)) as solved:
+        blocks: Any = (block.assign_attrs({**attrs, **block.attrs}) for block in solved)
+        if earlier is not None:
+            blocks = earlier.merge(map(encode, blocks), stored_grid(scene), start, size)
         if shard is not None:
             write_rows(blocks, path, stop - start)
         else:
             write_grid(blocks, path, stored_grid(scene))
+
+
+def earlier_rows(
+    scene: SweepScene, other: SweepScene, path: Path, shard: tuple[int, int] | None = None
+) -> EarlierRows:
+    """Return the rows of a sweep, or of shard I of N, that the dataset of another one has.
+
+    other : the sweep from which the dataset was made, by this version of the program
+    path : the dataset
+    At least one row is not taken: how rows are stored is known from one that is solved.
+    Raises NotTakenError if the two sweeps differ in more than the values of their grids, or in what these call for.
+    """
+    if scene.row_keys() is None:
+        raise NotTakenError(f"{path}: rows are not taken with follow or prove")
+    if scene.row_keys() != other.row_keys():
+        raise NotTakenError(f"{path}: more than the values of its grids has changed")
+    grid, old = scene.row_grid(), other.row_grid()
+    if _kernel(scene) != _kernel(other) or grid.of_restitution != old.of_restitution:
+        raise NotTakenError(f"{path}: other effects are computed with the values of its grids now")
+    start, stop = _rows(scene, shard)
+    rows = np.concatenate(
+        [
+            grid.rows_in(old, a, min(a + ROWS_AT_ONCE, stop))
+            for a in range(start, stop, ROWS_AT_ONCE)
+        ]
+    )
+    if rows.min() >= 0:
+        rows[0] = -1
+    return EarlierRows(path, old.shape, rows)
+
+
+def _rows(scene: SweepScene, shard: tuple[int, int] | None) -> tuple[int, int]:
+    return (0, scene.row_count) if shard is None else row_range(scene, *shard)
+
+
+def _kernel(scene: SweepScene) -> tuple[Any, bool]:
+    """Return what the kernel of a sweep is compiled for, which follows from all values of its grids."""
+    start = scene.start.x0, scene.start.v0
+    return effects_of_grid(scene.row_grid(), start, scene.called_effects())
 
 
 def join(

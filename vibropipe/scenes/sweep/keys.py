@@ -20,7 +20,7 @@ from vibropipe.scenes.costs import (
     steady_bytes,
     stored_name,
 )
-from vibropipe.scenes.keys.base import Harmonics, Outputs
+from vibropipe.scenes.keys.base import Harmonics, Outputs, plain
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER,
@@ -118,6 +118,12 @@ class SweepScene(ForcedScene):
         keys = super().data_keys()
         # As a list, since their order is the order of the dimensions.
         return {**keys, "over": list(keys["over"].items())}
+
+    def row_keys(self) -> dict[str, Any] | None:  # noqa: D102 - as BaseScene
+        # A proof depends on the version of python-flint, too, which datasets do not hold.
+        if self.follow is not None or self.prove:
+            return None
+        return {**self.data_keys(), "over": list(self.over), "start": plain(self.start)}
 
     @property
     def row_count(self) -> int:  # noqa: D102 - as BaseScene

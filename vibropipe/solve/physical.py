@@ -52,7 +52,7 @@ OF_PARAMETERS = {"within", "counterexample"}
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
 # Attributes with goals, `impact_velocity_max_1 < 0.8; ...`, and the parts of one.
-GOALS = ("target", "subject_to", "allow")
+GOALS = ("target", "subject_to", "allow", "levels")
 _GOAL, _NUMBER = re.compile(r"(\w+)( [=<>][^;]*)"), re.compile(r"[-+\d.][-+\d.e]*")
 _START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
 

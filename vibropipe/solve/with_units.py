@@ -139,6 +139,13 @@ def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None
     return {name: plain_goal(name, value) for name, value in given.items()}
 
 
+def plain_levels(exciter: Exciter, of: Any) -> Any:
+    """Return kinds of bifurcations and values of quantities without units; what is neither is refused later."""
+    if isinstance(of, Mapping):
+        return plain_goals(exciter, "of", of)
+    return [plain_levels(exciter, each) for each in of] if isinstance(of, (list, tuple)) else of
+
+
 def plain_objectives(minimise: Any) -> Any:
     """Return the names of what is to be least, those of parameters without units; others are refused later."""
     if isinstance(minimise, str):

@@ -16,7 +16,8 @@ class Meeting(IntEnum):
     bifurcation touches a support. DOUBLE_GRAZING: an orbit touches twice. DEGENERATE_FLIP, DEGENERATE_PITCHFORK: the
     bifurcation changes its direction, and a fold of the orbits that it creates begins. CHATTER, REST: the force
     presses the mass on the support that it touches. LOST: no further point was found. POINTS: there are too many.
-    CHANGE: turns, sticks or slips of the orbit begin or end.
+    CHANGE: turns, sticks or slips of the orbit begin or end. On a level curve FOLD, FLIP, PITCHFORK, GRAZING: its orbit
+    is that bifurcation.
     """
 
     BOX = 0
@@ -32,6 +33,10 @@ class Meeting(IntEnum):
     LOST = 10
     POINTS = 11
     CHANGE = 12
+    FOLD = 13
+    FLIP = 14
+    PITCHFORK = 15
+    GRAZING = 16
 
 
 class Bifurcation(IntEnum):

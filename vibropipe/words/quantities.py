@@ -42,7 +42,8 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "border": {"inside": 0, "at_border": 1},
     "attractor_change": {"vanishes": 0, "appears": 1},
     "boundary_kind": {
-        name: code for name, code in _members(Bifurcation).items() if code < Bifurcation.END
+        **{name: code for name, code in _members(Bifurcation).items() if code < Bifurcation.END},
+        "level": 4,
     },
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},

@@ -26,7 +26,7 @@ from vibropipe.physics.forced_flow import acceleration
 # Gap or impact speed next to which an orbit may touch twice at once, where the equations are singular.
 NEAR_END = 1e-4
 # Meetings with a support, by the kind of boundary.
-TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing")
+TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing", "grazing")
 
 
 class Box(NamedTuple):

@@ -14,14 +14,6 @@ from vibropipe.orbits.law.steps import DOUBLING, GAP, SPEED, UNIT
 SHORT_LENGTH = 1e-6
 
 
-def follow(curve: BoundaryCurve, start: Point) -> Path:
-    """Follow a boundary from a point along its tangent until it leaves the box or the orbit ceases to be a motion."""
-    path = BoundaryFollower(curve, start).follow()
-    if path.end != "closed" and not (path.events and path.events[-1].reason):
-        path.events.append(Event(path.end, path.end, len(path.points) - 1))
-    return path
-
-
 class BoundaryFollower(Follower):
     """Follows a boundary of one kind of one impact sequence."""
 
@@ -63,3 +55,11 @@ class BoundaryFollower(Follower):
 
     def why_crawling(self, point: Point) -> str:  # noqa: D102 - as Follower
         return self.curve.near_end(point) or "lost"
+
+
+def followed(follower: BoundaryFollower) -> Path:
+    """Follow a boundary from a point along its tangent until it leaves the box or the orbit ceases to be a motion."""
+    path = follower.follow()
+    if path.end != "closed" and not (path.events and path.events[-1].reason):
+        path.events.append(Event(path.end, path.end, len(path.points) - 1))
+    return path

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,13 @@ from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary, grazing_at, touching
-from vibropipe.orbits.boundaries.search import SWITCHED, Boundary, follow_both_ways
+from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
+from vibropipe.orbits.boundaries.search import (
+    SWITCHED,
+    Boundary,
+    follow_both_ways,
+    new_levels,
+)
 from vibropipe.orbits.boundaries.seeds import KINDS, settled
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.curve import is_no_motion
@@ -57,30 +63,43 @@ def find_boundaries_of_pieces(
     orbits: Iterable[SettledPieces],
     of: Collection[str],
     marcher: Marcher,
+    levels: Sequence[Level] = (),
 ) -> tuple[list[Boundary], bool]:
-    """Follow all boundaries that pass through bifurcations of the branches of some orbits.
+    """Follow all boundaries that pass through the branches of some orbits.
 
     Arguments are those of `vibropipe.orbits.boundaries.search.find_boundaries`; marcher : marches the motions.
     Returns the boundaries, and whether all were followed: they are left at MAX_BOUNDARIES.
     """
     boundaries: list[Boundary] = []
     for branch in _branches(box, orbits, marcher):
-        for event in branch.events:
-            kind = "grazing" if event.kind == "change" else event.kind
-            if kind not in of or kind not in KINDS:
-                continue
-            waiting = [*_begin(box, branch, event, KINDS[kind], marcher)]
+        for seed in _seeds(box, branch, of, levels, marcher):
+            waiting = [seed]
             while waiting:
                 begun = waiting.pop()
                 if marcher.is_spent:
                     return boundaries, False
-                if is_no_motion(begun[1]) or _is_known(boundaries, *begun):
+                is_short = sum(begun[0].contacts()) <= MAX_CONTACTS
+                if not is_short or is_no_motion(begun[1]) or _is_known(boundaries, *begun):
                     continue
                 if len(boundaries) == MAX_BOUNDARIES:
                     return boundaries, False
-                boundaries.append(follow_both_ways(*begun))
+                found = follow_both_ways(*begun)
+                if isinstance(found.curve, LevelCurve) and not new_levels(found, boundaries):
+                    continue
+                boundaries.append(found)
                 waiting += _beyond(box, boundaries[-1], marcher)
     return boundaries, True
+
+
+def _seeds(
+    box: Box, branch: Branch, of: Collection[str], levels: Sequence[Level], marcher: Marcher
+) -> Iterator[tuple[LawBoundary, Point]]:
+    """Yield the boundaries through a branch, and their points there."""
+    for event in branch.events:
+        kind = "grazing" if event.kind == "change" else event.kind
+        if kind in of and kind in KINDS:
+            yield from _begin(box, branch, event, KINDS[kind], marcher)
+    yield from level_curves(box, branch, levels, marcher)
 
 
 def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> Iterator[Branch]:
@@ -199,10 +218,14 @@ def _beyond(box: Box, boundary: Boundary, marcher: Marcher) -> Iterator[tuple[La
             read = marcher.law_of(p, state, curve.sequence.m, box.symmetric, slow)
             if read is None or read.law.mirrored != curve.sequence.mirrored:
                 continue
-            touch = curve.touched
-            if curve.kind == GRAZINGS:
-                touch = touching(read.law, read.u, int(touch[1]), touch[2]).touch
-            begun = begin_at(box, curve.kind, read.law, read.u.T.ravel(), touch, ahead[-2:], curve)
+            touch, events = curve.touched, read.u.T.ravel()
+            if isinstance(curve, LevelCurve):
+                there = curve.with_sequence(read.law)
+                begun = settled(there, np.concatenate([events, ahead[-2:]]))
+            else:
+                if curve.kind == GRAZINGS:
+                    touch = touching(read.law, read.u, int(touch[1]), touch[2]).touch
+                begun = begin_at(box, curve.kind, read.law, events, touch, ahead[-2:], curve)
             if begun is not None and not is_no_motion(begun[1]):
                 yield begun
                 break
@@ -229,6 +252,8 @@ def begin_at(
 
 def _is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:
     """Return whether a point lies on a boundary that is known, or its mirror image does."""
+    if isinstance(curve, LevelCurve):
+        return curve.is_again(point, boundaries)
     law = curve.sequence
     keys = {law.key, law._replace(codes=law.image(law.codes)).key}
     return any(

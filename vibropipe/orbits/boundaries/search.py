@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Iterator
-from functools import partial
+from collections.abc import Collection, Iterable, Iterator, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -11,13 +10,15 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
-from vibropipe.orbits.boundaries.following import follow
+from vibropipe.orbits.boundaries.following import BoundaryFollower, followed
+from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, LevelFollower, level_curves
 from vibropipe.orbits.boundaries.seeds import begin
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
+from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem
 
 # Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
@@ -44,8 +45,10 @@ class Boundary(NamedTuple):
     meetings: list[Event]
 
 
-def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) -> list[Boundary]:
-    """Follow all boundaries that pass through bifurcations of the branches of some orbits.
+def find_boundaries(
+    box: Box, orbits: Iterable[Settled], of: Collection[str], levels: Sequence[Level] = ()
+) -> list[Boundary]:
+    """Follow all boundaries that pass through the branches of some orbits.
 
     Parameters
     ----------
@@ -54,6 +57,8 @@ def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) ->
         Within the box.
     of : collection of str
         Kinds: fold, flip, pitchfork, grazing.
+    levels : sequence of Level
+        Of level curves.
 
     Returns
     -------
@@ -61,6 +66,8 @@ def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) ->
         Each once; of mirror images one.
     """
     boundaries: list[Boundary] = []
+    # An orbit of impacts alone has no rests.
+    marcher = Marcher(box.effects._replace(rest=None))
     for branch in _branches(box, orbits):
         for event in branch.events:
             if event.kind not in of:
@@ -69,6 +76,9 @@ def find_boundaries(box: Box, orbits: Iterable[Settled], of: Collection[str]) ->
             if begun is None or _is_known(boundaries, *begun) or is_no_motion(begun[1]):
                 continue
             boundaries.append(follow_both_ways(*begun))
+        for curve, point in level_curves(box, branch, levels, marcher):
+            if not curve.is_again(point, boundaries):
+                boundaries += new_levels(follow_both_ways(curve, point), boundaries)
     return boundaries
 
 
@@ -144,7 +154,8 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
     alike = [
         each
         for each in boundaries
-        if each.curve.kind == curve.kind
+        if isinstance(each.curve, BoundaryCurve)
+        and each.curve.kind == curve.kind
         and each.curve.sequence[:2] == curve.sequence[:2]
         and len(each.curve.sequence.supports) == len(curve.sequence.supports)
     ]
@@ -159,6 +170,14 @@ def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point
     )
 
 
+def new_levels(found: Boundary, others: Iterable[Boundary]) -> list[Boundary]:
+    """Return a level curve if it is none of some others: where it began at an end of one, that was not seen."""
+    is_again = found.curve.is_again(found.points[len(found.points) // 2], others)
+    return [] if is_again else [found]
+
+
 def follow_both_ways(curve: Any, point: Point) -> Boundary:
     """Follow a boundary from a point to both ends."""
-    return Boundary(curve, *joined(*both_ways(partial(follow, curve), point)))
+    follower = LevelFollower if isinstance(curve, LevelCurve) else BoundaryFollower
+    paths = both_ways(lambda start: followed(follower(curve, start)), point)
+    return Boundary(curve, *joined(*paths))

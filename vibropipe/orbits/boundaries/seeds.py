@@ -67,11 +67,11 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     return settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
 
 
-def settled(curve: Any, u: np.ndarray) -> tuple[Any, Point] | None:
-    """Return a boundary and its point near u, with one of both parameters held; None if there is none."""
+def settled(curve: Any, u: np.ndarray, reach: float = SEED_REACH) -> tuple[Any, Point] | None:
+    """Return a boundary and its point within reach of u, with one of both parameters held; None if there is none."""
     for fixed in (-1, -2):
         point = curve.settle(u, fixed)
-        if point is not None and curve.weighted(point.u - u) < SEED_REACH:
+        if point is not None and curve.weighted(point.u - u) < reach:
             return curve, point
     return None
 

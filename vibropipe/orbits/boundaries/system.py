@@ -40,8 +40,8 @@ from vibropipe.physics.linear import steady_at
 from vibropipe.physics.load import forcing_period, has_second
 from vibropipe.physics.saltation import product
 
-# Kinds of boundaries, as `Bifurcation` numbers them.
-FOLDS, FLIPS, PITCHFORKS, GRAZINGS = range(4)
+# Kinds of boundaries, as `Bifurcation` numbers them, and curves on which a quantity has a value.
+FOLDS, FLIPS, PITCHFORKS, GRAZINGS, LEVELS = range(5)
 # Step of the central differences by both parameters, relative. It affects the speed of convergence and the tangent.
 DIFFERENCE = 1e-5
 # Step of the central differences of a condition, weighted. It affects the speed of convergence alone.

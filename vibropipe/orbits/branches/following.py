@@ -113,7 +113,7 @@ class BranchFollower(Follower):
 
     def looks_ahead(self) -> bool:  # noqa: D102 - as Follower
         path, point = self.path, self.path.points[-1]
-        kind = parent_ahead(self.curve, point, self.length)
+        kind = parent_ahead(self.curve, self.curve.problem.symmetric, point, self.length)
         if not kind:
             return True
         parent = reached_parent(self.curve, point, kind)

@@ -27,6 +27,12 @@ def parameters_of(problem: Problem, value: float) -> Parameters:
     return p
 
 
+def linear_state(p: Parameters) -> tuple[float, float]:
+    """Return displacement, counted from the equilibrium, and velocity of the motion without impacts at the phase 0."""
+    first, second = linear_amplitude(p), second_linear_amplitude(p)
+    return 2.0 * (first + second).real, -2.0 * p.nu * (first + 2.0 * second).imag
+
+
 def linear_extremes(p: Parameters) -> dict[int, tuple[float, float]]:
     """Return for each support the distance of the motion without impacts, and its phase at the nearest point.
 

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import FOLD, Point
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_difference
-from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.curve import LawCurve, LawZeros
 from vibropipe.orbits.law.steps import DETERMINANT, DOUBLING, MINORS, TRACE
 
 # Weighted distances from an orbit within which the flip or pitchfork of its parent is sought, one after the other.
@@ -59,12 +59,15 @@ def child_point(parent: LawCurve, point: Point, by: np.ndarray) -> tuple[LawCurv
     return child, child.point(u, change / length, tests)
 
 
-def parent_ahead(curve: LawCurve, point: Point, length: float) -> str:
+def parent_ahead(curve: LawZeros, symmetric: bool, point: Point, length: float) -> str:
     """Return of which kind the parent of doubled orbits is, if a step along the tangent leads past it.
 
     Parameters
     ----------
-    curve, point : LawCurve, Point
+    curve : LawZeros
+    symmetric : bool
+        Whether the exciter is its own mirror image on the whole curve.
+    point : Point
     length : float
         Weighted length of the step.
 
@@ -75,7 +78,7 @@ def parent_ahead(curve: LawCurve, point: Point, length: float) -> str:
     """
     sequence, weights = curve.sequence, curve.weights
     kind = "pitchfork" if sequence.m % 2 else "flip"
-    if kind == "pitchfork" and not curve.problem.symmetric:
+    if kind == "pitchfork" and not symmetric:
         return ""
     now = halves_difference(sequence, point.u, weights, kind)
     if now is None or not AT_PARENT < np.abs(now).max() < NEAR_PARENT:

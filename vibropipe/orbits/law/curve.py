@@ -178,7 +178,7 @@ class LawZeros(Curve):
                 return self.advance(self.point(u, tangent / norm, np.zeros(0)), 0.0)
         return None
 
-    def state_at(self, point: Point, visit: int = 0) -> np.ndarray:
+    def state_at(self, point: Point, visit: float = 0) -> np.ndarray:
         """Return the state after some whole periods from the phase 0 of the force, counted from the equilibrium.
 
         (x, x') and, of a housing, its velocity.

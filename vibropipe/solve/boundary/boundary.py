@@ -1,48 +1,49 @@
-"""The function `boundary`: curves of bifurcations in two parameters, as a labelled dataset."""
+"""The function `boundary`: curves of bifurcations and levels in two parameters, as a labelled dataset."""
 
 from __future__ import annotations
 
 import warnings
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
+from vibropipe.orbits.law.marching import Marcher
 from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, check_first_harmonic
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
+from vibropipe.solve.boundary.levels import Quantities
+from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.sweep import grid_of, solve_shard
-from vibropipe.solve.with_units import are_with_units, plain_name, plain_values
+from vibropipe.solve.with_units import are_with_units, plain_levels, plain_name, plain_values
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
     import xarray as xr
 
-# Kinds of bifurcations that have boundaries.
-BOUNDARIES = ("fold", "flip", "pitchfork", "grazing")
 # Orbits with more impacts are left out: towards chatter there are any number of them.
 MAX_IMPACTS = 24
 
 
 def boundary(
     exciter: Exciter,
-    of: str | Collection[str],
+    of: str | Mapping[str, Any] | Collection[str | Mapping[str, Any]],
     along: tuple[str, str] = ("nu", "f"),
     within: Sequence[Sequence[float]] = ((0.3, 3.0), (0.05, 2.0)),
     lines: int = 12,
     max_step: float = 0.02,
     law: Sequence[int] | None = None,
 ) -> xr.Dataset:
-    """Follow the curves of bifurcations in two parameters through a box.
+    """Follow the curves of bifurcations, and of values of quantities, in two parameters through a box.
 
     An orbit by its impacts, as in `branch`, and one condition more are solved for both parameters: det(D - 1) = 0 of
     the derivative D of the return map (fold), det(D + 1) = 0 (flip; of the map to the mirror image of a symmetric
@@ -51,18 +52,28 @@ def boundary(
     admissible orbits, stable or not: no flight leaves the supports. With soft supports, friction or a housing that
     slides an orbit is flown through its law, a sequence of contacts, turns, sticks and slips, as in `branch`.
 
+    On a level curve the condition is that a quantity of the orbit has a value: "struck at 0.8", or "does not progress".
+    The quantity is computed from the unknowns as that of a steady state is. A level curve passes folds, flips and
+    pitchforks of its orbit. It ends where the orbit touches a support, which begins another law, and that of doubled or
+    asymmetric orbits on the flip or pitchfork that creates them.
+
     Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
     `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
     sides. Each orbit is followed along both of its lines, round folds; so are the branches that begin at the
-    bifurcations met. What is smaller than a cell and touched by none of these branches may be missed.
+    bifurcations met. A level curve begins where a quantity passes its value between two points of a branch; of a
+    mirror-symmetric exciter also that of the mirror image. What is smaller than a cell and touched by none of these
+    branches may be missed.
 
     Parameters
     ----------
     exciter : Exciter
         Its own values of the two parameters are not used.
-    of : str or collection of str
+    of : str, mapping, or collection of these
         Kinds: fold, flip, pitchfork, grazing. Only an exciter that is mirror-symmetric in the whole box has
-        pitchforks.
+        pitchforks. And quantities with their values, named as columns of tables are: `{"impact_velocity_max_1": 0.8}`;
+        any that a branch has and that depends continuously on the parameters. Of an exciter of `from_physical` a value
+        may be text or a quantity of pint; then, and where one of `along` or `within` has a unit, bare numbers are in
+        SI, and so is the dataset.
     along : (str, str)
         Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an exciter of
         `from_physical` also those with units, as omega and F: `within` is then in SI, text or quantities of pint, and
@@ -87,25 +98,29 @@ def boundary(
         curve_id
             Number of the curve.
         boundary_kind
-            fold, flip, pitchfork or grazing.
+            fold, flip, pitchfork, grazing or level.
+        level_of
+            If levels are sought, the number of the level, from 0, in the attribute `levels`, which lists quantities
+            with their values; -1 at a bifurcation.
         period_multiple, impacts_per_orbit (support)
             The law of motion (m; p1, p2); at a grazing without the impact that begins.
         impact_velocity_max (support), displacement_strobe, velocity_strobe, floquet_multiplier (multiplier)
             As for `steady_state`; with a housing that slides, housing_velocity_strobe, and three multipliers.
         stable
-            Whether the orbit is stable: but for the multiplier 1 or -1 of the bifurcation.
+            Whether the orbit is stable: but for the multiplier 1 or -1 of a bifurcation.
 
         Over `meeting`, what a curve meets:
 
         meeting_kind
             box (a side of it), cusp, grazing_fold, grazing_flip, grazing_pitchfork, double_grazing, degenerate_flip,
             degenerate_pitchfork, chatter, rest, lost, points or, with friction or a housing, change: turns, sticks or
-            slips begin or end.
+            slips begin or end. On a level curve also fold, flip, pitchfork and grazing: its orbit is that bifurcation.
         meeting_<parameter>, meeting_point, meeting_ends
             Both parameters, the index of the point, and whether the curve ends there.
 
-        A curve without an end is closed. Mirror images of one another are given once. The attribute `incomplete` says
-        so if 64 curves with soft supports, friction or a housing, or as many steps as a call may take, do not suffice.
+        A curve without an end is closed. Mirror images of one another are given once, on level curves the one that has
+        the value. The attribute `incomplete` says so if 64 curves with soft supports, friction or a housing, or as many
+        steps as a call may take, do not suffice.
 
     Warns
     -----
@@ -115,7 +130,8 @@ def boundary(
     Raises
     ------
     ParameterError
-        If an argument is out of range, or a second harmonic acts without a first one (f = 0).
+        If an argument is out of range, a second harmonic acts without a first one (f = 0), or a quantity is unknown or
+        not one of these exciters.
 
     References
     ----------
@@ -124,10 +140,12 @@ def boundary(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
-    if not isinstance(along, str) and are_with_units(exciter, dict.fromkeys(along), within):
+    if not isinstance(along, str) and are_with_units(
+        exciter, dict.fromkeys(along), within, *_levels_in(of)
+    ):
         dataset = boundary(
             exciter,
-            of,
+            plain_levels(exciter, of),
             tuple(map(plain_name, along)),  # type: ignore[arg-type]
             [plain_values(exciter, *each) for each in zip(along, within, strict=False)],
             lines,
@@ -135,7 +153,7 @@ def boundary(
             law,
         )
         return to_physical(dataset, exciter)
-    kinds, wanted = _check_kinds(of), None if law is None else check_law(law)
+    (kinds, levels), wanted = kinds_and_levels(of), None if law is None else check_law(law)
     names = _check_along(along)
     low, high = _check_box(exciter, names, within)
     exciter = with_frequency(exciter, dict(zip(names, low.tolist(), strict=True)))
@@ -148,13 +166,17 @@ def boundary(
     ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
     effects = all_effects({**vars(exciter), **ends}, pieces=True, housing=True)
     check_ground(exciter, effects, dict(zip(names, low.tolist(), strict=True)))
+    check_levels({**vars(exciter), **dict(zip(names, high.tolist(), strict=True))}, levels)
     box = Box(np.array(exciter.numbers()), indices, low, high, symmetric, length, effects)
     rows = _settled(exciter, names, box, lines)
+    quantities = Quantities(Marcher(effects))
+    sought = quantities.levels(levels, exciter.l)
     if not effects.has_pieces:
         orbits = [orbit for each in rows for orbit in _orbits_of(each)]
-        return boundary_dataset(box, find_boundaries(box, orbits, kinds), wanted)
-    curves, missing = boundaries_of_pieces(box, rows, kinds, effects)
-    dataset = boundary_dataset(box, curves, wanted)
+        found = find_boundaries(box, orbits, kinds, sought)
+        return boundary_dataset(box, found, wanted, levels, quantities)
+    curves, missing = boundaries_of_pieces(box, rows, kinds, effects, sought)
+    dataset = boundary_dataset(box, curves, wanted, levels, quantities)
     if missing:
         dataset.attrs["incomplete"] = f"{len(curves)} curves are {missing}"
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
@@ -162,12 +184,10 @@ def boundary(
     return dataset
 
 
-def _check_kinds(of: str | Collection[str]) -> tuple[str, ...]:
-    """Return the kinds of bifurcations, or raise a ParameterError."""
-    kinds = (of,) if isinstance(of, str) else tuple(of)
-    if not kinds or not set(kinds) <= set(BOUNDARIES):
-        raise ParameterError("of", of, f"one or some of {', '.join(BOUNDARIES)}")
-    return kinds
+def _levels_in(of: Any) -> list[Mapping[str, Any]]:
+    """Return the mappings of quantities to values in what is sought."""
+    listed = of if isinstance(of, (list, tuple)) else [of]
+    return [each for each in listed if isinstance(each, Mapping)]
 
 
 def _check_along(along: tuple[str, str]) -> tuple[str, str]:

@@ -1,4 +1,4 @@
-"""Boundaries as a labelled dataset: the points of all of them in a row, and what they meet."""
+"""Boundaries and level curves as a labelled dataset: the points of all in a row, and what they meet."""
 
 from __future__ import annotations
 
@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
+from vibropipe.orbits.boundaries.level_curve import LevelCurve
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
@@ -16,7 +17,10 @@ from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.physics.effects import NOT_COMPUTED, all_effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
+from vibropipe.solve.boundary.levels import Quantities
+from vibropipe.solve.boundary.sought import levels_text
 from vibropipe.solve.branch.branch_dataset import solve_points
+from vibropipe.solve.design.goals import Bound
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.words.bifurcations import Meeting
@@ -32,26 +36,36 @@ KEPT = (
     "velocity_strobe", "floquet_multiplier", "stable",
 )  # fmt: skip
 
+# The outputs that have them.
+OUTPUTS_KEPT = ("impacts", "stability")
 # Parameters that a motion without contacts and without friction does not know.
 NOT_LINEAR = [Parameters._fields.index(name) for name in NOT_COMPUTED]
 
 
 def boundary_dataset(
-    box: Box, boundaries: Sequence[Boundary], law: tuple[int, int, int] | None = None
+    box: Box,
+    boundaries: Sequence[Boundary],
+    law: tuple[int, int, int] | None,
+    levels: Sequence[Bound],
+    quantities: Quantities,
 ) -> xr.Dataset:
-    """Return boundaries as the dataset of `vp.boundary`.
+    """Return boundaries and level curves as the dataset of `vp.boundary`.
 
     Parameters
     ----------
     box : Box
     boundaries : sequence of Boundary
-    law : (int, int, int), optional
-        The law of motion whose boundaries are kept.
+    law : (int, int, int) or None
+        The law of motion whose boundaries are kept; all if None.
+    levels : sequence of Bound
+        Those that were sought.
+    quantities : Quantities
+        Reads the points of level curves.
     """
     import xarray as xr
 
     names = [Parameters._fields[index] for index in box.along]
-    parts = [_label(box, each) for each in boundaries]
+    parts = [_label(box, each, quantities) for each in boundaries]
     if law is not None:
         kept = [n for n, part in enumerate(parts) if law in _laws_of(box, boundaries[n], part)]
         boundaries, parts = [boundaries[n] for n in kept], [parts[n] for n in kept]
@@ -77,6 +91,12 @@ def boundary_dataset(
         "meeting_point": (("meeting",), points),
         "meeting_ends": (("meeting",), np.array([ends for _k, _p, ends in meetings], np.int8)),
     }
+    if levels:
+        numbers = [
+            each.curve.level.number if isinstance(each.curve, LevelCurve) else -1
+            for each in boundaries
+        ]
+        variables["level_of"] = (("point",), np.repeat(np.array(numbers, np.int32), sizes))
     for column, name in enumerate(names):
         variables[name] = (("point",), values[:, column])
         variables[f"meeting_{name}"] = (("meeting",), values[points, column])
@@ -90,6 +110,8 @@ def boundary_dataset(
     effects = all_effect_names(values_of_box, pieces=True, housing=True)
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
+    if levels:
+        attrs["levels"] = levels_text(levels)
     if law is not None:
         attrs["law"] = f"({law[0]}; {law[1]}, {law[2]})"
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
@@ -104,6 +126,8 @@ def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, in
     m = int(part["period_multiple"][1][0])
     first, second = (int(count) for count in part["impacts_per_orbit"][1][0])
     laws, curve = {(m, first, second)}, boundary.curve
+    if isinstance(curve, LevelCurve):
+        return laws  # those of their mirror images are curves of their own
     if curve.kind == GRAZINGS:
         side = int(curve.touched[1] if isinstance(curve, LawBoundary) else curve.touch.side)
         begin = {(1, 0) if side == 1 else (0, 1)}
@@ -113,9 +137,14 @@ def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, in
     return laws | {(m, two, one) for m, one, two in laws} if box.symmetric else laws
 
 
-def _label(box: Box, boundary: Boundary) -> Variables:
+def _label(box: Box, boundary: Boundary, quantities: Quantities) -> Variables:
     """Return the steady states of the points of a boundary as variables over `row`."""
     curve, points = boundary.curve, boundary.points
+    if isinstance(curve, LevelCurve):
+        orbits = np.array([point.u for point in points])
+        found, _parameters = quantities.of(curve, orbits, curve.is_image, OUTPUTS_KEPT, 1)
+        of_housing = ["housing_velocity_strobe"] if curve.width > 2 else []
+        return {name: found[name] for name in (*of_housing, *KEPT)}
     if isinstance(curve, LawBoundary):
         return label_points(boundary)
     parameters = np.tile(box.values, (len(points), 1))

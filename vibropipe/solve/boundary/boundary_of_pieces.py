@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -10,6 +11,7 @@ from vibropipe.continuation.curve import Point
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
+from vibropipe.orbits.boundaries.level_curve import Level
 from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
@@ -30,7 +32,11 @@ L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
 
 
 def boundaries_of_pieces(
-    box: Box, rows: list[xr.Dataset], of: tuple[str, ...], effects: Effects
+    box: Box,
+    rows: list[xr.Dataset],
+    of: tuple[str, ...],
+    effects: Effects,
+    levels: Sequence[Level] = (),
 ) -> tuple[list[Boundary], str]:
     """Return the boundaries that are reached from solved rows, and what may be missing, "" if nothing.
 
@@ -43,11 +49,13 @@ def boundaries_of_pieces(
         Kinds.
     effects : Effects
         Of all exciters of the box.
+    levels : sequence of Level
+        Of level curves.
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each)]
     n = sum(each.sizes["row"] for each in rows)
     marcher = Marcher(effects, MAX_CALL_WORK + 2 * START_WORK * n)
-    boundaries, is_complete = find_boundaries_of_pieces(box, orbits, of, marcher)
+    boundaries, is_complete = find_boundaries_of_pieces(box, orbits, of, marcher, levels)
     if marcher.is_spent:
         return boundaries, "found in the steps of one call; there may be more"
     return boundaries, "" if is_complete else "followed, the most of one call; there are more"

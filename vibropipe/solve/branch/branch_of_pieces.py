@@ -96,16 +96,33 @@ def solve_branch_of_pieces(
     outputs : tuple of str
         Any of `OF_BRANCH`.
     """
-    n = len(parameters)
     curve = branch.curve
     assert isinstance(curve, LawCurve)
     sections = np.array([point.curve.state_at(point) for point in branch.points])
-    march_room = curve.marcher.room
+    return solve_sections(
+        effects, curve.marcher, curve.sequence.m, sections, parameters, harmonics, outputs
+    )
+
+
+def solve_sections(
+    effects: Effects,
+    marcher: Marcher,
+    m: int,
+    sections: np.ndarray,
+    parameters: np.ndarray,
+    harmonics: int,
+    outputs: tuple[str, ...],
+) -> RowResults:
+    """Return the compacted results of orbits of m periods from their states at the section.
+
+    sections : (points, 2 or 3) array, as for `write_piece_points`; all else as for `solve_branch_of_pieces`
+    """
+    march_room = marcher.room
     limit_work(march_room[0], 0, MAX_CALL_WORK)
-    size = CAPACITY * n
+    size = CAPACITY * len(parameters)
     listed = ImpactBuffer(np.empty(size), np.empty(size), np.empty(size, np.int8))
-    out = new_rows(n, harmonics, outputs, listed, effects)
-    write_piece_points(effects, parameters, curve.sequence.m, sections, march_room, out)
+    out = new_rows(len(parameters), harmonics, outputs, listed, effects)
+    write_piece_points(effects, parameters, m, sections, march_room, out)
     rows = compact_impacts(out)
     is_soft = has_soft_support(columns_of(parameters))
     rows = with_errors_of_pieces(

@@ -11,7 +11,7 @@ from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at, touching
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.following import Branch
-from vibropipe.orbits.branches.linear import linear_touch, parameters_of
+from vibropipe.orbits.branches.linear import linear_state, linear_touch, parameters_of
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import NO_TOUCH
 from vibropipe.orbits.law.law import Law, without_events
@@ -19,7 +19,6 @@ from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
 from vibropipe.physics.contact import support_offset
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import has_second
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY
 from vibropipe.words.parameters import PARAMETERS
@@ -117,12 +116,12 @@ def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] |
 def _linear_touch(branch: Branch, value: float) -> tuple[Grazing, Collection[str]]:
     """Return the motion without impacts where it touches a support, as `_orbit_at`: maybe both at once."""
     p = parameters_of(branch.problem, value)
-    first, second = linear_amplitude(p), second_linear_amplitude(p)
-    state = 2.0 * (first + second).real, -2.0 * p.nu * (first + 2.0 * second).imag
     support, turn = linear_touch(p)
     law = without_events(1.0, 0)
     touches_both = support_offset(p) == 0.0 and not has_second(p)
-    return touching(law, np.array([state]), support, turn), OF_OFFSET if touches_both else ()
+    return touching(
+        law, np.array([linear_state(p)]), support, turn
+    ), OF_OFFSET if touches_both else ()
 
 
 def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:

@@ -134,7 +134,7 @@ def goals_of(
     """Return the goals of a design; ParameterError for unknown names, wrong bounds and contradictions."""
     wanted = dict(target or {})
     curve = curve_of(f"target.{CURVE}", wanted.pop(CURVE)) if CURVE in wanted else None
-    bounds = [_target(name, value) for name, value in wanted.items()]
+    bounds = [target_of("target", name, value) for name, value in wanted.items()]
     bounds += [_bound(name, value) for name, value in (subject_to or {}).items()]
     _check_contradictions(bounds)
     listed = [minimise] if isinstance(minimise, str) else list(minimise or ())
@@ -157,9 +157,10 @@ def goals_of(
     return goals
 
 
-def _target(name: str, value: Any) -> Bound:
-    argument = f"target.{name}"
-    quantity = named(name, "target")
+def target_of(key: str, name: str, value: Any) -> Bound:
+    """Return the value that a quantity is to have, or raise a ParameterError; key : the argument that it stands in."""
+    argument = f"{key}.{name}"
+    quantity = named(name, key)
     number = as_float(argument, value, "a finite number")
     if not math.isfinite(number):
         raise ParameterError(argument, value, "a finite number")

@@ -63,6 +63,8 @@ VARIED = ("over", "along", "vary", "tolerance", "within")
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
 GOALS = ("target", "subject_to", "allow", MEASURED, "noise")
+# A list of mappings by quantity, and of other entries.
+LEVELS = "of"
 STAND_IN = 1.0  # for a quantity that is reported, so that the keys around it are checked
 STAND_INS: dict[str, Any] = {
     "over": [STAND_IN],
@@ -210,6 +212,13 @@ class _Reader:
                     )
                     for name, v in value.items()
                 }
+            elif key == LEVELS and isinstance(value, list):
+                plain[key] = [
+                    {name: self.level(name, v, (*path, key, n, name)) for name, v in each.items()}
+                    if isinstance(each, dict)
+                    else each
+                    for n, each in enumerate(value)
+                ]
             elif (own := _last_key(path)) in VARIED and key not in (*SWEPT, *STARTS):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
@@ -302,6 +311,12 @@ class _Reader:
             return ", ".join(f"{sign} {number!r}" for sign, number in numbers)
         # of bounds the model says what is wrong
         return value if path[-2] == "subject_to" else self.pure(value, dimension, path)
+
+    def level(self, name: str, value: Any, path: KeyPath) -> Any:
+        """Return the value of a quantity whose curve is sought without units."""
+        n_problems = len(self.problems)
+        number = self.goal(name, value, path)
+        return number if len(self.problems) == n_problems else STAND_IN
 
     def pure(self, value: Any, dimension: str, path: KeyPath) -> Any:
         """Return a value of a dimension without its units; an angle may be a number, in radians."""

@@ -11,7 +11,8 @@ from bokeh.models import ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
 from vibropipe.figures.text import parameter_names
-from vibropipe.scenes.boundary.pictures import curves_of, kinds_present
+from vibropipe.scenes.boundary.levels import shown_levels
+from vibropipe.scenes.boundary.text import curves_of, kinds_present
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.plane import Plane, sign_line, stroke_line
 from vibropipe.view.results import is_basins
@@ -19,7 +20,9 @@ from vibropipe.view.words import symbol, value_of
 from vibropipe.words.bifurcations import Bifurcation
 
 # Dashes and marks of the kinds of bifurcations, which tell them apart in grey.
-DASHES = {"grazing": "solid", "fold": "dashed", "flip": "dashdot", "pitchfork": "dotted"}
+DASHES = {
+    "grazing": "solid", "fold": "dashed", "flip": "dashdot", "pitchfork": "dotted", "level": "solid",
+}  # fmt: skip
 MARKS = {
     "fold": "circle",
     "flip": "square",
@@ -29,7 +32,7 @@ MARKS = {
     "change": "inverted_triangle",
     "neimark_sacker": "star",
 }
-BOUNDARY_COLOUR = "#CC0066"
+BOUNDARY_COLOUR, LEVEL_COLOUR = "#CC0066", "#0B2A5B"
 # Colour, dashes and width of the pieces of a branch.
 STABLE, UNSTABLE = ("#003B5C", "solid", 2.0), ("#D55E00", "dashed", 1.2)
 CURVE = ("xs", "ys", "colour", "dash", "width", "text")
@@ -70,7 +73,9 @@ def boundaries(datasets: Mapping[str, xr.Dataset], plane: Plane) -> Iterator[dic
         for kind, code in kinds_present(data).items():
             for points in curves_of(data, code):
                 x, y = (data[name].values[points] for name in plane.axes)
-                yield {"x": x, "y": y, "kind": kind, "scene": scene}
+                number = int(data["level_of"].values[points[0]]) if kind == "level" else -1
+                words = shown_levels(data)[number].text if number >= 0 else kind
+                yield {"x": x, "y": y, "kind": kind, "words": words, "scene": scene}
 
 
 def branches(
@@ -210,10 +215,10 @@ class Overlays:
                 (
                     each["x"],
                     each["y"],
-                    BOUNDARY_COLOUR,
+                    LEVEL_COLOUR if each["kind"] == "level" else BOUNDARY_COLOUR,
                     DASHES[each["kind"]],
                     2.0,
-                    f"{each['kind']} ({each['scene']})",
+                    f"{each['words']} ({each['scene']})",
                 )
                 for each in boundaries(datasets, plane)
             ]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping, Sequence
+from dataclasses import dataclass
 from typing import Annotated, Any, Literal
 
 import numpy as np
@@ -22,22 +23,65 @@ from vibropipe.scenes.keys.checks import (
     check_varied_supports,
 )
 from vibropipe.scenes.keys.parts import FigureOptions, Law, ParameterName, figure_key
-from vibropipe.scenes.keys.problems import Problem, refused, required
-from vibropipe.scenes.keys.values import Interval, NameRule, NumberRange
+from vibropipe.scenes.keys.problems import Problem, describe, refused, required
+from vibropipe.scenes.keys.values import (
+    Interval,
+    NameRule,
+    NumberOrUnit,
+    NumberRange,
+    Rule,
+    as_number,
+    number_hint,
+    refuse,
+)
+from vibropipe.solve.boundary.sought import BOUNDARIES, check_levels, level_of
 from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.records import FINITE
 
 # Curves of a kind that some lines find, points of a curve, and the seconds and bytes of a point, as usual.
 USUAL_LINES, USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 12, 4, 300, 2e-4, 120
-BoundaryKinds = Annotated[
-    list[Literal["grazing", "fold", "flip", "pitchfork"]], AfterValidator(each_once)
+# Seconds of a point of a level curve, whose quantity is computed as those of steady states are.
+SECONDS_PER_LEVEL_POINT = 1e-2
+CurveKinds = Annotated[
+    list[Literal["grazing", "fold", "flip", "pitchfork", "level"]], AfterValidator(each_once)
 ]
+
+
+@dataclass(frozen=True)
+class SoughtRule(Rule):
+    """A kind of bifurcation, or quantities with the values whose curves are sought."""
+
+    allowed = (
+        f"{', '.join(BOUNDARIES)} or a quantity with its value ({{impact_velocity_max_1: 0.8}})"
+    )
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102 - as Rule
+        level = {"additionalProperties": NumberOrUnit().schema, "minProperties": 1}
+        return {"anyOf": [{"enum": [*BOUNDARIES]}, {"type": "object", **level}]}
+
+    def convert(self, value: Any) -> str | dict[str, float]:  # noqa: D102
+        if isinstance(value, str) and value in BOUNDARIES:
+            return value
+        if not isinstance(value, dict) or not value:
+            refuse(self.allowed)
+        return {str(name): _level(str(name), number) for name, number in value.items()}
+
+
+def _level(name: str, value: Any) -> float:
+    """Return the value of a quantity whose curve is sought, or refuse it."""
+    number = as_number(value)
+    if number is None or not FINITE.contains(number):
+        refuse(f"{FINITE.text} for {name}", describe(value), number_hint(value))
+    return number
 
 
 class BoundaryFigure(FigureOptions):
     """Options of the picture of boundaries."""
 
-    show: BoundaryKinds = Field(
-        default=[], description="Kinds of bifurcations that are drawn (default: all of `of`)."
+    show: CurveKinds = Field(
+        default=[],
+        description="Kinds of curves that are drawn, level curves as `level` (default: all of `of`).",
     )
     map: Annotated[str | None, NameRule()] = Field(
         default=None,
@@ -46,11 +90,18 @@ class BoundaryFigure(FigureOptions):
 
 
 class BoundaryScene(BaseScene):
-    """Curves of bifurcations in two parameters."""
+    """Curves of bifurcations, and of values of quantities, in two parameters."""
 
-    kind: Literal["boundary"] = Field(description="Curves of bifurcations in two parameters.")
+    kind: Literal["boundary"] = Field(
+        description="Curves of bifurcations, and of values of quantities, in two parameters."
+    )
     figure: BoundaryFigure = figure_key(BoundaryFigure, "picture")
-    of: Annotated[BoundaryKinds, Field(min_length=1)] = Field(description="Kinds of bifurcations.")
+    of: Annotated[
+        list[Annotated[Any, SoughtRule()]], AfterValidator(each_once), Field(min_length=1)
+    ] = Field(
+        description="Kinds of bifurcations, and quantities with their values, named as columns of tables are: "
+        "`{impact_velocity_max_1: 0.8}`; with `physical` `{impact_velocity_max_1: 0.8 m/s}`."
+    )
     over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
         description="Ends of both parameters, in the order of the axes."
     )
@@ -76,6 +127,16 @@ class BoundaryScene(BaseScene):
         return (a, b), (c, d)
 
     @property
+    def sought(self) -> list[str | dict[str, float]]:
+        """What is sought, in an order that that of the study does not change."""
+        return sorted(self.of, key=str)
+
+    @property
+    def bifurcations(self) -> list[str]:
+        """The kinds of bifurcations that are sought."""
+        return [each for each in self.sought if isinstance(each, str)]
+
+    @property
     def row_count(self) -> int:  # noqa: D102 - as BaseScene
         return len(self.of)
 
@@ -88,7 +149,7 @@ class BoundaryScene(BaseScene):
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
         # As a list, since the order is that of the axes.
-        return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"])}
+        return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"], key=str)}
 
     def values(self) -> dict[str, Any]:
         """Return each parameter with the ends of its values."""
@@ -129,11 +190,33 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
     yield from check_varied_supports(scene, "over", lows)
 
 
+def _levels(scene: BoundaryScene) -> Iterator[Problem]:
+    """Check the quantities whose values are sought, as `vibropipe.boundary` does."""
+    largest = {name: ends[1] for name, ends in scene.over.items()}
+    levels = [
+        (n, name, value)
+        for n, each in enumerate(scene.of)
+        if isinstance(each, dict)
+        for name, value in each.items()
+    ]
+    for n, name, value in levels:
+        try:
+            level = level_of(name, value)
+        except ParameterError as error:
+            yield refused(("of", n, name), error)
+            continue
+        try:
+            check_levels({**scene.resolved_exciter(), **largest}, [level])
+        except ParameterError as error:
+            yield refused(("exciter", error.name), error)
+
+
 def _figure(scene: BoundaryScene) -> Iterator[Problem]:
     """Check that the kinds to show are among those that are sought."""
+    kinds = list(dict.fromkeys(each if isinstance(each, str) else "level" for each in scene.of))
     for name in scene.figure.show:
-        if name not in scene.of:
-            allowed = f"a kind of bifurcation that `of` has ({', '.join(scene.of)})"
+        if name not in kinds:
+            allowed = f"a kind of curve that `of` has ({', '.join(kinds)})"
             yield Problem(("figure", "show"), repr(str(name)), allowed)
 
 
@@ -141,6 +224,7 @@ CHECKS = (
     TOGETHER,
     Check((("over",),), _parameters),
     Check((("over",), ("exciter",)), _exciter),
+    Check((("of",), ("over",), ("exciter",)), _levels),
     Check((("of",), ("figure",)), _figure),
 )
 
@@ -156,13 +240,15 @@ def check_map(
 
 def plan(scene: BoundaryScene) -> Work:
     """Return the work of curves of the usual number and length, which are not known before."""
-    points = len(scene.of) * USUAL_CURVES * USUAL_POINTS * scene.lines / USUAL_LINES
+    usual = USUAL_CURVES * USUAL_POINTS * scene.lines / USUAL_LINES
+    points, levels = len(scene.of) * usual, len(scene.of) - len(scene.bifurcations)
+    seconds = points * SECONDS_PER_POINT + levels * usual * SECONDS_PER_LEVEL_POINT
     return Work(
         size=" x ".join(_range_text(scene, str(name), ends) for name, ends in scene.over.items()),
         rows=scene.row_count,
         method="exact",
         outputs=(),
-        seconds=points * SECONDS_PER_POINT * slowness(scene),
+        seconds=seconds * slowness(scene),
         bytes=HEAD_BYTES + points * POINT_BYTES,
         is_foreseen=False,
     )

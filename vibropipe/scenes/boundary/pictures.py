@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterator, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from itertools import pairwise
 from typing import Any
 
@@ -13,27 +13,28 @@ from matplotlib.axes import Axes
 from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
-from vibropipe.figures.motion_words import amount_text, number_word, times_word
-from vibropipe.figures.palette import INK, REGIME_STYLES, shaded
+from vibropipe.figures.palette import EXACT, INK, REGIME_STYLES, shaded
 from vibropipe.figures.style import write_centred
-from vibropipe.figures.text import (
-    axis_label,
-    flag_texts,
-    parameter_line,
-    plain_symbol_of,
-    sentences,
-)
-from vibropipe.report.parts import Answer
+from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.boundary.keys import BoundaryFigure
+from vibropipe.scenes.boundary.levels import label_levels
+from vibropipe.scenes.boundary.text import (
+    curves_of,
+    describe_boundaries,
+    kinds_present,
+    marks,
+    of_kinds,
+    plane,
+    title_boundaries,
+)
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.quantities import FLAGS
-from vibropipe.words.wording import series
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
 CROSSED, BETWEEN = (
@@ -47,41 +48,11 @@ CURVES: Mapping[str, Any] = {
     "fold": (0, (4, 1.5)),
     "flip": (0, (4, 1.2, 1, 1.2)),
     "pitchfork": (0, (1, 1)),
+    "level": (0, (9, 1.5)),
 }
 STABLE_WIDTH, UNSTABLE_WIDTH, HALO_WIDTH = 1.3, 0.5, 1.1
 # Colours of regimes under curves are mixed with this share of white.
 FADED = 0.45
-# Meetings that are no meeting of bifurcations.
-UNMARKED = ("box", "lost", "points")
-
-
-def plane(dataset: xr.Dataset) -> tuple[str, str]:
-    """Return both parameters of boundaries, abscissa first."""
-    x, y = str(dataset.attrs["boundary"]).split()
-    return x, y
-
-
-def kinds_present(dataset: xr.Dataset) -> dict[str, int]:
-    """Return the integer of each kind of boundary that occurs, in the order of the legend."""
-    codes = FLAGS["boundary_kind"]
-    return {name: codes[name] for name in CURVES if (dataset["boundary_kind"] == codes[name]).any()}
-
-
-def curves_of(dataset: xr.Dataset, code: int) -> Iterator[np.ndarray]:
-    """Yield the indices of the points of each curve of a kind."""
-    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
-    for number in np.unique(ids[kinds == code]):
-        yield np.flatnonzero(ids == number)
-
-
-def of_kinds(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
-    """Return the curves of the kinds to show (default: all), with what they meet."""
-    if not show:
-        return dataset
-    codes = [FLAGS["boundary_kind"][name] for name in show]
-    is_kept = np.isin(dataset["boundary_kind"].values, codes)
-    met = is_kept[dataset["meeting_point"].values]
-    return dataset.isel(point=is_kept, meeting=met)
 
 
 def draw_boundaries(
@@ -103,8 +74,9 @@ def draw_boundaries(
     for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
         if ends := ends_of_axis(of_axes[name]):
             set_limits(*ends)
+    labels = label_levels(ax, dataset, x, y)
     if regimes is not None:
-        draw_regimes(ax, dataset, regimes, x, y)
+        draw_regimes(ax, dataset, regimes, labels)
     # Folds may lie a hair beside grazings: what is broken is drawn over what is solid.
     for name, code in kinds_present(dataset).items():
         for points in curves_of(dataset, code):
@@ -155,11 +127,16 @@ def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> 
         part = points[start : min(stop + 1, points.size)]
         width = STABLE_WIDTH if stable[start] else UNSTABLE_WIDTH
         (line,) = ax.plot(
-            dataset[x].values[part], dataset[y].values[part], color=INK, linestyle=CURVES[name],
+            dataset[x].values[part], dataset[y].values[part], color=colour_of(name), linestyle=CURVES[name],
             linewidth=width, zorder=3 + (name != "grazing"),
         )  # fmt: skip
         halo = effects.Stroke(linewidth=width + HALO_WIDTH, foreground="white")
         line.set_path_effects([halo, effects.Normal()])
+
+
+def colour_of(name: str) -> str:
+    """Return the colour of a kind of curves."""
+    return EXACT if name == "level" else INK
 
 
 def faded(name: str) -> str:
@@ -167,8 +144,11 @@ def faded(name: str) -> str:
     return shaded(REGIME_STYLES[name].colour, FADED)
 
 
-def draw_regimes(ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, x: str, y: str) -> None:
-    """Draw the cells of a sweep in faded colours of how the mass moves, with its words beside the curves."""
+def draw_regimes(
+    ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, labels: Sequence[Text] = ()
+) -> None:
+    """Draw the cells of a sweep in faded colours of how the mass moves, with its words beside curves and labels."""
+    x, y = plane(dataset)
     codes, regions = regions_of(regimes)
     for dim in codes.dims:
         if dim not in (x, y):
@@ -187,6 +167,12 @@ def draw_regimes(ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, x: str, y: 
     columns, rows = cells_of(dataset, edges)
     values = values.copy()
     values[rows, columns] = CROSSED
+    for label in labels:
+        corners = ax.transData.inverted().transform(label.get_window_extent().get_points())
+        (first, last), (low, high) = (
+            np.searchsorted(border, ends) for border, ends in zip(edges, corners.T, strict=True)
+        )
+        values[max(low - 1, 0) : high, max(first - 1, 0) : last] = CROSSED
     label_regions(ax, values, edges, present)
 
 
@@ -205,16 +191,17 @@ def cells_of(
     return found
 
 
-def marks(dataset: xr.Dataset) -> np.ndarray:
-    """Return the mask of the meetings that are marked."""
-    unmarked = [FLAGS["meeting_kind"][name] for name in UNMARKED]
-    return ~np.isin(dataset["meeting_kind"].values, unmarked)
-
-
 def curve_handles(dataset: xr.Dataset) -> list[Line2D]:
     """Return legend entries of the kinds of curves, of thin lines and of the marks."""
     handles = [
-        Line2D([], [], color=INK, linestyle=CURVES[name], linewidth=STABLE_WIDTH, label=name)
+        Line2D(
+            [],
+            [],
+            color=colour_of(name),
+            linestyle=CURVES[name],
+            linewidth=STABLE_WIDTH,
+            label=name,
+        )
         for name in kinds_present(dataset)
     ]
     if (dataset["stable"] == 0).any():
@@ -224,80 +211,6 @@ def curve_handles(dataset: xr.Dataset) -> list[Line2D]:
     if marks(dataset).any():
         handles.append(Line2D([], [], **MARK_STYLE, label="curves meet"))
     return handles
-
-
-PLURALS = {"grazing": "grazings", "fold": "folds", "flip": "flips", "pitchfork": "pitchforks"}
-
-
-def title_boundaries(
-    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
-) -> str:
-    """Return the title: which bifurcations part the motions; that of the scene without a curve."""
-    kinds = series(PLURALS[name] for name in kinds_present(of_kinds(dataset, show)))
-    return f"{kinds[0].upper()}{kinds[1:]} part the motions" if kinds else ""
-
-
-def describe_boundaries(
-    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
-) -> str:
-    """Return the caption: what is drawn, and which curves there are."""
-    left_out = [name for name in kinds_present(dataset) if name not in (show or (name,))]
-    dataset = of_kinds(dataset, show)
-    x, y = (plain_symbol_of(dataset[name]) for name in plane(dataset))
-    unstable = bool((dataset["stable"] == 0).any())
-    return sentences(
-        f"Curves of bifurcations of orbits over {x} and {y}"
-        + ("; thin: of an unstable orbit" if unstable else ""),
-        curves_text(dataset),
-        f"Not drawn: {series(left_out)}" if left_out else "",
-        "Circles: curves meet" if marks(dataset).any() else "",
-        "Colours: the motions that settle; where they change without a curve, another orbit attracts the start"
-        if regimes is not None
-        else "",
-        dataset.attrs.get("incomplete", ""),
-    )
-
-
-def curves_text(dataset: xr.Dataset) -> str:
-    """Write how many curves of each kind there are."""
-    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
-    numbers = {
-        name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
-    }
-    listed = series(f"{number_word(number)} of {name}" for name, number in numbers.items())
-    sought = dataset.attrs.get("sought", "").split()
-    none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
-    whole = amount_text(int(np.unique(ids).size), "curve")
-    return f"{whole[0].upper()}{whole[1:]}: {listed}" if numbers else none
-
-
-def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
-    """Return how many curves of which kind there are, and where they meet."""
-    lead, _, kinds = curves_text(dataset).partition(": ")
-    if not kinds:
-        return [Answer(f"{lead} within the ranges that were searched.")]
-    verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
-    rest = f"{they} {kinds}." if "," not in kinds else f"Among them are {kinds.partition(',')[0]}."
-    answers = [Answer(f"{lead} {verb} the motions.", rest)]
-    if met := meetings_text(dataset):
-        answers.append(Answer("Curves meet where two conditions hold at once.", met))
-    return answers
-
-
-def meetings_text(dataset: xr.Dataset) -> str:
-    """Write which bifurcations meet most often, and how often; empty if none do."""
-    codes = dataset["meeting_kind"].values[marks(dataset)]
-    if not codes.size:
-        return ""
-    found, amounts = np.unique(codes, return_counts=True)
-    name = meeting_name(flag_texts("meeting_kind")[int(found[amounts.argmax()])])
-    among = "Among these is" if found.size > 1 else "This is"
-    return f"{among} {name}, {times_word(int(amounts.max()))}."
-
-
-def meeting_name(kind: str) -> str:
-    """Write what meets: grazing and fold; double grazing."""
-    return kind if kind.startswith(("double", "degenerate")) else kind.replace(" ", " and ")
 
 
 def keywords(options: BoundaryFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

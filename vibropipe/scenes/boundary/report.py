@@ -9,7 +9,8 @@ from vibropipe.figures.motion_words import amount_text, motion_words, rests_of
 from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
-from vibropipe.scenes.boundary.pictures import boundary_answers, meeting_name, plane
+from vibropipe.scenes.boundary.levels import shown_levels
+from vibropipe.scenes.boundary.text import boundary_answers, meeting_name, plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
@@ -33,7 +34,7 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
         names = ends.get(int(number), ["closed", "closed"])
         rows.append(
             [
-                KINDS[int(dataset["boundary_kind"][first])],
+                kind_text(dataset, first),
                 words_at(dataset, first),
                 place_text(dataset, first),
                 end_text(names[0]),
@@ -48,6 +49,13 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
     head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]
     title = "From where to where each curve leads"
     return Table(head, rows, note, left=2, title=title, scene=scene)
+
+
+def kind_text(dataset: xr.Dataset, point: int) -> str:
+    """Write of what the curve through a point is: a kind of bifurcation, or a quantity with its value."""
+    number = int(dataset["level_of"][point]) if "level_of" in dataset else -1
+    kind = KINDS[int(dataset["boundary_kind"][point])]
+    return shown_levels(dataset)[number].text if number >= 0 else kind
 
 
 def place_text(dataset: xr.Dataset, point: int) -> str:

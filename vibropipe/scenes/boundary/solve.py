@@ -20,13 +20,11 @@ if TYPE_CHECKING:
 def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     """Follow the boundaries of a scene in memory."""
     exciter = Exciter(**scene.resolved_exciter())
-    dataset = boundary(
-        exciter, sorted(scene.of), scene.along, scene.within, scene.lines, law=scene.law
-    )
+    dataset = boundary(exciter, scene.sought, scene.along, scene.within, scene.lines, law=scene.law)
     if progress is not None:
         progress(scene.row_count, scene.row_count)
     # without a curve, the data would not tell what was sought and where
-    dataset.attrs["sought"] = " ".join(sorted(scene.of))
+    dataset.attrs["sought"] = " ".join(scene.bifurcations)
     physical = stored(dataset, scene.mass_and_stiffness)
     for name, ends in zip(scene.along, scene.within, strict=True):
         held = held_name(physical.variables, name)

@@ -166,14 +166,16 @@ MOST = {False: "least", True: "greatest"}
 
 def goals(dataset: xr.Dataset) -> list[Goal]:
     """Return all that is wanted, with numbers in the units that the dataset shows."""
-    allowed = dict(_named(dataset, "allow"))
+    allowed = dict(shown_goals(dataset, "allow"))
     found = []
-    for name, text in _named(dataset, "target"):
+    for name, text in shown_goals(dataset, "target"):
         shown = text.removeprefix("= ")
         if name in allowed:
             shown = f"{_bare(shown, allowed[name])} ± {allowed[name].removeprefix('= ')}"
         found.append(Goal(words_of(dataset, name), shown))
-    found += [Goal(words_of(dataset, name), text) for name, text in _named(dataset, "subject_to")]
+    found += [
+        Goal(words_of(dataset, name), text) for name, text in shown_goals(dataset, "subject_to")
+    ]
     for text in objectives(dataset):
         most = MOST[text.startswith("-")]
         found.append(Goal(words_of(dataset, text.removeprefix("-")), most))
@@ -196,7 +198,7 @@ def _bare(number: str, other: str) -> str:
     return value if unit and other.endswith(f" {unit}") else number
 
 
-def _named(dataset: xr.Dataset, key: str) -> list[tuple[str, str]]:
+def shown_goals(dataset: xr.Dataset, key: str) -> list[tuple[str, str]]:
     """Return the name and the text of each goal of an attribute."""
     texts = str(dataset.attrs[key]).split("; ") if key in dataset.attrs else []
     pairs = [text.partition(" ") for text in texts]

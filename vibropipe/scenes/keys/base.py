@@ -40,7 +40,7 @@ NO_DATA = ("title", "caption", "figure", "exciter", "physical")
 
 def each_once(names: list[Any]) -> list[Any]:
     """Refuse a list that names something twice."""
-    if len(set(names)) < len(names):
+    if len(set(map(str, names))) < len(names):
         refuse(found=", ".join(map(str, names)), must="must have each name once")
     return names
 

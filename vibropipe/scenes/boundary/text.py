@@ -1,0 +1,161 @@
+"""What boundaries are there, in words: titles, captions and answers, and the curves that they tell of."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterator
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.motion_words import amount_text, number_word, times_word
+from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences
+from vibropipe.report.parts import Answer
+from vibropipe.scenes.boundary.levels import level_numbers, shown_levels
+from vibropipe.words.quantities import FLAGS
+from vibropipe.words.wording import series
+
+# Kinds of curves in the order of the legend.
+KINDS = ("grazing", "fold", "flip", "pitchfork", "level")
+# Meetings that are no meeting of bifurcations.
+UNMARKED = ("box", "lost", "points")
+
+
+def plane(dataset: xr.Dataset) -> tuple[str, str]:
+    """Return both parameters of boundaries, abscissa first."""
+    x, y = str(dataset.attrs["boundary"]).split()
+    return x, y
+
+
+def kinds_present(dataset: xr.Dataset) -> dict[str, int]:
+    """Return the integer of each kind of boundary that occurs, in the order of the legend."""
+    codes = FLAGS["boundary_kind"]
+    return {name: codes[name] for name in KINDS if (dataset["boundary_kind"] == codes[name]).any()}
+
+
+def curves_of(dataset: xr.Dataset, code: int) -> Iterator[np.ndarray]:
+    """Yield the indices of the points of each curve of a kind."""
+    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
+    for number in np.unique(ids[kinds == code]):
+        yield np.flatnonzero(ids == number)
+
+
+def of_kinds(dataset: xr.Dataset, show: Collection[str]) -> xr.Dataset:
+    """Return the curves of the kinds to show (default: all), with what they meet."""
+    if not show:
+        return dataset
+    codes = [FLAGS["boundary_kind"][name] for name in show]
+    is_kept = np.isin(dataset["boundary_kind"].values, codes)
+    met = is_kept[dataset["meeting_point"].values]
+    return dataset.isel(point=is_kept, meeting=met)
+
+
+def marks(dataset: xr.Dataset) -> np.ndarray:
+    """Return the mask of the meetings that are marked."""
+    unmarked = [FLAGS["meeting_kind"][name] for name in UNMARKED]
+    return ~np.isin(dataset["meeting_kind"].values, unmarked)
+
+
+PLURALS = {"grazing": "grazings", "fold": "folds", "flip": "flips", "pitchfork": "pitchforks"}
+
+
+def without_levels(dataset: xr.Dataset) -> xr.Dataset:
+    """Return the curves of bifurcations."""
+    return of_kinds(dataset, [*PLURALS])
+
+
+def title_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> str:
+    """Return the title: which bifurcations part the motions, or which levels there are; else that of the scene."""
+    shown = of_kinds(dataset, show)
+    kinds = series(PLURALS[name] for name in kinds_present(without_levels(shown)))
+    levels = [level for _number, level in level_numbers(shown)]
+    if not kinds and len(levels) == 1:
+        return f"Where the {levels[0].words} is {levels[0].value}"
+    if not kinds and levels:
+        return f"Levels of {series(dict.fromkeys(level.words for level in levels))}"
+    return f"{kinds[0].upper()}{kinds[1:]} part the motions" if kinds else ""
+
+
+def describe_boundaries(
+    dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
+) -> str:
+    """Return the caption: what is drawn, and which curves there are."""
+    left_out = [name for name in kinds_present(dataset) if name not in (show or (name,))]
+    dataset = of_kinds(dataset, show)
+    x, y = (plain_symbol_of(dataset[name]) for name in plane(dataset))
+    unstable = bool((dataset["stable"] == 0).any())
+    levels = [level.text for _number, level in level_numbers(dataset)]
+    what = ["bifurcations"] * (bool(kinds_present(without_levels(dataset))) or not levels)
+    what += ["levels"] * bool(levels)
+    return sentences(
+        f"Curves of {series(what)} of orbits over {x} and {y}"
+        + ("; thin: of an unstable orbit" if unstable else ""),
+        curves_text(dataset),
+        f"Levels: {'; '.join(levels)}" if levels else "",
+        f"Not drawn: {series(left_out)}" if left_out else "",
+        "Circles: curves meet" if marks(dataset).any() else "",
+        "Colours: the motions that settle; where they change without a curve, another orbit attracts the start"
+        if regimes is not None
+        else "",
+        dataset.attrs.get("incomplete", ""),
+    )
+
+
+def curves_text(dataset: xr.Dataset) -> str:
+    """Write how many curves of each kind there are."""
+    ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
+    numbers = {
+        name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
+    }
+    listed = series(f"{number_word(number)} of {name}" for name, number in numbers.items())
+    sought = [*dataset.attrs.get("sought", "").split()]
+    sought += [level.text for level in shown_levels(dataset)]
+    none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
+    whole = amount_text(int(np.unique(ids).size), "curve")
+    return f"{whole[0].upper()}{whole[1:]}: {listed}" if numbers else none
+
+
+def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return how many curves of which kind there are, and where they meet."""
+    levels, dataset = _level_answers(dataset), without_levels(dataset)
+    if levels and not dataset.sizes["point"]:
+        return levels
+    lead, _, kinds = curves_text(dataset).partition(": ")
+    if not kinds:
+        return [Answer(f"{lead} within the ranges that were searched.")]
+    verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
+    rest = f"{they} {kinds}." if "," not in kinds else f"Among them are {kinds.partition(',')[0]}."
+    answers = [Answer(f"{lead} {verb} the motions.", rest)]
+    if met := meetings_text(dataset):
+        answers.append(Answer("Curves meet where two conditions hold at once.", met))
+    return [*answers, *levels]
+
+
+def _level_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Return along how many curves orbits have each level, and whether stable ones do."""
+    answers = []
+    for number, level in level_numbers(dataset):
+        of_level = dataset.isel(point=dataset["level_of"].values == number)
+        curves = amount_text(np.unique(of_level["curve_id"].values).size, "curve")
+        stable = of_level["stable"].values != 0
+        share = "All" if stable.all() else "Some" if stable.any() else "None"
+        lead = f"Along {curves} the {level.words} is {level.value}."
+        answers.append(Answer(lead, f"{share} of the motions there are stable."))
+    return answers
+
+
+def meetings_text(dataset: xr.Dataset) -> str:
+    """Write which bifurcations meet most often, and how often; empty if none do."""
+    codes = dataset["meeting_kind"].values[marks(dataset)]
+    if not codes.size:
+        return ""
+    found, amounts = np.unique(codes, return_counts=True)
+    name = meeting_name(flag_texts("meeting_kind")[int(found[amounts.argmax()])])
+    among = "Among these is" if found.size > 1 else "This is"
+    return f"{among} {name}, {times_word(int(amounts.max()))}."
+
+
+def meeting_name(kind: str) -> str:
+    """Write what meets: grazing and fold; double grazing."""
+    return kind if kind.startswith(("double", "degenerate")) else kind.replace(" ", " and ")

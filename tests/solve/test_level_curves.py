@@ -131,30 +131,42 @@ def test_a_symmetric_exciter_has_both_images():
             assert abs(float(settled(EXCITER, point).displacement_mean) - mean) < 1e-9
 
 
-def test_doubled_orbits_begin_on_the_curve_of_their_parent():
-    exciter = vp.Exciter(l=0.5, h=0.1, delta=-0.3, R1=0.8, R2=0.8)
-    found = vp.boundary(exciter, {"energy_damping": 0.15}, within=((1.4, 2.8), (0.3, 1.5)), lines=6)
-    flips = found.meeting_point.values[found.meeting_kind.values == Meeting.FLIP]
-    ends = found.meeting_ends.values[found.meeting_kind.values == Meeting.FLIP]
-    of_doubled, of_parents = flips[ends == 1], flips[ends == 0]
-    assert of_doubled.size
-    for n in of_doubled:
+@pytest.mark.parametrize(
+    ("exciter", "level", "box", "kind"),
+    [
+        (
+            vp.Exciter(l=0.5, h=0.1, delta=-0.3, R1=0.8, R2=0.8),
+            {"energy_damping": 0.15},
+            ((1.4, 2.8), (0.3, 1.5)),
+            Meeting.FLIP,
+        ),
+        (EXCITER, {"impact_velocity_max_1": 0.9}, ((1.0, 1.6), (0.5, 1.5)), Meeting.PITCHFORK),
+        (EXCITER, {"energy_damping": 0.3}, ((1.0, 1.6), (0.5, 1.5)), Meeting.PITCHFORK),
+    ],
+)  # fmt: skip
+def test_doubled_orbits_end_on_the_curve_of_their_parent(exciter, level, box, kind):
+    found = vp.boundary(exciter, level, within=box, lines=6)
+    of_kind = found.meeting_kind.values == kind
+    points, ends = found.meeting_point.values[of_kind], found.meeting_ends.values[of_kind]
+    assert (ends == 1).any()
+    shared = 2 if kind == Meeting.FLIP else 1
+    for n in points[ends == 1]:
         child = found.isel(point=n)
-        assert int(child.period_multiple) % 2 == 0
         near = [
             p
-            for p in of_parents
-            if 2 * int(found.period_multiple[p]) == int(child.period_multiple)
+            for p in points[ends == 0]
+            if shared * int(found.period_multiple[p]) == int(child.period_multiple)
             and np.hypot(found.nu[p] - child.nu, found.f[p] - child.f) < 1e-8
         ]
         assert len(near) == 1
-    # none goes there and back again
-    for curve in np.unique(found.curve_id):
-        own = found.isel(point=found.curve_id.values == curve)
-        there = np.column_stack([own.nu, own.f])
-        apart = np.hypot(*(there[:, None] - there[None]).transpose(2, 0, 1))
-        far = np.abs(np.subtract.outer(np.arange(len(there)), np.arange(len(there)))) > 3
-        assert apart[far].min() > 1e-6
+    # None goes there and back again, and none is there twice as its own mirror image.
+    places = np.column_stack([found.nu, found.f])
+    inner = ~np.isin(np.arange(found.sizes["point"]), found.meeting_point)
+    ids = found.curve_id.values
+    for n in np.flatnonzero(inner):
+        apart = np.hypot(*(places - places[n]).T)
+        others = (ids != ids[n]) | (np.abs(np.arange(ids.size) - n) > 3)
+        assert apart[others & inner].min() > 1e-6
 
 
 def test_a_law_keeps_its_curves():

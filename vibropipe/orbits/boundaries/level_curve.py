@@ -32,6 +32,8 @@ from vibropipe.physics.forced_flow import acceleration
 
 # Change of a quantity between two points, over its scale, that is rounding: a quantity may have its value in a region.
 NO_CHANGE = 1e-10
+# Difference of a quantity, over its scale, of an orbit and its mirror image that have the same.
+SAME_VALUE = 1e-9
 # By how much a quantity misses its value, over its scale: from the curve that orbits (k, size) lie on, these orbits,
 # and whether their mirror images are meant.
 Misses = Callable[[LawZeros, np.ndarray, bool], np.ndarray]
@@ -67,11 +69,10 @@ class LevelCurve(LawBoundary):
     def with_sequence(self, sequence: Any) -> LevelCurve:  # noqa: D102 - as Curve
         return LevelCurve(self.box, self.level, sequence, self.scales, self.marcher, self.is_image)
 
-    @property
-    def key(self) -> tuple[int, tuple[float, int, bytes]]:
-        """What tells level curves of different motions apart."""
+    def key(self, is_image: bool) -> tuple[int, tuple[float, int, bytes]]:
+        """Return what tells level curves of different motions apart, of the orbits or their mirror images."""
         law = self.sequence
-        seen = law._replace(codes=law.image(law.codes)) if self.is_image else law
+        seen = law._replace(codes=law.image(law.codes)) if is_image else law
         return self.level.number, seen.key
 
     def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
@@ -125,10 +126,15 @@ class LevelCurve(LawBoundary):
         return super().near_end(point).removeprefix("degenerate_")
 
     def is_again(self, point: Point, others: Iterable[Any]) -> bool:
-        """Return whether a point lies on one of some boundaries (`search.Boundary`)."""
+        """Return whether a point lies on one of some boundaries (`search.Boundary`), or its mirror image does."""
+        keys = {self.key(self.is_image)}
+        if self.box.symmetric:
+            other = self.level.misses(self, point.u[np.newaxis], not self.is_image)
+            if abs(float(other[0])) < SAME_VALUE:
+                keys.add(self.key(not self.is_image))
         return any(
             isinstance(each.curve, LevelCurve)
-            and each.curve.key == self.key
+            and each.curve.key(each.curve.is_image) in keys
             and each.curve.passes(each.points, point)
             for each in others
         )

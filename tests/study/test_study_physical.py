@@ -112,7 +112,7 @@ SWEPT = "scenes.sweep.over.omega"
         ("l: 8 mm", "l: -8 mm", f"physical.l: must be {LENGTH}, got '-8 mm'"),
         ("physical: {m:", "physikal: {m:",
          "physikal: is an unknown key; must be one of title, question, description, answers, table, hero, "
-         "exciter, physical, units, scenes (did you mean 'physical'?)"),
+         "exciter, ties, physical, units, scenes (did you mean 'physical'?)"),
         ("l: 8 mm", "l: 8,5 mm", "physical.l: must be a number, got '8,5 mm' (write 8.5 mm, with a point)"),
         ("tau_end: 0.5 s,", "tau_end: 0,5 s,",
          "scenes.motion.tau_end: must be a number, got '0,5 s' (write 0.5 s, with a point)"),

@@ -5,7 +5,7 @@ from study_texts import BASE, faults, study_of
 
 from vibropipe.study import StudyError, load_study, parse_config, parse_study
 
-KEYS = "title, question, description, answers, table, hero, exciter, physical, units, scenes"
+KEYS = "title, question, description, answers, table, hero, exciter, ties, physical, units, scenes"
 
 
 @pytest.mark.parametrize(

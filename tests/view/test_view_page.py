@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+import xarray as xr
 from bokeh.document import Document
 
 import vibropipe as vp
@@ -14,6 +15,7 @@ from vibropipe.view.page import REGIONS, Page
 from vibropipe.view.plane import Plane
 from vibropipe.view.results import Results
 from vibropipe.view.row_numbers import law_text, lines_of, momentum
+from vibropipe.view.what_if import solve_anew, steady_row, unswept
 
 
 def new_page(results, scene, **options):
@@ -131,6 +133,21 @@ def test_the_map_anew_is_the_sweep_with_the_changed_parameter(results):
     page.solve_map()
     assert page.plane.dataset.attrs["follow"] == "nu both"
     assert float(page.plane.dataset["R2"]) == 0.6
+
+
+def test_what_is_tied_follows_the_parameters_that_change():
+    over, ties = (
+        {"zeta": [0.02, 0.1], "nu": [0.9, 1.2]},
+        {"R2": "R1", "f": "0.5 * nu**2", "h": "2 * zeta"},
+    )
+    rows = vp.sweep(vp.Exciter(l=1.0, R1=0.7), over, ties=ties)
+    plane = Plane(rows)
+    assert "R1" in unswept(plane)
+    assert not {"R2", "f", "h"} & unswept(plane).keys()
+    anew = solve_anew(plane, {"R1": 0.5}, lambda done, total: None)
+    xr.testing.assert_equal(anew, vp.sweep(vp.Exciter(l=1.0, R1=0.5), over, ties=ties))
+    changed = steady_row(rows.isel(zeta=1, nu=0), {"R1": 0.5})
+    assert (float(changed.R2), float(changed.h), float(changed.f)) == (0.5, 0.2, 0.5 * 0.9**2)
 
 
 def test_a_pinned_point_stays_beside_another(results):

@@ -71,10 +71,13 @@ def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
     return int(value)
 
 
-def check_over(over: Mapping[str, Any]) -> dict[str, np.ndarray]:
-    """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError."""
+def check_over(over: Mapping[str, Any], own: Collection[str] = ()) -> dict[str, np.ndarray]:
+    """Return the swept values as one-dimensional arrays of finite floats, or raise a ParameterError.
+
+    own : names beside those of parameters and starts
+    """
     arrays = {}
-    check_keys("over", over, (*Parameters._fields, *STARTS))
+    check_keys("over", over, (*Parameters._fields, *STARTS, *own))
     for name, values in over.items():
         words = PARAMETERS[name].range.words if name in PARAMETERS else ()
         allowed = f"a non-empty list of {' or '.join(words) or 'finite numbers'}"

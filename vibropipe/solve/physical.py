@@ -13,6 +13,7 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import (
     CHOSEN,
@@ -31,6 +32,7 @@ from vibropipe.words.vocabulary import (
     PARAMETER,
     PHYSICAL_NAMES,
     SENSITIVITY_SUFFIX,
+    VOCABULARY,
     attributes,
     physical_attributes,
     physical_name,
@@ -174,12 +176,13 @@ def physical_grid(grid: SweepGrid, m: float, C: float) -> SweepGrid:
         values={physical_name(n): convert(n, values, numbers) for n, values in grid.values.items()},
         follow=grid.follow and (physical_name(grid.follow[0]), *grid.follow[1:]),
         shared={physical_name(name): value for name, value in shared.items()} | numbers,
+        ties=Ties(),  # which name parameters without units; rows hold what is tied
     )
 
 
 def grid_attributes(name: str, grid: SweepGrid) -> dict[str, Any]:
     """Return the attributes of a swept parameter that differ in a grid in SI; none for any other grid or variable."""
-    if "C" not in grid.shared or name not in grid.values:
+    if "C" not in grid.shared or name not in grid.values or name not in VOCABULARY:
         return {}
     words = physical_attributes(name)
     return {key: words[key] for key in WORDS}
@@ -281,7 +284,10 @@ def _sensitivities_in_si(
 
     parameter, factors = variables[PARAMETER], unit_factors(**numbers)
     names = np.asarray(parameter.values)
-    units = [factors.get(quantity(str(name)).dimension, 1.0) for name in names.ravel()]
+    dimensions = [
+        quantity(str(name)).dimension if name in VOCABULARY else "" for name in names.ravel()
+    ]
+    units = [factors.get(dimension, 1.0) for dimension in dimensions]
     shares = xr.Variable(parameter.dims, 1.0 / np.reshape(units, names.shape))
     physical_names = [physical_name(str(name)) for name in names.ravel()]
     renamed = np.reshape(physical_names, names.shape)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
 
@@ -15,13 +15,14 @@ from numpy.typing import NDArray
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.physics.start import start_at
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import convert, is_physical, to_physical
 from vibropipe.solve.shown_units import in_si, shown_factor, shown_in
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.units import DIMENSIONS
-from vibropipe.words.vocabulary import held_name, physical_name, physical_quantity
+from vibropipe.words.vocabulary import VOCABULARY, held_name, physical_name, physical_quantity
 
 # Forcing periods that are drawn of a motion without an orbit, and those whose sections are.
 SHOWN_PERIODS, SECTION_PERIODS = 8, 400
@@ -99,6 +100,19 @@ def exciter_of(row: xr.Dataset) -> Exciter:
     return Exciter(**{**vars(exciter), **follow})
 
 
+def ties_of(dataset: xr.Dataset) -> Ties:
+    """Return the ties of the parameters of a dataset."""
+    parts = str(dataset.attrs.get("ties", "")).split("; ")
+    return Ties(dict(part.split(" = ", 1) for part in parts if part))
+
+
+def tied_again(row: xr.Dataset, exciter: Exciter) -> Exciter:
+    """Return an exciter whose tied parameters follow its others, and the names of one's own of a row, by its ties."""
+    ties = ties_of(row)
+    own = {name: float(row[name]) for name in ties.own}
+    return replace(exciter, **ties.checked({**exciter.numbers()._asdict(), **own}))
+
+
 def changed_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     """Return a row or a grid with other parameters; without a damping that a restitution gives, which follows them."""
     exciter, si = exciter_of(row), is_physical(row)
@@ -124,7 +138,7 @@ def mass_and_stiffness(row: xr.Dataset) -> dict[str, float] | None:
 def unit_of_row(row: xr.Dataset, name: str) -> float:
     """Return the value, in the units of a row, of a quantity that is 1 without units."""
     si = mass_and_stiffness(row)
-    if si is None:
+    if si is None or name not in VOCABULARY:
         return 1.0
     unit = shown_in(row).unit(physical_name(name), physical_quantity(name).units)
     return float(convert(name, 1.0, si)) * shown_factor(unit)

@@ -17,7 +17,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.words.vocabulary import VOCABULARY, attributes
+from vibropipe.words.vocabulary import VOCABULARY, attributes_of_dimension
 
 if TYPE_CHECKING:
     import netCDF4
@@ -85,7 +85,7 @@ def encode_coords(coords: Mapping[str, np.ndarray]) -> list[StoredVariable]:
     return [
         item
         for name, values in coords.items()
-        for item in _encode_values(name, (name,), values, storable(attributes(name)))
+        for item in _encode_values(name, (name,), values, storable(attributes_of_dimension(name)))
     ]
 
 

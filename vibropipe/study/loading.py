@@ -11,6 +11,7 @@ from typing import Annotated, Any, TypeVar
 from pydantic import AfterValidator, BaseModel, BeforeValidator, Field, PrivateAttr, ValidationError
 
 from vibropipe.scenes.keys.grids import StudyModel
+from vibropipe.scenes.keys.parts import OWN
 from vibropipe.scenes.keys.problems import (
     KeyPath,
     Problem,
@@ -19,6 +20,7 @@ from vibropipe.scenes.keys.problems import (
     distinct,
     repeated,
 )
+from vibropipe.scenes.keys.ties import own_names
 from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.key_text import plain_path, problem_of
 from vibropipe.study.models import Study, check_study, study_model
@@ -173,9 +175,10 @@ def parse_study(
     written = tree
     tree, misread = without_units(written)
     problems_so_far = [*slips, *(problems or []), *spelled, *unread, *misread]
-    study, invalid = _validated(study_model(), tree)
+    context = {OWN: own_names(tree)}
+    study, invalid = _validated(study_model(), tree, context)
     broken = frozenset(problem.path for problem in (*problems_so_far, *invalid) if problem.covers)
-    sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree)
+    sound, dropped = (study, frozenset[KeyPath]()) if study else _salvage(tree, context)
     if sound is not None:
         invalid += check_study(sound, both_paths(broken | dropped))
     if is_physical(tree):
@@ -226,14 +229,18 @@ def spell_out(tree: Any, path: KeyPath = ()) -> tuple[Any, list[Problem]]:
     return spelled, problems
 
 
-def _validated(model: type[Model], tree: dict[str, Any]) -> tuple[Model | None, list[Problem]]:
+def _validated(
+    model: type[Model], tree: dict[str, Any], context: dict[str, Any] | None = None
+) -> tuple[Model | None, list[Problem]]:
     try:
-        return model.model_validate(tree), []
+        return model.model_validate(tree, context=context), []
     except ValidationError as error:
         return None, [problem_of(entry, model) for entry in error.errors(include_url=False)]
 
 
-def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[KeyPath]]:
+def _salvage(
+    tree: dict[str, Any], context: dict[str, Any]
+) -> tuple[Study | None, frozenset[KeyPath]]:
     """Return the valid part of a faulty study (None if there is none), and the paths that were left out.
 
     The rules that tie keys together are checked on this part, so that one message reports their faults, too.
@@ -242,7 +249,7 @@ def _salvage(tree: dict[str, Any]) -> tuple[Study | None, frozenset[KeyPath]]:
     dropped: set[KeyPath] = set()
     while isinstance(tree.get("scenes"), dict) and tree["scenes"]:
         try:
-            return study_model().model_validate(tree), frozenset(dropped)
+            return study_model().model_validate(tree, context=context), frozenset(dropped)
         except ValidationError as error:
             paths = {plain_path(entry["loc"]) for entry in error.errors(include_url=False)}
         dropped |= {_drop(tree, path) for path in paths}
@@ -253,7 +260,7 @@ def _drop(tree: dict[str, Any], path: KeyPath) -> KeyPath:
     """Delete the faulty key, or the scene that lacks a key, from a tree; return its path."""
     depth = 1
     if path[0] == "scenes":
-        depth = 4 if path[2:3] in (("exciter",), ("over",), ("start",)) else 3
+        depth = 4 if path[2:3] in (("exciter",), ("over",), ("start",), ("ties",)) else 3
     elif path[0] == "exciter":
         depth = 2
     path = path[:depth]

@@ -26,8 +26,9 @@ from vibropipe.scenes.keys.base import (
     drawn_by_others,
 )
 from vibropipe.scenes.keys.grids import StudyModel
-from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical
+from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical, Ties
 from vibropipe.scenes.keys.problems import REQUIRED, KeyPath, Problem, StudyError, one_of
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of, kinds
@@ -52,14 +53,25 @@ def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
     for name, scene in study.scenes.items():
         own = {path[2:] for path in broken if path[:2] == ("scenes", name)}
         own |= {("exciter", *path) for path in shared if path[0] not in scene.exciter.explicit()}
-        kind = kind_of(scene)
+        kind, own_ties = kind_of(scene), {*getattr(scene, "ties", ())}
         own_problems = [
             problem
             for reads, problems in kind.checks
             if not any(_meets(path, keys) for path in own for keys in reads)
             for problem in problems(scene)
         ]
+        if study.ties and not isinstance(scene, TiedScene):
+            tied = one_of(
+                [each.name for each in kinds().values() if issubclass(each.keys, TiedScene)]
+            )
+            must = f"must be {tied} beside ties of the study: other kinds have none"
+            own_problems.append(Problem(("kind",), repr(kind.name), must=must))
         for problem in (*own_problems, *kind.check_among(scene, study.scenes, faulty)):
+            if problem.path[:1] == ("ties",) and not own_ties.intersection(
+                problem.path[1:] or own_ties
+            ):
+                yield problem  # of the study
+                continue
             is_there = any(path[: len(problem.path)] == problem.path for path in own)
             if not (is_there and problem.must.startswith(REQUIRED)):
                 yield replace(problem, path=("scenes", name, *problem.path))
@@ -156,6 +168,10 @@ class Study(StudyModel):
     exciter: ExciterKeys = Field(
         default_factory=ExciterKeys, description="Parameters shared by all scenes."
     )
+    ties: Ties = Field(
+        default={},
+        description="Parameters by expressions of others or of names of one's own, in all scenes.",
+    )
     physical: Annotated[StudyPhysical | None, NotNull] = Field(
         default=None,
         description="Parameters with units, in place of those without; datasets are then in SI.",
@@ -178,6 +194,7 @@ class Study(StudyModel):
         for name, scene in self.scenes.items():
             scene._name = name
             scene._shared = self.exciter.explicit()
+            scene._shared_ties = self.ties
             if self.physical is not None:
                 scene._mass_and_stiffness = (self.physical.m, self.physical.C)
 

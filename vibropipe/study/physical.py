@@ -18,6 +18,7 @@ from vibropipe.physics.si import (
     non_dimensional,
 )
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
+from vibropipe.scenes.keys.ties import own_names
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.physical import unit_factors
@@ -56,7 +57,7 @@ KEYS: dict[str, tuple[str, Range]] = {
 # Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
 BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to", "within")
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
-OTHERS = ("exciter", "physical", "figure", "solver", "title", "caption", "kind")
+OTHERS = ("exciter", "physical", "ties", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
 # Mappings by parameter: grids, where a branch begins and ends, ranges, standard deviations, and limits of a proof.
 VARIED = ("over", "along", "vary", "tolerance", "within")
@@ -120,6 +121,7 @@ class _Reader:
     def __init__(self, tree: dict[str, Any]) -> None:
         self.problems: list[Problem] = []
         self.tree, physical = tree, tree["physical"]
+        self.own = own_names(tree)
         self.units = {name: _si(name, physical.get(name)) or STAND_IN for name in ("m", "C")}
 
     def exciter(self, owner: dict[str, Any], path: KeyPath) -> Any:
@@ -219,7 +221,7 @@ class _Reader:
                     else each
                     for n, each in enumerate(value)
                 ]
-            elif (own := _last_key(path)) in VARIED and key not in (*SWEPT, *STARTS):
+            elif (own := _last_key(path)) in VARIED and key not in (*SWEPT, *STARTS, *self.own):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
                 self.problems.append(replace(problem, hint=hint or problem.hint))

@@ -24,13 +24,14 @@ from vibropipe.scenes.keys.parts import (
     StudyPhysical,
 )
 from vibropipe.scenes.keys.problems import Problem, StudyError
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
 from vibropipe.study.loading import Config
 from vibropipe.study.models import Hero, ReportTable, study_model
 from vibropipe.study.physical import WRITTEN
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.spelling import OLD_KEYS, greek
 
 BEGIN = "<!-- table of keys: begin, written by `python -m vibropipe.study` -->"
@@ -40,7 +41,21 @@ END = "<!-- table of keys: end -->"
 def json_schema() -> dict[str, Any]:
     """Return the JSON schema (draft 2020-12) of a study, by which editors check it."""
     schema: dict[str, Any] = _tidy(study_model().model_json_schema())
-    return {"$schema": "https://json-schema.org/draft/2020-12/schema", **schema}
+    head = {"$schema": "https://json-schema.org/draft/2020-12/schema"}
+    return {**head, **schema, **_names_without_ties()}
+
+
+def _names_without_ties() -> dict[str, Any]:
+    """Return the rule that names of one's own vary only beside ties, of the study or of the scene."""
+    names = [*PARAMETERS, *STARTS, *(each for each in WRITTEN.values() if each not in PARAMETERS)]
+    known = {"propertyNames": {"enum": [*dict.fromkeys([*names, *map(greek, names)])]}}
+    tied = [kind.name for kind in kinds().values() if issubclass(kind.keys, TiedScene)]
+    untied = {"not": {"required": ["ties"]}}
+    scene = {
+        "if": {**untied, "properties": {"kind": {"enum": tied}}},
+        "then": {"properties": {"over": known, "vary": known}},
+    }
+    return {"if": untied, "then": {"properties": {"scenes": {"additionalProperties": scene}}}}
 
 
 def _tidy(node: Any) -> Any:

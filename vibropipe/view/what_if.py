@@ -6,6 +6,7 @@ import re
 import threading
 import warnings
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -25,6 +26,8 @@ from vibropipe.solve.rebuild import (
     in_units_of,
     mass_and_stiffness,
     section_of,
+    tied_again,
+    ties_of,
     without_units,
 )
 from vibropipe.solve.rows.steady import steady_state
@@ -34,13 +37,14 @@ from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import symbol
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
-from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS, PHYSICAL
+from vibropipe.words.parameters import DEFAULTS, FOLLOWING, FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.vocabulary import (
     STEADY,
     attributes,
     drawn_by,
+    held_name,
     physical_attributes,
     physical_name,
 )
@@ -57,9 +61,11 @@ def in_thread(work: Callable[[], None]) -> None:
 
 
 def unswept(plane: Plane) -> dict[str, xr.DataArray]:
-    """Return the parameters that are the same in every row, those of absent effects included, by name."""
+    """Return the parameters that are the same in every row and not tied, those of absent effects included, by name."""
     names = [name for name in parameter_names(plane.dataset) if plane.dataset[name].ndim == 0]
-    return {name: plane.dataset[name] for name in names} | absent(plane)
+    arrays = {name: plane.dataset[name] for name in names} | absent(plane)
+    tied = {held_name(arrays, name) for name in ties_of(plane.dataset).parameters}
+    return {name: array for name, array in arrays.items() if name not in tied}
 
 
 def absent(plane: Plane) -> dict[str, xr.DataArray]:
@@ -81,7 +87,7 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     changed : new values of parameters, in the units of the row
     Raises ParameterError if a value is out of range.
     """
-    exciter = exciter_of(changed_row(row, changed))
+    exciter = tied_again(row, exciter_of(changed_row(row, changed)))
     x, v = section_of(row, exciter)
     if not np.isfinite([x, v]).all():
         x, v = float(start_at(exciter.l, exciter.delta, None, 0.0)), 0.0
@@ -132,7 +138,10 @@ def _swept(
         options = {"start": (x0, float(start[2]))}
     shown = {STEADY[name].output for name in drawn_by("sweep") if name in dataset}
     outputs = [name for name in OUTPUTS if name in shown]
-    grid = grid_of(exciter, over, follow)
+    ties = ties_of(dataset)
+    left_out: dict[str, Any] = {name: DEFAULTS[name] for name in ties.parameters if name != "l"}
+    left_out |= {name: None for name in left_out if name in FOLLOWING}
+    grid = grid_of(replace(exciter, **left_out), over, follow, ties.texts)
     harmonics = dataset.sizes.get("harmonic", 1)
     rows = solve_shard(
         grid, 0, grid.rows, outputs=outputs, progress=on_rows, harmonics=harmonics, **options

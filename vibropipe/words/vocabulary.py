@@ -7,6 +7,7 @@ from __future__ import annotations
 
 import functools
 import hashlib
+import re
 from collections.abc import Container, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any, TypeVar
@@ -46,6 +47,7 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_misfit": ("root mean square misfit of {}", True),
 }
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
+_NAME = re.compile(r"[A-Za-z]\w*")
 UNDEFINED = (
     "NaN where there is no derivative: without an orbit, or with one that is not isolated; at a grazing, a fold or a "
     "pitchfork; of multipliers that are equal; of the phase, and mostly the amplitude, of a harmonic that is zero"
@@ -216,6 +218,20 @@ def attributes(name: str) -> dict[str, Any]:
     return _attributes(quantity(name))
 
 
+def own_attributes(name: str) -> dict[str, Any]:
+    """Return the CF attributes of a number under a name that a user has chosen, such as zeta, or derived from one."""
+    base, text = name, "{}"
+    for suffix, (of, _) in SUFFIXES.items():
+        if name.endswith(suffix):
+            base, text = name.removesuffix(suffix), of
+    return {"units": "1", "long_name": text.format(base), "symbol": base}
+
+
+def attributes_of_dimension(name: str) -> dict[str, Any]:
+    """Return the CF attributes of a dimension of a grid, which a user may have named."""
+    return attributes(name) if name in VOCABULARY else own_attributes(name)
+
+
 def physical_attributes(name: str) -> dict[str, Any]:
     """Return the CF attributes, in SI, of a quantity under its name in non-dimensional datasets."""
     return _attributes(physical_quantity(name))
@@ -243,12 +259,15 @@ def describe(dataset: Described) -> Described:
     """Set the attributes of every variable of a dataset in place, and return it.
 
     Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require. Energies of one
-    motion are from its start to its end, all others per forcing period.
+    motion are from its start to its end, all others per forcing period. Names that stand in the attribute `ties` may be
+    those of a user.
 
     Raises KeyError if the table has no quantity of the name of a variable.
     """
+    own = set(_NAME.findall(dataset.attrs.get("ties", ""))) - VOCABULARY.keys()
+    own |= {f"{name}{suffix}" for name in own for suffix in SUFFIXES}
     for name, variable in dataset.variables.items():
-        attrs = attributes(str(name))
+        attrs = own_attributes(str(name)) if name in own else attributes(str(name))
         if "flag_values" in attrs:
             # Truth values are stored as int8.
             dtype = variable.dtype if variable.dtype.kind in "iu" else "int8"

@@ -12,9 +12,22 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, mod
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
 from vibropipe.scenes.keys.base import each_once
-from vibropipe.scenes.keys.checks import EXCITER, TOGETHER, Check, check_vary, check_vary_corners
+from vibropipe.scenes.keys.checks import (
+    EXCITER,
+    TIES,
+    TOGETHER,
+    Check,
+    check_vary,
+    check_vary_corners,
+)
 from vibropipe.scenes.keys.effects import VariedScene
-from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, figure_key
+from vibropipe.scenes.keys.parts import (
+    FigureOptions,
+    ParameterName,
+    Start,
+    VariedName,
+    figure_key,
+)
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.proofs import (
     PROVE,
@@ -111,7 +124,7 @@ class DesignScene(VariedScene):
     COMPUTES_HOUSING = True
     kind: Literal["design"] = Field(description="Parameters that give a wanted law of motion.")
     figure: DesignFigure = figure_key(DesignFigure)
-    vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
+    vary: Annotated[dict[VariedName, Interval], Field(min_length=1)] = Field(
         description="Ends of each parameter that may be varied."
     )
     target: dict[Text, Annotated[float, TargetRule()]] = Field(
@@ -174,6 +187,7 @@ class DesignScene(VariedScene):
             "allow": dict(self.allow) or None,
             "samples": self.samples,
             "designs": self.designs,
+            "ties": self.tied().texts,
         }
 
 
@@ -197,6 +211,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",)), check_vary_corners),

@@ -27,9 +27,7 @@ def solve(scene: DesignScene, progress: Progress | None = None) -> xr.Dataset:
     with warnings.catch_warnings():
         # The dataset says what is missed, and the report why.
         warnings.simplefilter("ignore", UnsolvedWarning)
-        dataset = design(
-            Exciter(**scene.resolved_exciter()), **scene.arguments(), progress=progress
-        )
+        dataset = design(Exciter(**scene.untied_exciter()), **scene.arguments(), progress=progress)
     whole = stored(dataset, scene.mass_and_stiffness)
     if scene.prove is None:
         return whole

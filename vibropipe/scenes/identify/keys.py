@@ -13,6 +13,7 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name
 from vibropipe.scenes.keys.checks import (
     EXCITER,
+    TIES,
     TOGETHER,
     Check,
     check_numbers,
@@ -20,7 +21,7 @@ from vibropipe.scenes.keys.checks import (
     check_vary_corners,
 )
 from vibropipe.scenes.keys.effects import VariedScene
-from vibropipe.scenes.keys.parts import ParameterName, Start
+from vibropipe.scenes.keys.parts import Start, VariedName
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
     Interval,
@@ -76,7 +77,7 @@ class IdentifyScene(VariedScene):
             json_schema_extra={"type": ["string", "object"]},
         )
     )
-    vary: Annotated[dict[ParameterName, Interval], Field(min_length=1)] = Field(
+    vary: Annotated[dict[VariedName, Interval], Field(min_length=1)] = Field(
         description="Ends of each parameter to be found."
     )
     noise: dict[Text, Sigma] = Field(
@@ -97,8 +98,8 @@ class IdentifyScene(VariedScene):
         """Number of lines of the table."""
         return len(next(iter(self.measured.values())))
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {**super().resolved_exciter(), **{n: v[0] for n, v in self.swept.items()}}
+    def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
+        return {**super().first_values(), **{n: v[0] for n, v in self.swept.items()}}
 
     @property
     def swept(self) -> dict[str, list[float]]:
@@ -119,6 +120,7 @@ def _measured(scene: IdentifyScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",), ("measured",)), check_vary_corners),

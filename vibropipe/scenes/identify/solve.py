@@ -18,7 +18,7 @@ if TYPE_CHECKING:
 def solve(scene: IdentifyScene, progress: Progress | None = None) -> xr.Dataset:
     """Find the parameters of a scene in memory."""
     dataset = identify(
-        Exciter(**scene.resolved_exciter()), scene.measured, scene.ranges(),
-        scene.start.x0, scene.start.v0, scene.noise or None, scene.samples,
+        Exciter(**scene.untied_exciter()), scene.measured, scene.ranges(),
+        scene.start.x0, scene.start.v0, scene.noise or None, scene.samples, scene.tied().texts,
     )  # fmt: skip
     return stored(dataset, scene.mass_and_stiffness)

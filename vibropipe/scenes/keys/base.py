@@ -16,6 +16,7 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.start import largest_start
+from vibropipe.physics.ties import Ties
 from vibropipe.scenes.keys.grids import RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import ExciterKeys, FigureOptions, PhysicalKeys, figure_key
 from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
@@ -72,6 +73,7 @@ class BaseScene(StudyModel):
         kind: str
     _name: str = PrivateAttr("")
     _shared: dict[str, float] = PrivateAttr(default_factory=dict)
+    _shared_ties: dict[str, str] = PrivateAttr(default_factory=dict)
     _mass_and_stiffness: tuple[float, float] | None = PrivateAttr(None)
     _units: Mapping[str, str] = PrivateAttr(default_factory=dict)
 
@@ -104,9 +106,10 @@ class BaseScene(StudyModel):
         return {name: grid.array() for name, grid in self.grids().items()}
 
     def varied_names(self) -> set[str]:
-        """Return the names that have several values: swept, followed, searched or measured."""
+        """Return the names that have several values: swept, followed, searched or measured; and what is tied."""
         keys = (getattr(self, key, ()) for key in ("over", "along", "vary", "measured"))
-        return {str(name) for names in (self.grids(), *keys) for name in names}
+        tied = self.tied().parameters
+        return {str(name) for names in (self.grids(), *keys, tied) for name in names}
 
     def extent(self) -> dict[str, Any]:
         """Return each parameter with the values that it takes, or the ends of their range."""
@@ -115,6 +118,10 @@ class BaseScene(StudyModel):
     def unit_warning(self) -> str:
         """Return what is odd about the lengths of a study with units; empty for nothing."""
         return "" if self.mass_and_stiffness is None else unit_warning(self.extent())
+
+    def tied(self) -> Ties:
+        """Return the ties of its parameters; none unless its kind has the key."""
+        return Ties()
 
     def follow_pair(self) -> tuple[str, str] | None:
         """Return the parameter along which rows seed each other and its direction, or None."""
@@ -142,7 +149,7 @@ class BaseScene(StudyModel):
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""
-        return "l" in self.given_exciter() or "l" in self.grids()
+        return "l" in (*self.given_exciter(), *self.grids(), *self.tied().parameters)
 
     @property
     def gives_backbone(self) -> bool:

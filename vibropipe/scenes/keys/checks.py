@@ -9,6 +9,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Collection, Iterator, Mapping
+from contextlib import suppress
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -22,8 +23,10 @@ from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.scenes.keys.effects import ForcedScene, check_effects
 from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, argument_path, refused, required
+from vibropipe.scenes.keys.ties import check_ties
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.solve.checks import LEFT_OUT, check_soft
+from vibropipe.solve.sweep.sweep_starts import corners as corners_of_grid
 from vibropipe.words.exciter import EFFECTS as RECORDS
 from vibropipe.words.parameters import FORCES, PARAMETERS
 from vibropipe.words.quantities import QUANTITIES
@@ -95,7 +98,15 @@ def frequency_required(path: KeyPath) -> Problem:
 
 
 def corners(scene: BaseScene, fixed: dict[str, float] | None = None) -> list[dict[str, float]]:
-    """Return parameters at the corners of the swept parameters of supports; those in `fixed` have one value."""
+    """Return parameters at the corners of the swept parameters of supports; those in `fixed` have one value.
+
+    Where parameters are tied, at all corners and wherever tied ones meet others.
+    """
+    if scene.tied() and scene.has_l():
+        with suppress(ParameterError):  # reported by `check_ties`
+            points = [*corners_of_grid(scene.row_grid())]
+            at = [p for p in points if all(p.get(n, v) == v for n, v in (fixed or {}).items())]
+            return [{n: v for n, v in point.items() if n in PARAMETERS} for point in at or points]
     ends: dict[str, tuple[float, ...]] = {
         name: (grid.low, grid.high)
         for name, grid in scene.grids().items()
@@ -184,7 +195,7 @@ def check_numbers(
     stated = scene.exciter.explicit()
     for name, values in numbers.items():
         for value in values:
-            if not is_allowed(name, value):
+            if name in PARAMETERS and not is_allowed(name, value):
                 yield Problem((key, name), repr(value), PARAMETERS[name].range.text)
                 break
         if name in stated:
@@ -196,12 +207,13 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
     """Check that l is given, and that every corner of the ranges has supports and a start between them."""
     varied = {str(name): ends for name, ends in scene.vary.items() if name in OF_SUPPORTS}
     corners = itertools.product(*varied.values())
-    changes = [dict(zip(varied, corner, strict=True)) for corner in corners]
+    at_corners = [dict(zip(varied, corner, strict=True)) for corner in corners]
+    changes = [change | scene.tied_at(scene.first_values() | change) for change in at_corners]
     problems = list(check_changes(scene, scene.vary, changes))
     yield from problems
     if not problems:
-        yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.vary.items()})
-        ends = {str(name): np.array(ends) for name, ends in scene.vary.items()}
+        yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.ends().items()})
+        ends = {name: np.array(ends) for name, ends in scene.ends().items()}
         try:
             all_effects(
                 {**scene.resolved_exciter(), **ends},
@@ -262,6 +274,7 @@ TOGETHER = Check(
     (*EXCITER, ("over",), ("along",), ("vary",), ("measured",)),
     check_together,
 )
+TIES = Check((*EXCITER, ("ties",), ("over",), ("vary",)), check_ties)
 # Checks of scenes that begin at a start.
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
 HOUSING = Check((*EXCITER, ("over",), ("outputs",), ("solver",)), check_housing)

@@ -18,8 +18,9 @@ from vibropipe.physics.start import largest_start, largest_velocity
 from vibropipe.scenes.keys.base import BaseScene, each_once, plain
 from vibropipe.scenes.keys.parts import Solver, Start
 from vibropipe.scenes.keys.problems import Problem
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NotNull
-from vibropipe.words.parameters import Effect
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS, Effect
 from vibropipe.words.wording import method_text
 
 if TYPE_CHECKING:
@@ -82,7 +83,7 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
             yield Problem((key, name), found, must=must)
 
 
-class VariedScene(BaseScene):
+class VariedScene(TiedScene):
     """A search of parameters within ranges."""
 
     if TYPE_CHECKING:  # each kind describes these keys itself
@@ -93,12 +94,17 @@ class VariedScene(BaseScene):
         """Return the ends of each varied parameter."""
         return {str(name): (ends[0], ends[1]) for name, ends in self.vary.items()}
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        lowest = {name: ends[0] for name, ends in self.ranges().items()}
-        return {**super().resolved_exciter(), **lowest}
+    def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
+        return {name: ends[0] for name, ends in self.ranges().items()}
+
+    def ends(self) -> dict[str, tuple[float, float]]:
+        """Return the ends of each parameter that is varied, or tied to what is."""
+        ranges = self.ranges()
+        spans = self.tied().spans({**DEFAULTS, **self.given_exciter()}, ranges)
+        return {name: ends for name, ends in ranges.items() if name in PARAMETERS} | spans
 
     def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
-        return {**super().extent(), **self.ranges()}
+        return {**super().extent(), **self.ends()}
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         # The equilibrium may lie beyond a support for some of the varied parameters: x0 stays as it is.
@@ -107,7 +113,7 @@ class VariedScene(BaseScene):
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects of the ranges: which of them occur depends on the parameters found."""
         return all_effect_names(
-            {**self.resolved_exciter(), **self.ranges()},
+            {**self.resolved_exciter(), **self.ends()},
             pieces=self.COMPUTES_PIECES,
             housing=self.COMPUTES_HOUSING,
         )

@@ -9,7 +9,14 @@ from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
-from pydantic import BeforeValidator, Field, create_model
+from pydantic import (
+    BeforeValidator,
+    Field,
+    GetCoreSchemaHandler,
+    GetJsonSchemaHandler,
+    create_model,
+)
+from pydantic_core import CoreSchema, core_schema
 
 from vibropipe.physics.limits import ACCURACY, LAW_IMPACTS, LAW_PERIODS, LAW_TEXT, STEPS_PER_PERIOD
 from vibropipe.scenes.keys.grids import StudyModel
@@ -26,10 +33,13 @@ from vibropipe.scenes.keys.values import (
     refuse,
 )
 from vibropipe.words import parameters as words
+from vibropipe.words.expressions import ALLOWED, NAME
 from vibropipe.words.methods import Method
 from vibropipe.words.spelling import latin
 from vibropipe.words.units import DIMENSIONS as UNITS
 
+# The names of one's own in the ties of a study, in the context of its validation.
+OWN = "own"
 # Lines of a panel: as many as there are styles of lines.
 MAX_LINES = 7
 # Dimensions of the units that a study may choose, and their nouns where these are not those of `words.units`.
@@ -65,10 +75,54 @@ class LawRule(Rule):
 
 
 Law = Annotated[list[int], LawRule()]
+
+
+@dataclass(frozen=True)
+class OrOwn:
+    """A name of a list, or one of those that the ties of the study use, which validation gets as its context."""
+
+    def __get_pydantic_core_schema__(
+        self, source: Any, handler: GetCoreSchemaHandler
+    ) -> CoreSchema:
+        def convert(value: Any, known: Any, info: Any) -> Any:
+            return value if value in (info.context or {}).get(OWN, ()) else known(value)
+
+        return core_schema.with_info_wrap_validator_function(convert, handler(source))
+
+    def __get_pydantic_json_schema__(
+        self, schema: CoreSchema, handler: GetJsonSchemaHandler
+    ) -> dict[str, Any]:
+        return {"anyOf": [handler(schema), {"type": "string", "pattern": f"^{NAME.pattern}$"}]}
+
+
 if TYPE_CHECKING:
     SweptName = str
+    OverName = str
+    VariedName = str
 else:
     SweptName = Annotated[Literal[(*words.PARAMETERS, *words.STARTS)], BeforeValidator(latin)]
+    OverName = Annotated[SweptName, OrOwn()]
+    VariedName = Annotated[ParameterName, OrOwn()]
+
+
+@dataclass(frozen=True)
+class TieRule(Rule):
+    """A number, or an expression as text."""
+
+    allowed = f"a number or {ALLOWED}"
+
+    @property
+    def schema(self) -> dict[str, Any]:  # noqa: D102 - as Rule
+        return {"anyOf": [{"type": "number"}, {"type": "string", "minLength": 1}]}
+
+    def convert(self, value: Any) -> str:  # noqa: D102
+        number = as_number(value)
+        if not isinstance(value, str) and number is None:
+            refuse(self.allowed)
+        return value if isinstance(value, str) else repr(number)
+
+
+Ties = dict[str, Annotated[str, TieRule()]]
 
 
 def _parameter_key(name: str) -> Any:
@@ -141,7 +195,7 @@ class Start(StudyModel):
 class Follow(StudyModel):
     """Start each row from the steady state of its neighbour."""
 
-    along: ParameterName = Field(description="Swept parameter to follow.")
+    along: VariedName = Field(description="Swept parameter to follow.")
     direction: Literal["up", "down", "both"] = Field(
         description="Upwards from its smallest value, downwards from its largest, or both: the dataset then has the "
         "dimension `direction`."

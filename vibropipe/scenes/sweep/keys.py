@@ -9,8 +9,10 @@ from itertools import islice
 from typing import Annotated, Any, Literal, Self
 
 import numpy as np
+from numpy.typing import NDArray
 from pydantic import Field, model_validator
 
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.limits import PATIENCE
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
@@ -28,6 +30,7 @@ from vibropipe.scenes.keys.checks import (
     HOUSING,
     SOLVER,
     SUPPORTS,
+    TIES,
     TOGETHER,
     Check,
     check_rows,
@@ -36,14 +39,15 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
-from vibropipe.scenes.keys.parts import MAX_LINES, Follow, Solver, Start, SweptName, figure_key
+from vibropipe.scenes.keys.parts import MAX_LINES, Follow, OverName, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
-from vibropipe.solve.sweep.sweep_grid import DIRECTIONS
+from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, SweepGrid
 from vibropipe.words.outputs import SWEEP_DEFAULT
-from vibropipe.words.parameters import PARAMETERS, STARTS
+from vibropipe.words.parameters import STARTS
 
 SECONDS_PER_ROW = 4e-5
 # Largest number of rows in memory at once, and largest number of their bytes.
@@ -57,14 +61,14 @@ SLOW = 1.0
 CHATTER = 1.0, 1e-7
 
 
-class SweepScene(ForcedScene):
+class SweepScene(TiedScene, ForcedScene):
     """Steady states over all combinations of swept parameters."""
 
     COMPUTES_PIECES = True
     COMPUTES_HOUSING = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = figure_key(SweepFigure)
-    over: Annotated[dict[SweptName, Grid], Field(min_length=1)] = Field(
+    over: Annotated[dict[OverName, Grid], Field(min_length=1)] = Field(
         description="Grid of each swept parameter, or of x0 and v0 of the start, in the order of the dimensions."
     )
     start: Start = Field(
@@ -108,11 +112,16 @@ class SweepScene(ForcedScene):
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): grid for name, grid in self.over.items()}
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {
-            **super().resolved_exciter(),
-            **{name: grid.low for name, grid in self.over.items() if name in PARAMETERS},
-        }
+    def row_grid(self) -> SweepGrid:  # noqa: D102 - as BaseScene
+        values = {name: grid.array() for name, grid in self.grids().items()}
+        return SweepGrid(values, self.follow_pair(), self.untied_exciter(), self.tied())
+
+    def over_arrays(self) -> dict[str, NDArray[np.float64]]:
+        """Return all values of each name that is swept, and of each parameter that is tied to one."""
+        try:
+            return self.row_grid().varied
+        except ParameterError:  # reported by `check_ties`
+            return super().over_arrays()
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
@@ -194,6 +203,7 @@ def _prove(scene: SweepScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start",), ("follow",), ("over", "x0")), _start),

@@ -142,9 +142,13 @@ def design_dataset(
             all_effect_names(columns_of(parameters), pieces=True, housing=True), start_words
         ),
         **problem.goals.texts,
+        **problem.ties.attrs,
     }
     attrs["vary"] = " ".join(problem.vary)
-    dataset = points_dataset(points, "design", harmonics, attrs, list(problem.vary))
+    dataset = points_dataset(points, "design", harmonics, attrs, [*problem.ranges])
+    found = problem.low + np.array([candidate.share for candidate in designs]) * problem.width
+    own = [(n, name) for n, name in enumerate(problem.vary) if name not in Parameters._fields]
+    dataset = dataset.assign_coords({name: ("design", found[:, n]) for n, name in own})
     misses = problem.misses(np.array([candidate.values for candidate in designs]))
     variables: dict[str, Any] = {
         "design_result": ("design", np.array([each.result for each in designs], np.int8)),
@@ -185,7 +189,7 @@ def tolerances(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]
     if problem.goals.curve or any(np.isinf(problem.room(bound)) for bound in problem.goals.bounds):
         return {}
     # What has no given deviation takes its part with an assumed one.
-    deviations = assumed_scatter(problem.exciter, problem.vary) | dict(problem.scatter)
+    deviations = assumed_scatter(problem.exciter, problem.ranges) | dict(problem.scatter)
     found = [needed_tolerances(problem, each, deviations) for each in designs]
     variables: dict[str, Any] = {
         f"{name}_tolerance": ("design", column)

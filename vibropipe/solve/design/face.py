@@ -4,17 +4,19 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.parameter_error import check_keys
-from vibropipe.solve.checks import check_soft, check_whole, with_frequency
+from vibropipe.physics.ties import Ties
+from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
 from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem, directions
+from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.design.scatter import (
     LEAST_YIELD,
     assumed_scatter,
@@ -43,7 +45,6 @@ from vibropipe.solve.with_units import (
 )
 from vibropipe.words.designs import DESIGN_SAMPLES, DesignResult
 from vibropipe.words.designs import DESIGNS as DESIGNS_LIMITS
-from vibropipe.words.parameters import CONTINUOUS, PARAMETERS
 from vibropipe.words.progress import Progress, WorkCount
 from vibropipe.words.status import UnsolvedWarning
 
@@ -107,6 +108,7 @@ def design(
     samples: int = SAMPLES,
     designs: int = DESIGNS,
     progress: Progress | None = None,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Find parameters whose motion has wanted quantities, keeps to bounds, and has others as small as possible.
 
@@ -121,7 +123,7 @@ def design(
         The parameters that are not varied. Of one made by `from_physical`, ranges, goals and tolerances may have
         units, bare numbers beside them are in SI, and so is the dataset.
     vary : mapping of str to (float, float)
-        Lower and upper end of each varied parameter.
+        Lower and upper end of each varied parameter, or name that `ties` use.
     target : mapping of str to float, optional
         Values of quantities, named as the columns of `table` are: displacement_mean, displacement_amplitude_3,
         impact_velocity_max_1 and, of soft supports, support_force_max_2. Those of the law of motion, as
@@ -145,6 +147,9 @@ def design(
         Largest number of designs returned, from 1 to 100; a front has up to 16.
     progress : callable, optional
         Called as progress(done, total), in steps of the search.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others or of names of one's own, as of `sweep`; derivatives follow them. They hold
+        for designs: the parts of a yield scatter in each parameter by itself.
 
     Returns
     -------
@@ -160,7 +165,7 @@ def design(
         has only designs that half of the parts keep at least, if there are any.
 
         <parameter>
-            Varied parameters; the others are scalars.
+            Varied parameters, names of one's own, and what is tied to them; the others are scalars.
         design_result, design_miss
             Whether all that is wanted holds (targets within 1e-9 of their size) or what keeps it from holding: an end
             of a range, a change of law, a conflict; and the largest miss over its size.
@@ -228,7 +233,7 @@ def design(
         wanted["vary"] = plain_mapping(exciter, vary)
         wanted["tolerance"] = tolerance and plain_mapping(exciter, tolerance)
         wanted["minimise"] = plain_objectives(minimise)
-    found, missed = _designs(exciter, samples, designs, progress, **wanted)
+    found, missed = _designs(exciter, samples, designs, progress, Ties(ties), **wanted)
     if missed and with_units:
         reason = DesignResult(int(found.design_result[0])).reason
         missed = f"No design that was found is met: {reason}."
@@ -242,6 +247,7 @@ def _designs(
     samples: int,
     designs: int,
     progress: Progress | None,
+    ties: Ties,
     *,
     vary: Mapping[str, tuple[float, float]],
     target: Mapping[str, Any] | None,
@@ -258,12 +264,18 @@ def _designs(
     check_whole("samples", samples, DESIGN_SAMPLES)
     check_whole("designs", designs, DESIGNS_LIMITS)
     allowed = check_allow(goals, allow)
-    ranges = check_vary(exciter, vary)
-    exciter = with_frequency(exciter, {name: ends[0] for name, ends in ranges.items()})
+    ranges = check_vary(exciter, vary, ties)
+    exciter = at_lower_ends(exciter, ranges, ties)
     exciter.check_frequency(sigma.keys() - {"nu"})
-    scatter = sigma or (assumed_scatter(exciter, ranges) if allowed else {})
-    problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, scatter)
-    check_presence({**vars(exciter), **{name: ends[0] for name, ends in vary.items()}}, goals)
+    problem = Problem(exciter, ranges, goals, x0, v0, sigma, allowed, {}, ties=ties)
+    for name in goals.names:
+        if name.derived and name.parameter in (*ties.free, *ties.parameters):
+            must = f"must leave out {name.parameter}, since {name.name} is wanted, by it alone"
+            raise ParameterError("ties", ties.texts, must=must, got="")
+    if sigma or allowed:
+        problem = replace(problem, scatter=sigma or assumed_scatter(exciter, problem.ranges))
+    lows = {name: ends[0] for name, ends in problem.ranges.items()}
+    check_presence({**vars(exciter), **lows}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
@@ -292,26 +304,3 @@ def _designs(
     )
     steps.add(steps.total)
     return dataset, "" if kept[0].is_met else miss_text(problem, kept[0])
-
-
-def check_vary(
-    exciter: Exciter, vary: Mapping[str, tuple[float, float]]
-) -> dict[str, tuple[float, float]]:
-    """Return the ranges of varied parameters in the order of the parameters, or raise a ParameterError."""
-    if not vary:
-        raise ParameterError("vary", vary, must="must have at least one parameter with its range")
-    check_keys("vary", vary, CONTINUOUS)
-    for name, ends in vary.items():
-        try:
-            low, high = map(float, ends)
-        except (TypeError, ValueError):
-            low, high = np.nan, np.nan
-        if not low < high:
-            raise ParameterError(f"vary.{name}", ends, "a pair of increasing numbers")
-        limits = PARAMETERS[name].range
-        if not (limits.contains(low) and limits.contains(high)):
-            raise ParameterError(f"vary.{name}", ends, f"within its range, {limits.text}")
-    check_soft("vary", exciter, vary, {name: float(ends[0]) for name, ends in vary.items()})
-    return {
-        name: (float(vary[name][0]), float(vary[name][1])) for name in PARAMETERS if name in vary
-    }

@@ -9,6 +9,7 @@ from functools import cached_property
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
@@ -63,6 +64,9 @@ class Problem:
         How far inside each bound a quantity is to be.
     reach : float
         Standard deviations of `scatter` up to which the motions around a design are to have its law.
+    ties : Ties
+        Parameters by expressions of others; `vary` then has names of one's own, too. They hold for designs: parts
+        scatter in each parameter by itself.
     """
 
     exciter: Exciter
@@ -75,11 +79,24 @@ class Problem:
     scatter: Mapping[str, float] = field(default_factory=dict)
     margins: np.ndarray | None = None
     reach: float = 0.0
+    ties: Ties = field(default_factory=Ties)
+
+    @cached_property
+    def following(self) -> list[str]:
+        """Parameters that are tied to what is varied."""
+        return [n for n in self.ties.parameters if not {*self.vary}.isdisjoint(self.ties.roots[n])]
 
     @cached_property
     def columns(self) -> list[int]:
-        """Columns of the varied parameters."""
-        return [Parameters._fields.index(name) for name in self.vary]
+        """Columns of the varied parameters, and of those that are tied to them."""
+        names = [name for name in (*self.vary, *self.following) if name in Parameters._fields]
+        return [Parameters._fields.index(name) for name in names]
+
+    @cached_property
+    def ranges(self) -> dict[str, tuple[float, float]]:
+        """Ranges of the varied parameters, and of those that are tied to them."""
+        spans = self.ties.spans(self.exciter.numbers()._asdict(), self.vary)
+        return {n: ends for n, ends in self.vary.items() if n in Parameters._fields} | spans
 
     @cached_property
     def scattered(self) -> tuple[list[int], np.ndarray]:
@@ -115,14 +132,28 @@ class Problem:
         return tuple(name for name in OUTPUTS if name in wanted)
 
     def parameters(self, shares: np.ndarray) -> np.ndarray:
-        """Return the parameters (n, p) of points (n, k) in shares of the ranges."""
+        """Return the parameters (n, p) of points (n, k) in shares of the ranges; nan where a tie has no value."""
         rows = np.tile(np.array(self.exciter.numbers()), (len(shares), 1))
-        rows[:, self.columns] = self.low + shares * self.width
+        varied = dict(zip(self.vary, (self.low + shares * self.width).T, strict=True))
+        tied = self.ties.values({**self.exciter.numbers()._asdict(), **varied}, self.following)
+        for name, values in (varied | tied).items():
+            if name in Parameters._fields:
+                rows[:, Parameters._fields.index(name)] = values
         return rows
 
-    def shares(self, parameters: np.ndarray) -> np.ndarray:
-        """Return points (n, k) in shares of the ranges from their parameters (n, p)."""
-        return (parameters[:, self.columns] - self.low) / self.width
+    def by_shares(self, share: np.ndarray, jacobian: np.ndarray) -> np.ndarray:
+        """Return derivatives (q, k) by shares of the ranges from those (q, columns) by each parameter alone."""
+        if not self.ties:
+            return jacobian * self.width
+        varied = dict(zip(self.vary, (self.low + share * self.width).tolist(), strict=True))
+        slopes = self.ties.slopes({**self.exciter.numbers()._asdict(), **varied}, self.vary)
+        names = [Parameters._fields[column] for column in self.columns]
+        by = [slopes.get(each, {each: 1.0}) for each in names]
+        moves = np.array([[each.get(name, 0.0) for name in self.vary] for each in by])
+        # An undefined derivative does not count where nothing acts through it.
+        parts = np.where(moves == 0.0, 0.0, jacobian[:, :, None] * moves)
+        total: np.ndarray = parts.sum(axis=1) * self.width
+        return total
 
     def from_start(self, parameters: np.ndarray, sensitivity: bool = False) -> Points:
         """Return the motions that settle from the start at parameters (n, p), with sensitivities if asked for."""

@@ -4,13 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Callable
 from contextlib import suppress
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 
 import numpy as np
 
 from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.rows.named import Named
+from vibropipe.solve.rows.points import within_ranges
 
 # Residual in place of that of a trial with another law of motion: steps that lead there are refused.
 REFUSED = 1e3
@@ -85,13 +86,16 @@ class Search:
             return self._tried[key]
         problem = self.problem
         parameters = problem.parameters(share[None])[0]
+        if not within_ranges(parameters[None])[0]:  # by a tie
+            self.refused += 1
+            return replace(self.last, share=share, valid=False)
         point, values, jacobian = problem.linearised(parameters, self.state, problem.columns)
         valid = bool(
             problem.is_valid(point, values[None])[0]
             and (point.laws[0] == self.law).all()
             and problem.keeps_law_around(parameters[None], self.law[None])[0]
         )
-        trial = Trial(share, values, jacobian * problem.width, point.states[0], valid)
+        trial = Trial(share, values, problem.by_shares(share, jacobian), point.states[0], valid)
         self._tried[key] = trial
         if valid:
             self.last, self.state = trial, trial.state

@@ -7,7 +7,7 @@ from dataclasses import dataclass, replace
 
 import numpy as np
 
-from vibropipe.physics.exciter import ParameterError, Parameters
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search, Trial
 from vibropipe.solve.rows.points import within_ranges
@@ -285,8 +285,8 @@ def miss_text(problem: Problem, nearest: Candidate) -> str:
         for bound, miss in zip(problem.goals.bounds, missed, strict=True)
         if abs(miss) > 0
     ]
-    at = problem.parameters(nearest.share[None])[0]
-    place = ", ".join(f"{name} = {at[Parameters._fields.index(name)]:.6g}" for name in problem.vary)
+    at = (problem.low + nearest.share * problem.width).tolist()
+    place = ", ".join(f"{name} = {value:.6g}" for name, value in zip(problem.vary, at, strict=True))
     reason = DesignResult(nearest.result).reason
     return (
         f"No design that was found is met. The nearest has {place}: {'; '.join(misses)}; {reason}."

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, parameter_steps
@@ -55,7 +56,15 @@ class Measured:
 
 @dataclass(frozen=True)
 class Model:
-    """The measured quantities as functions of the parameters to be found."""
+    """The measured quantities as functions of what is to be found.
+
+    Attributes
+    ----------
+    found : list of str
+        Parameters, and names of one's own that ties use.
+    width : (k,) array
+        Widths of their ranges.
+    """
 
     exciter: Exciter
     data: Measured
@@ -63,11 +72,8 @@ class Model:
     x0: float | None
     v0: float
     absent: np.ndarray
-
-    @property
-    def columns(self) -> list[int]:
-        """Positions of the parameters to be found among all."""
-        return [Parameters._fields.index(name) for name in self.found]
+    width: np.ndarray
+    ties: Ties
 
     def values(self, points: np.ndarray) -> np.ndarray:
         """Return the quantities (n, rows, q) at values (n, k) of the parameters."""
@@ -75,17 +81,21 @@ class Model:
 
     def _rows(self, points: np.ndarray) -> np.ndarray:
         """Return all parameters (n * rows, p) at values (n, k) of those to be found; a motion is one row."""
-        base = np.tile(np.array(self.exciter.numbers()), (len(points), 1))
-        base[:, self.columns] = points
+        times = len(self.data.values) if self.data.names else 1
+        varied = dict(zip(self.found, np.repeat(points, times, axis=0).T, strict=True))
         if self.data.names:
-            base = np.repeat(base, len(self.data.values), axis=0)
-            for name, values in self.data.over.items():
-                base[:, Parameters._fields.index(name)] = np.tile(values, len(points))
+            varied |= {n: np.tile(values, len(points)) for n, values in self.data.over.items()}
+        tied = self.ties.values({**self.exciter.numbers()._asdict(), **varied})
+        base = np.tile(np.array(self.exciter.numbers()), (times * len(points), 1))
+        for name, values in (varied | tied).items():
+            if name in Parameters._fields:
+                base[:, Parameters._fields.index(name)] = values
         return clipped(base)
 
     def _solve(self, rows: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Return the quantities (n, rows, q), and the laws (n, rows, 4), at all parameters."""
-        data = self.data
+        """Return the quantities (n, rows, q), and the laws (n, rows, 4), at all parameters; none without a tie."""
+        data, is_known = self.data, np.isfinite(rows).all(axis=1)
+        rows = np.where(is_known[:, None], rows, self.exciter.numbers())
         outputs = outputs_of(data.names) if data.names else curve_fit.OUTPUTS
         wanted = tuple(name for name in OUTPUTS if name in {*outputs, "stability"})
         solved = solve_points(rows, (self.x0, self.v0), wanted, harmonics_of(data.names))
@@ -94,6 +104,7 @@ class Model:
         else:
             phase = data.over["phase"]
             values = curve_fit.displacement_at(solved.variables, rows, phase)[:, :, None]
+        values[~is_known.reshape(len(values), -1).all(axis=1)] = np.nan
         return values, solved.laws.reshape(len(values), -1, 4)
 
     def residuals(self, points: np.ndarray) -> np.ndarray:
@@ -114,12 +125,18 @@ class Model:
         A neighbour with another law of motion is left out: the derivative is one-sided, or 0 with none on either side.
         So it is of motions without an orbit, whose means over chaos have no derivative.
         """
-        k, base = len(point), np.array(self.exciter.numbers())
-        base[self.columns] = point
-        steps = np.diag(parameter_steps(base, self.columns, STEP))
-        rows = self._rows(np.vstack([point, point - steps, point + steps]))
+        k, base = len(point), self._rows(point[None])[0]
+        steps = STEP * np.maximum(np.abs(point), 0.1 * self.width)
+        of_parameters = [n for n, name in enumerate(self.found) if name in Parameters._fields]
+        columns = [Parameters._fields.index(self.found[n]) for n in of_parameters]
+        steps[of_parameters] = parameter_steps(base, columns, STEP)
+        points = np.vstack([point, point - np.diag(steps), point + np.diag(steps)])
+        rows = self._rows(points)
         values, laws = self._solve(rows)
-        misfits, at = self._misfits(values), rows.reshape(*laws.shape[:2], -1)[:, :, self.columns]
+        misfits, at = self._misfits(values), np.repeat(points[:, None], laws.shape[1], axis=1)
+        at[:, :, of_parameters] = rows.reshape(*laws.shape[:2], -1)[
+            :, :, columns
+        ]  # within their ranges
         is_same = ((laws == laws[0]).all(axis=2) & (laws[0, :, 1] > 0))[..., None]
         misfits, at = (np.where(is_same, each, each[0]) for each in (misfits, at))
         low, high = slice(1, k + 1), slice(k + 1, None)

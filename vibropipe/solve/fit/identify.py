@@ -10,9 +10,10 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import number_within
-from vibropipe.solve.checks import check_whole, with_frequency
-from vibropipe.solve.design.face import check_vary
+from vibropipe.physics.ties import Ties
+from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import CURVE
+from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.fit.fit_model import Measured, Model, search, with_absent
 from vibropipe.solve.fit.fit_quality import determined, quality_of
 from vibropipe.solve.origin_attrs import origin_attrs
@@ -36,6 +37,7 @@ def identify(
     v0: float = 0.0,
     noise: Mapping[str, float] | None = None,
     samples: int = SAMPLES,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Find the parameters nearest to a measured motion or response in weighted least squares, and how near they are.
 
@@ -50,7 +52,7 @@ def identify(
         A motion: `phase`, in forcing periods after a rising zero of sin(nu tau), and `displacement`. Or a response:
         swept parameters (nu) and quantities named as the columns of `table` are. `pandas.read_csv` reads either.
     vary : mapping of str to (float, float)
-        Lower and upper end of each parameter to be found.
+        Lower and upper end of each parameter to be found, or name that `ties` use.
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     noise : mapping of str to float, optional
@@ -58,6 +60,8 @@ def identify(
         of successive misfits.
     samples : int
         Number of samples, from 8 to 1e6.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others, swept ones included, or of names of one's own, as of `sweep`.
 
     Returns
     -------
@@ -94,17 +98,30 @@ def identify(
        bound-constrained minimization problems, SIAM Journal on Scientific Computing 21 (1999) 1.
     .. [2] D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications, Wiley 1988.
     """
-    ranges = check_vary(exciter, vary)
+    tied = Ties(ties)
+    swept = _first_of_swept(measured)
+    ranges = check_vary(exciter, vary, tied, swept)
     data = read_measured(measured, ranges, noise)
     check_whole("samples", samples, DESIGN_SAMPLES)
-    lows = {name: ends[0] for name, ends in ranges.items()}
-    exciter = with_frequency(
-        exciter, lows | {n: float(values[0]) for n, values in data.over.items()}
-    )
+    exciter = at_lower_ends(exciter, ranges, tied, swept)
     exciter.check_start(x0, v0)
     low, high = np.array(list(ranges.values())).T
-    model = with_absent(Model(exciter, data, list(ranges), x0, v0, np.zeros(1)), low, high)
-    return _dataset(model, search(model, low, high, samples), low, high)
+    found = [*ranges]
+    model = Model(exciter, data, found, x0, v0, np.zeros(1), high - low, tied)
+    model = with_absent(model, low, high)
+    best = search(model, low, high, samples)
+    over = {name: data.over[name] for name in swept}
+    tied.checked({**exciter.numbers()._asdict(), **over, **dict(zip(found, best, strict=True))})
+    return _dataset(model, best, low, high)
+
+
+def _first_of_swept(measured: Any) -> dict[str, float]:
+    """Return the first value of each column that is a parameter; none of a table that `read_measured` refuses."""
+    try:
+        names = [str(name) for name in measured if name in Parameters._fields]
+        return {name: float(np.ravel(measured[name])[0]) for name in names}
+    except (KeyError, TypeError, ValueError, IndexError):
+        return {}
 
 
 def read_measured(
@@ -162,6 +179,9 @@ def _dataset(model: Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) 
         **model.exciter.stated(),
         **dict(zip(found, best.tolist(), strict=True)),
     }
+    numbers = model.exciter.numbers()._asdict()
+    tied = model.ties.values({**numbers, **parameters, **data.over})
+    parameters |= {name: value for name, value in tied.items() if np.ndim(value) == 0}
     variables: dict[str, Any] = {
         "parameter_covariance": (("parameter", "other_parameter"), known.covariance),
         "parameter_result": (("parameter",), known.results),
@@ -183,7 +203,9 @@ def _dataset(model: Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) 
     coords: dict[str, Any] = {
         name: ((), value) for name, value in parameters.items() if name not in data.over
     }
-    coords |= {name: ("measurement", values) for name, values in data.over.items()}
+    along = {name: values for name, values in tied.items() if np.ndim(values)}
+    coords = {name: value for name, value in coords.items() if name not in along}
+    coords |= {name: ("measurement", values) for name, values in {**data.over, **along}.items()}
     labelled = [(dims, np.shape(values)) for dims, values in variables.values()]
     sizes = {dim: n for dims, shape in labelled for dim, n in zip(dims, shape, strict=True)}
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
@@ -191,9 +213,10 @@ def _dataset(model: Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) 
     coords["direction_of_fit"] = np.arange(1, len(found) + 1)
     start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
     effects = all_effect_names(
-        {**vars(model.exciter), **parameters, **data.over}, pieces=True, housing=True
+        {**vars(model.exciter), **parameters, **data.over, **along}, pieces=True, housing=True
     )
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
+    attrs |= model.ties.attrs
     return describe(xr.Dataset(variables, coords, attrs))
 
 

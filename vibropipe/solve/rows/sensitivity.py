@@ -14,6 +14,7 @@ from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.power import TWO_PI, known_on_frame, per_time
 from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.words.parameters import THROUGH_OTHERS, slopes_of_acted
@@ -122,6 +123,47 @@ def _through_others(
             changed[..., names.index(parameter)] += seen * own_share
         through[name] = (dims, changed)
     return through
+
+
+def through_ties(
+    variables: Variables, ties: Ties, free: np.ndarray
+) -> tuple[Variables, tuple[str, ...]]:
+    """Return labelled rows with derivatives by the names that are free, with what they do to tied parameters.
+
+    Parameters
+    ----------
+    variables : Variables
+        With derivatives by each parameter alone; `row_size` of impacts, if there are any.
+    ties : Ties
+    free : (rows, free) array
+        Values of the free names of the ties.
+
+    Returns
+    -------
+    (Variables, tuple of str)
+        The rows, and the names by which their derivatives are: parameters that are not tied, and names of one's own. A
+        name that a parameter is tied to by which there are no derivatives is left out.
+    """
+    names = differentiated(variables)
+    lost = {root for name in ties.parameters if name not in names for root in ties.roots[name]}
+    by = [name for name in (*names, *ties.own) if name not in ties.expressions and name not in lost]
+    shares = np.zeros((len(free), len(names), len(by)))
+    for name in {*by} & {*names}:
+        shares[:, names.index(name), by.index(name)] = 1.0
+    for row, values in enumerate(free.tolist()):
+        for tied, slopes in ties.slopes(dict(zip(ties.free, values, strict=True)), by).items():
+            for name, slope in slopes.items():
+                shares[row, names.index(tied), by.index(name)] = slope
+    changed = dict(variables)
+    for name, (dims, values) in variables.items():
+        if dims[-1] == PARAMETER:
+            counts = variables["row_size"][1] if dims[0] != "row" else np.empty(0)
+            owner, inner = _owner_of(dims, len(free), counts), (1,) * (values.ndim - 2)
+            share = shares[owner].reshape(len(values), *inner, *shares.shape[1:])
+            # A derivative that is undefined does not count where nothing acts through it.
+            parts = np.where(share == 0.0, 0.0, values[..., None] * share)
+            changed[name] = (dims, parts.sum(axis=-2))
+    return changed, tuple(by)
 
 
 def _owner_of(dims: tuple[str, ...], rows: int, impact_count: np.ndarray) -> np.ndarray:

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import itertools
-from collections.abc import Callable, Generator, Mapping, Sequence
+from collections.abc import Generator, Mapping, Sequence
 from contextlib import closing
 from functools import partial
 from typing import TYPE_CHECKING, Any
@@ -13,8 +12,9 @@ import numpy as np
 from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
 from vibropipe.physics.effects import Effects, effect_names, has_soft_support, resolve_effects
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
+from vibropipe.physics.ties import Ties, stated_names
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.accuracy.row_errors import row_errors, with_error
 from vibropipe.solve.checks import (
@@ -28,15 +28,16 @@ from vibropipe.solve.checks import (
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
-from vibropipe.solve.rows.many import Start, solve_rows
+from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.sensitivity import through_ties
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid, row_blocks
+from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start, starts_of_rows
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_name, plain_values
 from vibropipe.words.outputs import SWEEP_DEFAULT
-from vibropipe.words.parameters import STARTS
 from vibropipe.words.progress import Progress
-from vibropipe.words.vocabulary import describe
+from vibropipe.words.vocabulary import PARAMETER, describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -60,6 +61,7 @@ def sweep(
     effects: Sequence[str] | None = None,
     client: Any = None,
     patience: int = PATIENCE,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Find the steady states (see `steady_state`) for every combination of the values in `over`.
 
@@ -69,9 +71,9 @@ def sweep(
         The parameters that are the same in every row.
     over : mapping of str to array_like
         Values (an array, a dask array or a list; one-dimensional) of each swept parameter of the
-        exciter, or of a part of the start, x0 or v0, in the order of the dimensions of the result. Of an exciter of
-        `from_physical` also parameters with units: omega, F and so on, in SI, as text or as quantities of pint; the
-        dataset then is in SI, as `to_physical` returns it.
+        exciter, of a part of the start, x0 or v0, or of a name that `ties` use, in the order of the dimensions of the
+        result. Of an exciter of `from_physical` also parameters with units: omega, F and so on, in SI, as text or as
+        quantities of pint; the dataset then is in SI, as `to_physical` returns it.
     x0, v0 : float, optional
         Start of every row: displacement and velocity (default 0) at tau = 0. The default of x0 is the equilibrium or,
         if the equilibrium lies beyond a support, that support. A value within 4 ulps of a support is moved onto it.
@@ -101,6 +103,10 @@ def sweep(
         Forcing periods, from 128 to 1,000, after which a damped row may be left as chaotic: if a perturbation grew by
         more than e^6 over the last 50 of them, unless areas of the section shrink slowly or a motion without impacts
         exists. Such rows, and all others, are marched for longer (docs/numerics.md). With 1,000 none is left before.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others or of names of one's own, such as {"R2": "R1", "f": "0.02 * nu**2", "h":
+        "2 * zeta"}: numbers, names, + - * / **, brackets, sqrt, exp, log, sin, cos, tan and pi (docs/theory.md). Names
+        of one's own stand in `over` or have a tie themselves. Parameters are those of `Exciter`, without units.
 
     Returns
     -------
@@ -108,12 +114,16 @@ def sweep(
         Quantities over the names in `over` and then `support`, `harmonic`, `multiplier`, `phase` and so on, all
         non-dimensional as for `simulate`. `regime` and `status` label rows without a steady state. Impacts are a
         contiguous ragged array [1]_: `impact_*` over `impact`, with `row_size` of them for each row, in the order of
-        the grid. The attributes `method`, `effects`, `start`, `follow` and `version` say how it was made.
+        the grid. The attributes `method`, `effects`, `start`, `follow`, `ties` and `version` say how it was made. Tied
+        parameters are variables over the grid where they differ, and derivatives are by the names that are not tied,
+        one's own included, with what they do to those that are.
 
     Raises
     ------
     ParameterError
-        If an argument is out of range, or `effects` leaves out an effect that the parameters have.
+        If an argument is out of range, a tie cannot be read, has no value or one that its parameter cannot have, goes
+        round in a circle, or is of a parameter that is given as well, or `effects` leaves out an effect that the
+        parameters have.
     RuntimeError
         If a worker of the cluster has other kernels, or was lost too often with the same rows.
 
@@ -139,10 +149,11 @@ def sweep(
             effects=effects,
             client=client,
             patience=patience,
+            ties=ties,
         )
         return to_physical(rows, exciter)
     given = over if client is None else computed_values(client, over)
-    grid = grid_of(exciter, given, follow)
+    grid = grid_of(exciter, given, follow, ties)
     check_swept_start(given, x0, v0)
     start = check_corners(grid, x0, 0.0 if v0 is None else v0)
     solver = check_solver(harmonics, outputs, accuracy, patience)
@@ -151,13 +162,26 @@ def sweep(
     return warn_unsolved(assemble(shards, grid))
 
 
-def grid_of(exciter: Exciter, over: Mapping[str, Any], follow: Follow = None) -> SweepGrid:
-    """Return the grid of a sweep; ParameterError if `over` or `follow` is not valid."""
-    values, followed = check_over(over), check_follow(over, follow)
-    exciter.check_frequency([name for name, array in values.items() if array.any()])
-    left_out = values.keys() | swept_dampings(exciter, values)
-    shared = {name: value for name, value in exciter.stated().items() if name not in left_out}
-    return SweepGrid(values, followed, shared)
+def grid_of(
+    exciter: Exciter,
+    over: Mapping[str, Any],
+    follow: Follow = None,
+    ties: Mapping[str, Any] | None = None,
+) -> SweepGrid:
+    """Return the grid of a sweep; ParameterError if `over`, `follow` or `ties` is not valid."""
+    tied = Ties(ties)
+    values, followed = check_over(over, (*tied.own, *tied.expressions)), check_follow(over, follow)
+    tied.check(stated_names(exciter), values, "over")
+    grid = SweepGrid(values, followed, exciter.stated(), tied)
+    given = {**exciter.numbers()._asdict(), **grid.shared, **grid.varied}
+    exciter.check_frequency(
+        [name for name in tied.expressions.keys() | values.keys() if np.any(given.get(name, 0.0))]
+    )
+    dampings = swept_dampings(
+        exciter, {name: np.atleast_1d(given[name]) for name in (*values, *tied.parameters)}
+    )
+    shared = {name: value for name, value in exciter.stated().items() if name not in dampings}
+    return SweepGrid(values, followed, shared, tied) if dampings else grid
 
 
 def check_solver(
@@ -227,10 +251,11 @@ def solve_blocks(
         If `effects` leaves out an effect that the parameters have.
     """
     requested_outputs = check_outputs(outputs)
-    values = {**grid.shared, **grid.values}
+    values = {**grid.shared, **grid.varied}
     e, soft = effects_of_grid(grid, start, effects)
     check_accuracy_of_housing(e.housing, accuracy)
     attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
+    attrs |= grid.ties.attrs
 
     def numbers(begin: int, stop: int) -> np.ndarray:
         if rows is not None:
@@ -262,7 +287,7 @@ def effects_of_grid(
 
     They follow from the whole grid, not from some rows: the kernel must not depend on the cuts.
     """
-    values = {**grid.shared, **grid.values}
+    values = {**grid.shared, **grid.varied}
     farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
     e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
     return e, has_soft_support(values)
@@ -287,12 +312,17 @@ def _label(
         variables = with_error(variables, row_errors(parameters[0], variables), max_error)
     variables |= {
         name: (("row",), parameters[0][:, Parameters._fields.index(name)])
-        for name in grid.of_restitution
+        for name in grid.following
     }
+    labels = coordinates(variables, harmonics)
+    if grid.ties and PARAMETER in labels:
+        free = grid.parameters(grid.ties.free, numbers)
+        variables, by = through_ties(variables, grid.ties, free)
+        labels = labels.assign({PARAMETER: np.array(by)})
     variables = take_rows(variables, np.argsort(numbers))
     coords = grid.row_coords(np.sort(numbers))
     attrs_of_block = {"row_start": start, "row_stop": start + len(numbers), **attrs}
-    block = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs_of_block)
+    block = xr.Dataset(variables | coords, labels, attrs_of_block)
     return describe(block.set_coords(coords))
 
 
@@ -322,36 +352,3 @@ def assemble(shards: Sequence[xr.Dataset], grid: SweepGrid) -> xr.Dataset:
     if "row_size" in joined:
         joined["row_size"].attrs["sample_dimension"] = "impact"
     return joined
-
-
-def check_swept_start(over: Mapping[str, Any], x0: Any, v0: Any) -> None:
-    """Raise a ParameterError if a part of the start is both swept and given."""
-    for name, value in zip(STARTS, (x0, v0), strict=True):
-        if name in over and value is not None:
-            raise ParameterError(name, value, must=f"must be left out, since {name} is swept")
-
-
-def check_corners(grid: SweepGrid, x0: float | None, v0: float) -> tuple[float | None, float]:
-    """Return the start as floats; ParameterError if a corner of the grid is no valid exciter for it."""
-    ends = ({float(values.min()), float(values.max())} for values in grid.values.values())
-    for corner in itertools.product(*ends):
-        given = {**grid.shared, **dict(zip(grid.values, corner, strict=True))}
-        at = given.pop("x0", x0), given.pop("v0", v0)
-        Exciter(**given).check_start(*at)
-    return None if x0 is None else float(x0), float(v0)
-
-
-def starts_of_rows(
-    grid: SweepGrid, x0: float | None, v0: float, numbers: Callable[[int, int], np.ndarray]
-) -> Start | Callable[[int, int], Start]:
-    """Return the start of all rows, or the function that returns those of rows, whose numbers a function gives."""
-    swept = [name for name in STARTS if name in grid.values]
-    if not swept:
-        return x0, v0
-
-    def starts(begin: int, stop: int) -> Start:
-        columns = grid.parameters(swept, numbers(begin, stop)).T
-        each = {"x0": x0, "v0": v0, **dict(zip(swept, columns, strict=True))}
-        return each["x0"], each["v0"]
-
-    return starts

@@ -18,6 +18,7 @@ from typing import Any, NamedTuple, TypeVar
 import numpy as np
 
 from vibropipe.physics.restitution import SUPPORTS, contact_damping
+from vibropipe.physics.ties import Ties
 from vibropipe.words.parameters import DEFAULTS
 
 Item = TypeVar("Item")
@@ -68,23 +69,53 @@ class SweepGrid:
     shared : mapping of str to float, optional
         The parameters that are the same in every row, beside those that are swept; those that are left out have their
         defaults. A damping of a support that is neither is what stiffness and restitution give in each row.
+    ties : Ties, optional
+        Expressions of further parameters; `values` then has names of one's own, too.
     """
 
     values: Mapping[str, np.ndarray]
     follow: Follow = None
     shared: Mapping[str, float] = field(default_factory=dict)
+    ties: Ties = field(default_factory=Ties)
 
     def __post_init__(self) -> None:
         values = {name: np.array(array) for name, array in self.values.items()}
         for array in values.values():
             array.flags.writeable = False
         object.__setattr__(self, "values", values)
-        shared = {name: value for name, value in self.shared.items() if name not in values}
+        varied = {*values, *self.ties.parameters}
+        shared = {name: value for name, value in self.shared.items() if name not in varied}
+        object.__setattr__(self, "shared", shared)
+        # What is tied to nothing that is swept is the same in every row.
+        shared |= {name: float(tied) for name, (dims, tied) in self._of_ties.items() if not dims}
         for R, k, h in SUPPORTS:
-            if h not in (values | shared) and not {R, k} & values.keys():
+            if h not in (self.varied | shared) and not {R, k} & self.varied.keys():
                 damping = contact_damping(self.same(R), self.same(k))
                 shared |= {h: damping} if damping else {}
         object.__setattr__(self, "shared", shared)
+
+    @cached_property
+    def _of_ties(self) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+        """Each tied parameter over the swept names that it depends on."""
+        tied = {}
+        for name in self.ties.parameters:
+            roots = self.ties.roots[name]
+            dims = tuple(each for each in self.values if each in roots)
+            grids = np.meshgrid(*(self.values[each] for each in dims), indexing="ij")
+            given = {each: self.same(each) for each in roots if each not in dims}
+            given |= dict(zip(dims, grids, strict=True))
+            tied[name] = dims, np.asarray(self.ties.checked(given, [name])[name])
+        return tied
+
+    @cached_property
+    def tied(self) -> dict[str, tuple[tuple[str, ...], np.ndarray]]:
+        """Each parameter that differs from row to row by its ties, over the swept names that it depends on."""
+        return {name: (dims, tied) for name, (dims, tied) in self._of_ties.items() if dims}
+
+    @cached_property
+    def varied(self) -> dict[str, np.ndarray]:
+        """All values (n,) of each name that is swept, and of each parameter that is tied to one."""
+        return {**self.values, **{name: values.ravel() for name, (_, values) in self.tied.items()}}
 
     @property
     def directions(self) -> tuple[str, ...]:
@@ -171,6 +202,9 @@ class SweepGrid:
             if name in self.of_restitution:
                 R, k, _h = next(support for support in SUPPORTS if name in support)
                 return contact_damping(values(R), values(k))
+            if name in self.tied:
+                dims, tied = self.tied[name]
+                return tied[tuple(indices[dim] for dim in dims)]
             return self.values[name][indices[name]] if name in indices else self.same(name)
 
         columns = np.empty((len(rows), len(names)))
@@ -180,17 +214,23 @@ class SweepGrid:
 
     @cached_property
     def of_restitution(self) -> tuple[str, ...]:
-        """Dampings of supports that follow from a restitution or a stiffness that is swept."""
-        given = self.values.keys() | self.shared.keys()
+        """Dampings of supports that follow from a restitution or a stiffness that differs from row to row."""
+        given = self.varied.keys() | self.shared.keys()
 
         def differs(name: str) -> bool:
-            return bool(np.any(self.values.get(name, self.same(name)) != DEFAULTS[name]))
+            values = self.varied[name] if name in self.varied else self.same(name)
+            return bool(np.any(values != DEFAULTS[name]))
 
         return tuple(
             h
             for R, k, h in SUPPORTS
-            if h not in given and {R, k} & self.values.keys() and differs(R) and differs(k)
+            if h not in given and {R, k} & self.varied.keys() and differs(R) and differs(k)
         )
+
+    @property
+    def following(self) -> tuple[str, ...]:
+        """Parameters that differ from row to row with those that are swept."""
+        return (*self.of_restitution, *self.tied)
 
     def row_coords(self, rows: np.ndarray) -> dict[str, tuple[Any, np.ndarray]]:
         """Return the parameters of rows as coordinates: shared ones as scalars, swept over `row`."""

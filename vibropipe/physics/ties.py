@@ -1,0 +1,272 @@
+"""Ties: parameters given by expressions of others, or of names of one's own, and their derivatives."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Iterable, Mapping
+from functools import cached_property
+from graphlib import CycleError, TopologicalSorter
+from typing import Any
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.parameter_error import number_within
+from vibropipe.words.expressions import ALLOWED, NAME, RESERVED, Expression, ExpressionError
+from vibropipe.words.parameters import DEFAULTS, FOLLOWING, PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.records import FINITE
+from vibropipe.words.spelling import did_you_mean, latin
+from vibropipe.words.vocabulary import quantity
+
+A_TIE = f"a number or text with {ALLOWED}"
+A_NAME = "a parameter, or a name of one's own of letters, digits and _ that begins with a letter"
+TIED = "must be left out, since it is tied"
+
+
+class Ties:
+    """Expressions of parameters, and of names of one's own, in an order in which each can be computed.
+
+    Parameters
+    ----------
+    given : mapping of str to str or float, optional
+        Expression of each tied name. The names in them are parameters, other tied names, or names of one's own that
+        the caller gives values.
+
+    Attributes
+    ----------
+    expressions : dict of str to Expression
+        In an order in which each can be computed.
+    texts : dict of str to str
+        As they are written, in the order that is given.
+
+    Raises
+    ------
+    ParameterError
+        If a name is none or has another meaning, an expression cannot be read, or ties go round in a circle.
+    """
+
+    def __init__(self, given: Mapping[str, Any] | None = None) -> None:
+        if given is not None and not isinstance(given, Mapping):
+            raise ParameterError("ties", given, "a mapping of names to expressions")
+        read = {_name(name): _expression(name, text) for name, text in (given or {}).items()}
+        if len(read) < len(given or {}):
+            raise ParameterError("ties", given, must="must have each name once")
+        for name, each in read.items():
+            for used in each.names:
+                check_own(f"ties.{name}", used)
+                if used in STARTS:
+                    must = f"must not use {used}: a start is no parameter"
+                    raise ParameterError(f"ties.{name}", each.text, must=must)
+        graph = {name: [used for used in each.names if used in read] for name, each in read.items()}
+        try:
+            order = [*TopologicalSorter(graph).static_order()]
+        except CycleError as error:
+            circle = " from ".join(reversed(error.args[1]))
+            must = f"must not go round in a circle: {circle}"
+            raise ParameterError(
+                f"ties.{error.args[1][0]}", read[error.args[1][0]].text, must=must, got=""
+            ) from None
+        self.expressions = {name: read[name] for name in order}
+        self.texts = {name: each.text for name, each in read.items()}
+
+    def __bool__(self) -> bool:
+        return bool(self.expressions)
+
+    @property
+    def parameters(self) -> list[str]:
+        """The tied parameters, in the order of the parameters."""
+        return [name for name in PARAMETERS if name in self.expressions]
+
+    @cached_property
+    def free(self) -> tuple[str, ...]:
+        """Names in the expressions that are not tied: parameters, and names of one's own that need a value."""
+        used = [name for each in self.expressions.values() for name in each.names]
+        return tuple(dict.fromkeys(name for name in used if name not in self.expressions))
+
+    @property
+    def own(self) -> tuple[str, ...]:
+        """Names of one's own that need a value."""
+        return tuple(name for name in self.free if name not in PARAMETERS)
+
+    @cached_property
+    def roots(self) -> dict[str, tuple[str, ...]]:
+        """The free names that each tied name depends on, directly or through others."""
+        roots: dict[str, tuple[str, ...]] = {}
+        for name, each in self.expressions.items():
+            found = [root for used in each.names for root in roots.get(used, (used,))]
+            roots[name] = tuple(dict.fromkeys(found))
+        return roots
+
+    @property
+    def attrs(self) -> dict[str, str]:
+        """The attribute of datasets that says what is tied, "R2 = R1; f = 0.02 * nu**2"; none without ties."""
+        text = "; ".join(f"{name} = {text}" for name, text in self.texts.items())
+        return {"ties": text} if self else {}
+
+    def values(
+        self, given: Mapping[str, Any], names: Collection[str] | None = None
+    ) -> dict[str, Any]:
+        """Return tied parameters at values of the free names that they depend on.
+
+        Parameters
+        ----------
+        given : mapping of str to float or array
+            Arrays have one shape.
+        names : collection of str, optional
+            The tied parameters that are wanted (default: all).
+
+        Returns
+        -------
+        dict
+            Numbers or arrays; nan where an expression has no finite real value.
+        """
+        known = dict(given)
+        for name, each in self.expressions.items():
+            if all(used in known for used in each.names):
+                known[name] = _for_each(each.value, each.names, known)
+        return {name: known[name] for name in (self.parameters if names is None else names)}
+
+    def checked(
+        self, given: Mapping[str, Any], names: Collection[str] | None = None
+    ) -> dict[str, Any]:
+        """Return the same, or some of it; ParameterError where one is no finite number, or not in its range."""
+        tied = self.values(given, names)
+        for name, values in tied.items():
+            flat, within = np.ravel(values), PARAMETERS[name].range
+            for n in np.flatnonzero([not within.contains(value) for value in flat.tolist()])[:1]:
+                at = ", ".join(
+                    f"{root} = {np.broadcast_to(given[root], np.shape(values)).ravel()[n].item()!r}"
+                    for root in self.roots[name]
+                )
+                got = f"{flat[n].item()!r}" + (f" at {at}" if at else "")
+                got += f" by {self.expressions[name].text}"
+                raise ParameterError(f"ties.{name}", flat[n].item(), within.text, got=got)
+        return tied
+
+    def spans(
+        self, given: Mapping[str, float], ranges: Mapping[str, tuple[float, float]]
+    ) -> dict[str, tuple[float, float]]:
+        """Return the least and the largest value of each parameter that is tied to what has a range.
+
+        They are those at the ends and in the middles of the ranges; a parameter without a value there is left out.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Values of free names without a range.
+        ranges : mapping of str to (float, float)
+        """
+        spans = {}
+        for name in self.parameters:
+            within = [root for root in self.roots[name] if root in ranges]
+            thirds = [
+                (low, (low + high) / 2, high) for low, high in (ranges[root] for root in within)
+            ]
+            grids = np.meshgrid(*thirds, indexing="ij")
+            at = {root: given[root] for root in self.roots[name] if root not in within}
+            values = np.ravel(self.values(at | dict(zip(within, grids, strict=True)), [name])[name])
+            found = values[np.isfinite(values)]
+            if within and found.size:
+                spans[name] = (float(found.min()), float(found.max()))
+        return spans
+
+    def slopes(
+        self, given: Mapping[str, float], by: Collection[str]
+    ) -> dict[str, dict[str, float]]:
+        """Return the derivatives of each tied parameter by those of some free names that it depends on.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Value of each free name.
+        by : collection of str
+        """
+        values = dict(given)
+        slopes = {name: {name: 1.0} for name in self.free if name in by}
+        for name, each in self.expressions.items():
+            values[name], slopes[name] = each.with_slopes(values, slopes)
+        return {name: slopes[name] for name in self.parameters}
+
+    def check(self, stated: Collection[str], varied: Iterable[str], argument: str) -> None:
+        """Raise a ParameterError for a name without a value, or one with two.
+
+        Parameters
+        ----------
+        stated : collection of str
+            The parameters that are stated.
+        varied : iterable of str
+            Names that the call gives values.
+        argument : str
+            The argument that does.
+        """
+        names = [*varied]
+        for name in self.expressions:
+            if name in names:
+                raise ParameterError(f"{argument}.{name}", name, must=TIED, got="")
+            if name in stated:
+                raise ParameterError(name, name, must=TIED, got="")
+        known = [*PARAMETERS, *self.expressions, *names]
+        for name, each in self.expressions.items():
+            for used in each.names:
+                if used in self.expressions or used in names:
+                    continue
+                # Of others the default says that an effect is absent; these follow from what else is stated.
+                if used in PARAMETERS and (used not in FOLLOWING or used in stated):
+                    continue
+                must = f"must have a value for {used}: give it in {argument} or by a tie"
+                hint = "" if used in PARAMETERS else did_you_mean(used, known)
+                got = repr(each.text) + (f" ({hint})" if hint else "")
+                raise ParameterError(f"ties.{name}", each.text, must=must, got=got)
+
+
+def stated_names(exciter: Exciter) -> set[str]:
+    """Return the parameters that an exciter states: those that differ from their default, without l, which all have."""
+    numbers = exciter.numbers()._asdict()
+    differ = {name for name, default in DEFAULTS.items() if numbers[name] != default}
+    follow = {name for name in FOLLOWING if exciter.states(name)}
+    return (differ - {*FOLLOWING}) | follow
+
+
+def check_own(argument: str, name: str) -> None:
+    """Raise a ParameterError for a name of one's own that has another meaning."""
+    if name in PARAMETERS or name in STARTS:
+        return
+    is_taken = name in RESERVED or name in PHYSICAL
+    try:
+        quantity(name)
+        is_taken = True
+    except KeyError:
+        pass
+    if is_taken:
+        must = f"must not have {name} as a name of one's own, since datasets or expressions call something else so"
+        raise ParameterError(argument, name, must=must, got="")
+
+
+def _name(name: Any) -> str:
+    """Return a tied name in Latin letters, or raise a ParameterError if it is none."""
+    spelled = latin(name)
+    if not isinstance(spelled, str) or not NAME.fullmatch(spelled) or spelled in STARTS:
+        raise ParameterError("ties", name, must=f"must have keys that are each {A_NAME}")
+    check_own("ties", spelled)
+    return spelled
+
+
+def _expression(name: Any, text: Any) -> Expression:
+    """Return an expression, or raise a ParameterError naming the tie that it is of."""
+    try:
+        written = (
+            text if isinstance(text, str) else repr(number_within(f"ties.{name}", text, FINITE))
+        )
+        return Expression(written)
+    except ExpressionError as error:
+        raise ParameterError(f"ties.{name}", text, A_TIE, got=f"{text!r}, with {error}") from None
+
+
+def _for_each(function: Any, names: tuple[str, ...], known: Mapping[str, Any]) -> Any:
+    """Return the values of a function of named numbers at numbers or arrays."""
+    columns = [known[name] for name in names]
+    if all(np.ndim(column) == 0 for column in columns):
+        return function({name: float(known[name]) for name in names})
+    arrays = np.broadcast_arrays(*columns)
+    rows = zip(*(array.ravel().tolist() for array in arrays), strict=True)
+    values = [function(dict(zip(names, row, strict=True))) for row in rows]
+    return np.array(values).reshape(arrays[0].shape)

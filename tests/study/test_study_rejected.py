@@ -17,7 +17,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
     told = faults(BASE.replace("h: 0.2", "h: -1").replace("tau_end", "tau_ned"), tmp_path)
     assert "exciter.h: must be a finite number >= 0, got -1" in told
     unknown = next(line for line in told if line.startswith("scenes.forced.tau_ned"))
-    choices = "title, caption, exciter, physical, figure, kind, tau_end"
+    choices = "title, caption, exciter, physical, figure, ties, kind, tau_end"
     assert f": is an unknown key; must be one of {choices}" in unknown
     assert unknown.endswith("(did you mean 'tau_end'?)")
 

@@ -104,7 +104,6 @@ def test_ties_of_a_scene_take_the_place_of_those_of_the_study_and_of_its_paramet
         ({"delta": "R2: 0.5, delta"}, "scenes.s.exciter.R2: must be left out, since it is tied"),
         ({"own": "h: nu - zeta - 1"}, "scenes.s.ties.h: must be a finite number >= 0, got -0.12"),
         ({"over": "nu: [1, 2], zeta: [1]", "own": "h: log(zeta - 1)"}, "scenes.s.ties.h: must be a finite"),
-        ({"sweep": "basins", "own": "h: 1", "over": "x0: [0, 0.1], v0: [0, 1]"}, "scenes.s.kind: must be "),
         ({"over": "nu: [1, 2]", "own": "h: omega"}, "scenes.s.ties.h: must not have omega as a name of one's own"),
         ({"own": "h: 2 * zeta, 3h: 1"}, "scenes.s.ties: must have keys that are each a parameter"),
     ],
@@ -176,3 +175,62 @@ scenes:
 """
     found = faults(whole.replace(old, new), tmp_path)
     assert any(line.startswith(told) for line in found), found
+
+
+KINDS = {
+    "motion": "tau_end: 20",
+    "branch": "along: {nu: {from: 1, to: 1.2}}",
+    "boundary": "of: [fold], over: {nu: [1, 2], delta: [0, 0.1]}",
+    "basins": "over: {x0: [0, 0.1], v0: [0, 1]}",
+    "sweep": "over: {nu: [1, 2]}",
+    "design": "vary: {nu: [1, 2]}, target: {displacement_mean: 0}",
+}
+
+
+def of_kind(kind, exciter, ties, keys=None):
+    scene = f"{{kind: {kind}, {keys or KINDS[kind]}, ties: {{h: 2 * zeta, zeta: 0.05}}}}"
+    return f"title: T\nexciter: {{l: 1, R1: 0.7, {exciter}}}\nties: {{{ties}}}\nscenes:\n  s: {scene}\n"
+
+
+@pytest.mark.parametrize("kind", KINDS)
+def test_scenes_of_a_study_share_its_ties(tmp_path, kind):
+    scene = study_of(of_kind(kind, "nu: 1, load: 0.1", "R2: R1, f: 0.5"), tmp_path).scenes["s"]
+    resolved = scene.resolved_exciter()
+    assert {name: resolved[name] for name in ("R1", "R2", "f", "h")} == {
+        "R1": 0.7,
+        "R2": 0.7,
+        "f": 0.5,
+        "h": 0.1,
+    }
+    if not scene.FOLLOWS_TIES:  # its data are those of the numbers
+        plain = study_of(of_kind(kind, "nu: 1, load: 0.1, R2: 0.7, f: 0.5", ""), tmp_path).scenes[
+            "s"
+        ]
+        assert plain.fingerprint() == scene.fingerprint()
+        other = study_of(of_kind(kind, "nu: 1, load: 0.1, f: 0.5", "R2: R1**2"), tmp_path).scenes[
+            "s"
+        ]
+        assert other.fingerprint() != scene.fingerprint()
+
+
+@pytest.mark.parametrize(
+    ("kind", "keys", "told"),
+    [
+        ("branch", "along: {nu: {from: 1, to: 1.2}}", "scenes.s.along.nu: must be left out, since f is tied to it"),
+        ("boundary", "of: [fold], over: {nu: [1, 2], delta: [0, 0.1]}", "scenes.s.over.nu: must be left out"),
+        ("basins", "over: {nu: [1, 2], x0: [0, 0.1], v0: [0, 1]}", "scenes.s.over.nu: must be left out"),
+        ("branch", "along: {f: {from: 1, to: 1.2}}", "scenes.s.along.f: must be left out, since it is tied"),
+        ("motion", "tau_end: 20, exciter: {f: 2}", "scenes.s.exciter.f: must be left out, since it is tied"),
+        ("accuracy", "motions: {one: {}}", "scenes.s.kind: must be one of "),
+    ],
+)  # fmt: skip
+def test_what_is_tied_does_not_vary_where_no_tie_follows(tmp_path, kind, keys, told):
+    found = faults(of_kind(kind, "nu: 1", "f: 0.5 * nu**2", keys), tmp_path)
+    assert any(line.startswith(told) for line in found), found
+
+
+def test_a_motion_has_the_tied_parameters(tmp_path):
+    scene = study_of(of_kind("motion", "nu: 1.1", "R2: R1, f: 0.5 * nu**2"), tmp_path).scenes["s"]
+    exciter = vp.Exciter(l=1, R1=0.7, R2=0.7, nu=1.1, f=0.5 * 1.1**2, h=0.1)
+    expected = vp.simulate(exciter, tau_end=20)
+    np.testing.assert_array_equal(kind_of(scene).solve(scene).displacement, expected.displacement)

@@ -28,7 +28,6 @@ from vibropipe.scenes.keys.base import (
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import DisplayUnits, ExciterKeys, StudyPhysical, Ties
 from vibropipe.scenes.keys.problems import REQUIRED, KeyPath, Problem, StudyError, one_of
-from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import Name, NotNull
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of, kinds
@@ -60,9 +59,9 @@ def check_study(study: Study, broken: frozenset[KeyPath]) -> Iterator[Problem]:
             if not any(_meets(path, keys) for path in own for keys in reads)
             for problem in problems(scene)
         ]
-        if study.ties and not isinstance(scene, TiedScene):
+        if study.ties and "ties" not in type(scene).model_fields:
             tied = one_of(
-                [each.name for each in kinds().values() if issubclass(each.keys, TiedScene)]
+                each.name for each in kinds().values() if "ties" in each.keys.model_fields
             )
             must = f"must be {tied} beside ties of the study: other kinds have none"
             own_problems.append(Problem(("kind",), repr(kind.name), must=must))

@@ -24,7 +24,6 @@ from vibropipe.scenes.keys.parts import (
     StudyPhysical,
 )
 from vibropipe.scenes.keys.problems import Problem, StudyError
-from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
@@ -49,7 +48,7 @@ def _names_without_ties() -> dict[str, Any]:
     """Return the rule that names of one's own vary only beside ties, of the study or of the scene."""
     names = [*PARAMETERS, *STARTS, *(each for each in WRITTEN.values() if each not in PARAMETERS)]
     known = {"propertyNames": {"enum": [*dict.fromkeys([*names, *map(greek, names)])]}}
-    tied = [kind.name for kind in kinds().values() if issubclass(kind.keys, TiedScene)]
+    tied = [kind.name for kind in kinds().values() if kind.keys.FOLLOWS_TIES]
     untied = {"not": {"required": ["ties"]}}
     scene = {
         "if": {**untied, "properties": {"kind": {"enum": tied}}},

@@ -17,6 +17,7 @@ from vibropipe.scenes.keys.checks import (
     EXCITER,
     EXCITER_CHECK,
     SUPPORTS,
+    TIES,
     TOGETHER,
     Check,
     check_exciter,
@@ -29,6 +30,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem, required
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NameRule, NumberRange
 from vibropipe.solve.checks import LEFT_OUT
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -63,7 +65,7 @@ class BasinsFigure(FigureOptions):
     )
 
 
-class BasinsScene(BaseScene):
+class BasinsScene(TiedScene):
     """Coexisting motions of one exciter, and which of them each start of a grid settles on."""
 
     kind: Literal["basins"] = Field(
@@ -186,6 +188,7 @@ def check_branches(
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     EXCITER_CHECK,
     Check((), _over),

@@ -16,6 +16,7 @@ from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name, stored_values
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import (
+    TIES,
     TOGETHER,
     Check,
     check_named,
@@ -24,6 +25,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.parts import FigureOptions, Law, ParameterName, figure_key
 from vibropipe.scenes.keys.problems import Problem, describe, refused, required
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import (
     Interval,
     NameRule,
@@ -89,7 +91,7 @@ class BoundaryFigure(FigureOptions):
     )
 
 
-class BoundaryScene(BaseScene):
+class BoundaryScene(TiedScene):
     """Curves of bifurcations, and of values of quantities, in two parameters."""
 
     kind: Literal["boundary"] = Field(
@@ -140,10 +142,13 @@ class BoundaryScene(BaseScene):
     def row_count(self) -> int:  # noqa: D102 - as BaseScene
         return len(self.of)
 
+    def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
+        return {str(name): ends[0] for name, ends in self.over.items()}
+
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         return {
             **super().resolved_exciter(),
-            **{str(name): ends[0] for name, ends in self.over.items()},
+            **self.first_values(),
         }
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
@@ -221,6 +226,7 @@ def _figure(scene: BoundaryScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     Check((("over",),), _parameters),
     Check((("over",), ("exciter",)), _exciter),

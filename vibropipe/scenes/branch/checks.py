@@ -8,6 +8,7 @@ from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.keys import BranchScene
 from vibropipe.scenes.keys.checks import (
+    TIES,
     TOGETHER,
     Check,
     check_changes,
@@ -128,6 +129,7 @@ def _prove(scene: BranchScene) -> Iterator[Problem]:
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     Check((("along",), ("over",), ("law",), ("start",), ("switch",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),

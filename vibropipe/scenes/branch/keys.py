@@ -18,7 +18,7 @@ from vibropipe.scenes.costs import (
     stored_name,
     stored_values,
 )
-from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
+from vibropipe.scenes.keys.base import Harmonics, each_once
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import (
     FigureOptions,
@@ -28,6 +28,7 @@ from vibropipe.scenes.keys.parts import (
     figure_key,
 )
 from vibropipe.scenes.keys.proofs import ROW_SECONDS
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NameRule, Number, Sigma, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.vocabulary import drawn_by
@@ -106,7 +107,7 @@ class BranchFigure(FigureOptions):
     )
 
 
-class BranchScene(BaseScene):
+class BranchScene(TiedScene):
     """Orbits followed along a parameter, stable or not, with their bifurcations."""
 
     COMPUTES_PIECES = True
@@ -157,9 +158,12 @@ class BranchScene(BaseScene):
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): grid for name, grid in self.over.items()}
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+    def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
         swept = {str(name): grid.low for name, grid in self.over.items()}
-        return {**super().resolved_exciter(), self.followed: self.ends.first, **swept}
+        return {self.followed: self.ends.first, **swept}
+
+    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        return {**super().resolved_exciter(), **self.first_values()}
 
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         values = self.resolved_exciter()

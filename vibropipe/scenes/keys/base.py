@@ -69,6 +69,8 @@ class BaseScene(StudyModel):
     COMPUTES_PIECES: ClassVar[bool] = False
     # Whether it computes a housing that slides, too.
     COMPUTES_HOUSING: ClassVar[bool] = False
+    # Whether tied parameters follow those that the kind varies; others have them once.
+    FOLLOWS_TIES: ClassVar[bool] = False
     if TYPE_CHECKING:  # each kind describes this key itself
         kind: str
     _name: str = PrivateAttr("")
@@ -106,10 +108,9 @@ class BaseScene(StudyModel):
         return {name: grid.array() for name, grid in self.grids().items()}
 
     def varied_names(self) -> set[str]:
-        """Return the names that have several values: swept, followed, searched or measured; and what is tied."""
+        """Return the names that have several values: swept, followed, searched or measured."""
         keys = (getattr(self, key, ()) for key in ("over", "along", "vary", "measured"))
-        tied = self.tied().parameters
-        return {str(name) for names in (self.grids(), *keys, tied) for name in names}
+        return {str(name) for names in (self.grids(), *keys) for name in names}
 
     def extent(self) -> dict[str, Any]:
         """Return each parameter with the values that it takes, or the ends of their range."""

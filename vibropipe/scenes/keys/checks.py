@@ -274,7 +274,7 @@ TOGETHER = Check(
     (*EXCITER, ("over",), ("along",), ("vary",), ("measured",)),
     check_together,
 )
-TIES = Check((*EXCITER, ("ties",), ("over",), ("vary",)), check_ties)
+TIES = Check((*EXCITER, ("ties",), ("over",), ("along",), ("vary",)), check_ties)
 # Checks of scenes that begin at a start.
 EFFECTS = Check((*EXCITER, ("start",), ("solver",), ("effects",)), check_effects)
 HOUSING = Check((*EXCITER, ("over",), ("outputs",), ("solver",)), check_housing)

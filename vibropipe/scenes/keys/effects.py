@@ -86,6 +86,7 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
 class VariedScene(TiedScene):
     """A search of parameters within ranges."""
 
+    FOLLOWS_TIES = True
     if TYPE_CHECKING:  # each kind describes these keys itself
         vary: dict[Any, list[float]]
         start: Start

@@ -30,18 +30,23 @@ class TiedScene(BaseScene):
     def all_ties(self) -> Ties:
         """Return the ties of the study and of the scene, which take precedence.
 
-        Raises ParameterError if they cannot be read, or a name has no value, or two.
+        Raises ParameterError if they cannot be read, a name has no value, or two, or varies where no tie follows it.
         """
         ties = _read(tuple({**self._shared_ties, **self.ties}.items()))
         # What the study states and a scene ties is tied there, as it is swept where a scene sweeps it.
         stated = (self._shared.keys() - self.ties.keys()) | self.exciter.explicit().keys()
-        ties.check(stated, self.first_values(), self.varied_key)
+        varied = self.first_values()
+        ties.check(stated, varied, self.key_of(next(iter(varied), "")))
+        for name in ties.parameters if not self.FOLLOWS_TIES else ():
+            for root in varied.keys() & ties.roots[name]:
+                must = f"must be left out, since {name} is tied to it, which only sweeps, designs and fits follow"
+                raise ParameterError(f"{self.key_of(root)}.{root}", root, must=must, got="")
         return ties
 
-    @property
-    def varied_key(self) -> str:
-        """The key that gives names several values."""
-        return "vary" if "vary" in type(self).model_fields else "over"
+    def key_of(self, name: str) -> str:
+        """Return the key under which a name varies."""
+        keys = [key for key in ("along", "vary", "measured") if key in type(self).model_fields]
+        return next((key for key in keys if name in getattr(self, key)), "over")
 
     def first_values(self) -> dict[str, float]:
         """Return the first value of each name that the scene varies, names of one's own included."""
@@ -56,13 +61,25 @@ class TiedScene(BaseScene):
     def tied_at(self, values: Mapping[str, Any]) -> dict[str, Any]:
         """Return the tied parameters at values of others, those that are left out as they are stated."""
         ties = self.tied()
-        tied = ties.values({**DEFAULTS, **self.given_exciter(), **values}, ties.parameters)
+        tied = ties.values({**DEFAULTS, **super().given_exciter(), **values}, ties.parameters)
         return {name: value for name, value in tied.items() if np.isfinite(value).all()}
 
+    def given_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        given = super().given_exciter()
+        return given if self.FOLLOWS_TIES else {**given, **self.tied_at({})}
+
+    def varied_names(self) -> set[str]:
+        """Return the names that have several values, tied ones included."""
+        tied = self.tied().parameters if self.FOLLOWS_TIES else ()
+        return super().varied_names() | {*tied}
+
     def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        values = super().resolved_exciter()
+        if not self.FOLLOWS_TIES:
+            return values
         first = self.first_values()
         varied = {name: value for name, value in first.items() if name in PARAMETERS}
-        return {**super().resolved_exciter(), **varied, **self.tied_at(first)}
+        return {**values, **varied, **self.tied_at(first)}
 
     def untied_exciter(self) -> dict[str, float]:
         """Return the parameters without those that are tied, but for l, which an exciter must have."""
@@ -71,11 +88,9 @@ class TiedScene(BaseScene):
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
-        texts = self.tied().texts
-        return {
-            **{key: value for key, value in keys.items() if key != "ties"},
-            **({"ties": texts} if texts else {}),
-        }
+        del keys["ties"]
+        texts = self.tied().texts if self.FOLLOWS_TIES else {}
+        return {**keys, **({"ties": texts} if texts else {})}
 
 
 @functools.lru_cache(maxsize=64)
@@ -85,19 +100,20 @@ def _read(ties: tuple[tuple[str, str], ...]) -> Ties:
 
 def check_ties(scene: TiedScene) -> Iterator[Problem]:
     """Check that ties can be read and computed, and that each name that varies is a parameter or stands in a tie."""
-    key = scene.varied_key
+    first = scene.first_values()
     try:
         ties = scene.all_ties()
-        ties.checked({**DEFAULTS, **scene.resolved_exciter(), **scene.first_values()})
-        if key == "over":
-            scene.row_grid()
+        ties.checked({**DEFAULTS, **scene.resolved_exciter(), **first})
+        scene.row_grid()
     except ParameterError as error:
         path = argument_path(error)
         yield refused(path if len(path) > 1 or path == ("ties",) else ("exciter", *path), error)
         return
-    for name in scene.first_values():
+    for name in first if scene.FOLLOWS_TIES else ():
         if name not in (*PARAMETERS, *STARTS, *ties.own):
-            yield unknown((key, name), [*PARAMETERS, *(STARTS if key == "over" else ()), *ties.own])
+            key = scene.key_of(name)
+            known = [*PARAMETERS, *(STARTS if key == "over" else ()), *ties.own]
+            yield unknown((key, name), known)
 
 
 def own_names(tree: dict[str, Any]) -> set[str]:

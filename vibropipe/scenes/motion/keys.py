@@ -27,6 +27,7 @@ from vibropipe.scenes.keys.checks import (
     HOUSING,
     SOLVER,
     SUPPORTS,
+    TIES,
     TOGETHER,
     Check,
     check_drawn_together,
@@ -36,6 +37,7 @@ from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffec
 from vibropipe.scenes.keys.parts import FigureOptions, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.keys.proofs import PROVE, ProveKey, proof_seconds, prove_key, with_picture
+from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange, TextRule
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
@@ -74,7 +76,7 @@ class MotionFigure(FigureOptions):
     )
 
 
-class MotionScene(ForcedScene):
+class MotionScene(TiedScene, ForcedScene):
     """One motion from a given start."""
 
     COMPUTES_PIECES = True
@@ -188,6 +190,7 @@ def check_motions_together(
 
 
 CHECKS = (
+    TIES,
     TOGETHER,
     EXCITER_CHECK,
     Check((*SUPPORTS, ("start", "x0")), check_start),

@@ -66,6 +66,7 @@ class SweepScene(TiedScene, ForcedScene):
 
     COMPUTES_PIECES = True
     COMPUTES_HOUSING = True
+    FOLLOWS_TIES = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = figure_key(SweepFigure)
     over: Annotated[dict[OverName, Grid], Field(min_length=1)] = Field(

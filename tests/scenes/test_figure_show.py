@@ -29,7 +29,7 @@ OVER = "over: {x0: [0.1], v0: [0.1]}"
         (f"kind: accuracy, {MOTION}", "one of error_end, error_impact_tau, error_impact_velocity, error_harmonics"),
         ("kind: hard_cases", "one of exact, newmark 8, newmark 60, newmark 2000"),
         (f"kind: basins, {OVER}", "attractor or periods_to_attractor"),
-        ("kind: boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}", "one of grazing, fold, flip, pitchfork"),
+        ("kind: boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}", "one of grazing, fold, flip, pitchfork, level"),
     ],
 )  # fmt: skip
 def test_an_unknown_name_is_refused_with_the_list(tmp_path, scene, allowed):

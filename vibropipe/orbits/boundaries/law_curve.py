@@ -16,7 +16,7 @@ from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN, UNLOAD
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
-from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.branches.symmetry import halves_agree, primitive
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
@@ -311,6 +311,24 @@ def grazing_at(point: Point) -> Grazing | None:
     if acts_in(law, int(piece)) or side == of.FORCE:
         return None
     return touching(law, u, int(side), float(time))
+
+
+def in_least_periods(curve: LawBoundary, point: Point) -> Grazing | None:
+    """Return a motion that touches a support in its least number of periods; None if it is written so already.
+
+    Motions without contacts: laws of any number of periods end in them.
+    """
+    law, kinds = curve.sequence, curve.sequence.codes[:, CAUSE]
+    if kinds[0] == SECTION or np.isin(kinds, (ENTER, UNLOAD, IMPACT, REST_BEGINS)).any():
+        return None
+    last = law.width * len(kinds)
+    # A number in place of the parameter that ends the unknowns of a branch.
+    u, weights = np.append(point.u[:last], 0.0), np.append(curve.weights[:last], 0.0)
+    least, events = primitive(law, u, weights, curve.box.symmetric)
+    if least is law:
+        return None
+    _turn, side, time = curve.touched
+    return touching(least, events[:-1].reshape(law.width, -1).T, int(side), float(time))
 
 
 def touching(law: Law, u: np.ndarray, side: int, time: float) -> Grazing:

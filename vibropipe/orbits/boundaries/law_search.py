@@ -10,7 +10,12 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import LawBoundary, grazing_at, touching
+from vibropipe.orbits.boundaries.law_curve import (
+    LawBoundary,
+    grazing_at,
+    in_least_periods,
+    touching,
+)
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
 from vibropipe.orbits.boundaries.search import (
     SWITCHED,
@@ -247,7 +252,12 @@ def begin_at(
     curve = LawBoundary(box, kind, law, touch, like.scales, like.marcher)
     if sum(curve.contacts()) > MAX_CONTACTS:
         return None
-    return settled(curve, np.concatenate([u, ends]))
+    begun = settled(curve, np.concatenate([u, ends]))
+    least = in_least_periods(*begun) if begun is not None and kind == GRAZINGS else None
+    if begun is None or least is None:
+        return begun
+    again = LawBoundary(box, kind, least.law, least.touch, like.scales, like.marcher)
+    return settled(again, np.concatenate([least.u.T.ravel(), begun[1].u[-2:]]))
 
 
 def _is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:

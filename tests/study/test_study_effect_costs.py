@@ -73,7 +73,7 @@ def test_mistakes_are_reported_with_their_path(study, change, said):
     assert said in str(caught.value), str(caught.value)
 
 
-def test_the_shipped_study_prices_each_of_the_twelve_effects_and_each_output():
+def test_the_shipped_study_prices_each_of_the_thirteen_effects_and_each_output():
     scene = load_study(SHIPPED).scene("effects")
     present = {name: set(scene.effects_of(name)) for name in scene.motions}
     base = present["figure_6"]

@@ -132,11 +132,13 @@ SWEPT = "scenes.sweep.over.omega"
          f"{SWEPT}: must be a list of numbers, {{values: [...]}} or {{start, stop, points}}, got '20 rad/s'"),
         ("over: {omega", "over: {nu",
          "scenes.sweep.over.nu: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
-         "friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, friction_ratio, wear_exponent (with its unit, nu is "
+         "friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, contact_1, contact_2, friction_ratio, "
+         "wear_exponent (with its unit, nu is "
          "omega)"),
         ("delta: [0, 1 mm]", "m: [1 kg]",
          "scenes.sweep.over.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
-         "friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, friction_ratio, wear_exponent (did you mean 'M'?)"),
+         "friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, contact_1, contact_2, friction_ratio, "
+         "wear_exponent (did you mean 'M'?)"),
         ("[0, 1 mm]", "[1 mm, 0]",
          "scenes.sweep.over.delta: must be increasing numbers, each once, got 0 after 1 mm"),
         ("start: 20 rad/s, stop: 200 rad/s", "start: 30 Hz, stop: 3 Hz",
@@ -168,8 +170,10 @@ SWEPT = "scenes.sweep.over.omega"
          "H2, load, friction, F2, phi2, M, D1, D2, P, shaker, m_e, e, slope, gravity (R2 has no units: it "
          "stands under exciter)"),
         ("{R1: 0.7", "{omega: 55 rad/s, R1: 0.7",
-         "exciter.omega: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, load, friction, "
-         "friction_ratio, f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, housing_load, shaker, "
+         "exciter.omega: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, "
+         "contact_1, contact_2, "
+         "load, friction, friction_ratio, f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, "
+         "housing_load, shaker, "
          "wear_exponent (omega has units: it stands under physical)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),

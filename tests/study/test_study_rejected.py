@@ -50,8 +50,10 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: sweep, over: {x: [1]}}",
-            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, load, friction, "
-            "friction_ratio, f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, housing_load, shaker, "
+            "s.over.x: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, contact_1, "
+            "contact_2, "
+            "load, friction, friction_ratio, f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, "
+            "housing_load, shaker, "
             "wear_exponent, x0, v0 (did you mean 'x0'?)",
         ),
         (

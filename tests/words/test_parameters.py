@@ -19,7 +19,13 @@ from vibropipe.words.outputs import (
     OUTPUTS,
     SWEEP_DEFAULT,
 )
-from vibropipe.words.parameters import DEFAULTS, EFFECT_NAMES, PARAMETERS, ParameterName
+from vibropipe.words.parameters import (
+    CONTINUOUS,
+    DEFAULTS,
+    EFFECT_NAMES,
+    PARAMETERS,
+    ParameterName,
+)
 from vibropipe.words.records import Range
 
 TINY = math.ulp(0.0)
@@ -43,7 +49,8 @@ def test_text_of_a_range_and_its_numbers(within, text, inside, outside):
 
 
 def test_parameters_stand_in_one_order():
-    assert (*PARAMETERS,) == get_args(ParameterName) == Parameters._fields
+    assert (*PARAMETERS,) == Parameters._fields
+    assert get_args(ParameterName) == CONTINUOUS
     assert set(PARAMETERS) == {field.name for field in fields(vp.Exciter)}
     assert set(PARAMETERS) == set(ExciterKeys.model_fields)
 
@@ -55,7 +62,8 @@ def test_defaults_are_those_of_an_exciter():
     for name, value in DEFAULTS.items():
         assert PARAMETERS[name].range.contains(value)
         description = ExciterKeys.model_fields[name].description or ""
-        assert f"({value:g})." in description
+        words = PARAMETERS[name].range.words
+        assert f"({words[0] if words else f'{value:g}'})." in description
 
 
 def test_effects_are_the_fields_that_kernels_read():

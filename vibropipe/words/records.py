@@ -174,7 +174,8 @@ class Parameter:
     @property
     def description(self) -> str:
         """What the key means, with the default, as a sentence."""
-        return described(self.key, self.default)
+        words = self.range.words
+        return f"{self.key} ({words[0]})." if words else described(self.key, self.default)
 
 
 def described(key: str, default: float | None) -> str:

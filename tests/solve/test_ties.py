@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 import pytest
 import xarray as xr
+from matplotlib.text import Text
 
 import vibropipe as vp
 from vibropipe.physics.ties import Ties
@@ -47,6 +48,19 @@ def test_the_dataset_says_how_it_was_made(rows: xr.Dataset) -> None:
     assert rows.zeta.attrs == {"units": "1", "long_name": "zeta", "symbol": "zeta"}
     assert "me" not in rows.variables
     assert "ties" not in vp.sweep(EXCITER, {"nu": [0.9]}).attrs
+
+
+def test_proofs_tables_and_figures_take_tied_rows(rows: xr.Dataset) -> None:
+    table = vp.table(rows)
+    np.testing.assert_array_equal(table["h"], 2 * table["zeta"])
+    drawn = {text.get_text() for text in vp.plot(rows.isel(R1=0)).findobj(Text)}
+    assert any("zeta" in text for text in drawn), drawn
+    pytest.importorskip("flint")
+    proof = vp.prove(rows)
+    assert proof.zeta.attrs == rows.zeta.attrs
+    for point in ((0.05, 0.9, 0.6), (0.01, 1.2, 0.7)):
+        one = vp.prove(by_hand(*point))
+        assert int(proof.proved.sel(dict(zip(OVER, point, strict=True)))) == int(one.proved) == 1
 
 
 def test_a_parameter_tied_to_nothing_that_is_swept_is_the_same_in_every_row() -> None:

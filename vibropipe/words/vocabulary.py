@@ -260,14 +260,20 @@ def describe(dataset: Described) -> Described:
 
     Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require. Energies of one
     motion are from its start to its end, all others per forcing period. Names that stand in the attribute `ties` may be
-    those of a user.
+    those of a user; coordinates that were taken over with their words keep them.
 
     Raises KeyError if the table has no quantity of the name of a variable.
     """
-    own = set(_NAME.findall(dataset.attrs.get("ties", ""))) - VOCABULARY.keys()
-    own |= {f"{name}{suffix}" for name in own for suffix in SUFFIXES}
+    own = set(_NAME.findall(dataset.attrs.get("ties", "")))
+    own |= {
+        str(name) for name, each in dataset.coords.items() if each.attrs.get("long_name") == name
+    }
+    own = {f"{name}{suffix}" for name in own - VOCABULARY.keys() for suffix in ("", *SUFFIXES)}
     for name, variable in dataset.variables.items():
-        attrs = own_attributes(str(name)) if name in own else attributes(str(name))
+        if name in own:
+            variable.attrs.update(own_attributes(str(name)))
+            continue
+        attrs = attributes(str(name))
         if "flag_values" in attrs:
             # Truth values are stored as int8.
             dtype = variable.dtype if variable.dtype.kind in "iu" else "int8"

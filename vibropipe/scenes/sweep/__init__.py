@@ -20,7 +20,17 @@ def holds(dataset: xr.Dataset) -> bool:
     """Return whether a dataset has steady states over a grid of parameters or starts, or a single one."""
     has_rows = "regime" in dataset and "displacement_strobe" in dataset
     is_spread = "law_change_share" in dataset  # of one design
-    return has_rows and not is_spread and {*dataset["regime"].dims} <= GRIDS
+    return has_rows and not is_spread and {*dataset["regime"].dims} <= GRIDS | _own_names(dataset)
+
+
+def _own_names(dataset: xr.Dataset) -> set[str]:
+    """Return the names of one's own in the ties of a dataset."""
+    if "ties" not in dataset.attrs:
+        return set()
+    # here, since it imports numba, which commands that only read studies do without
+    from vibropipe.solve.rebuild import ties_of
+
+    return {*ties_of(dataset).own}
 
 
 KIND = Kind(

@@ -24,6 +24,7 @@ from vibropipe.physics.si import (
     NO_HOUSING,
     NO_SHAKER,
     TWICE_DAMPED,
+    WRITTEN_FORCES,
     check_together,
     non_dimensional,
 )
@@ -209,7 +210,8 @@ class Exciter(_OfRecords, Written):
         ----------
         m, C, l, H, F, omega, delta : number, str or pint.Quantity
             Mass and stiffness, > 0, and half the distance between the supports, > 0, all three required; damping, >= 0;
-            amplitude and angular frequency (> 0, required beside a force) of the force; offset of the equilibrium.
+            amplitude and angular frequency (> 0; beside a force, required by every call that does not vary it) of the
+            force; offset of the equilibrium.
             Numbers are in SI: kg, N/m, m, N s/m, N, rad/s. Text has a number and a unit: "8 mm", "8 N/mm", "55 rad/s";
             a frequency in Hz counts cycles, "9 Hz" is 2 pi 9 rad/s.
         R1, R2 : float
@@ -262,9 +264,14 @@ class Exciter(_OfRecords, Written):
         forces = (name for name in FORCES if name in varied or getattr(self, name) != 0.0)
         force = None if self.states("nu") or "nu" in varied else next(forces, None)
         if force is not None:
-            allowed = PARAMETERS["nu"].range.text
+            name, allowed = "nu", PARAMETERS["nu"].range.text
+            if self.written:
+                name, allowed = "omega", "an angular frequency in rad/s, or text with its unit"
+                own = (name for name in WRITTEN_FORCES if si_value(name, self.written.get(name, 0)))
+                others = (name for name, plain in WRITTEN_FORCES.items() if plain == force)
+                force = next(own, None) or next(others)
             must = FREQUENCY_REQUIRED.format(force, allowed)
-            raise ParameterError("nu", None, allowed, must=must, got="")
+            raise ParameterError(name, None, allowed, must=must, got="")
 
     @property
     def upper(self) -> float:

@@ -23,6 +23,8 @@ WITHOUT_MASS = "must be left out without M, the mass of the housing, which is fi
 BESIDE = "must be left out unless {} stands beside it"
 WITHIN_MASS = "must not exceed m, of which it is a part"
 FREQUENCY_REQUIRED = "is required beside {} ({})"
+# Forces with units, by what they are without.
+WRITTEN_FORCES = {"F": "f", "F2": "f2", "shaker": "shaker", "m_e": "shaker"}
 
 
 def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
@@ -77,12 +79,6 @@ def check_together(
             raise ParameterError(name, given[name], must=BESIDE.format(other))
     if si.get("m_e", 0.0) > si["m"]:
         raise ParameterError("m_e", given["m_e"], must=WITHIN_MASS)
-    forces = ("F", "F2", "shaker", "m_e")
-    force = next((name for name in forces if si.get(name, 0.0) != 0.0), None)
-    if force is not None and "omega" not in si:
-        allowed = "an angular frequency in rad/s, or text with its unit"
-        must = FREQUENCY_REQUIRED.format(force, allowed)
-        raise ParameterError("omega", None, allowed, must=must, got="")
     for name in ("D1", "D2", "P") if "M" not in si else ():
         if si.get(name, 0.0) != 0.0:
             raise ParameterError(name, given[name], must=WITHOUT_MASS)

@@ -7,6 +7,7 @@ import re
 import numpy as np
 import pytest
 from drawing import draw, picture_of
+from helpers.sensors import record_by_solve_ivp
 
 import vibropipe as vp
 from vibropipe.report.parts import Row
@@ -37,6 +38,22 @@ physical: {m: 2 kg, C: 8 N/mm, H: 25 N s/m, F: 40 N, l: 8 mm}
 scenes:
   found: {kind: identify, measured: m.csv, vary: {delta: [0 mm, 1 mm]}, noise: {displacement_mean: 20 um}}
 """
+
+
+RECORD = """
+title: Recorded
+physical: {m: 2 kg, C: 8 N/mm, H: 25 N s/m, F: 40 N, l: 8 mm}
+scenes:
+  found:
+    kind: identify
+    measured: m.csv
+    vary: {delta: [-1 mm, 1 mm], R1: [0.5, 0.9], R2: [0.5, 0.9]}
+    blanking: 1 ms
+    samples: 16
+"""
+SINE = "time (s),displacement (mm)\n" + "".join(
+    f"{n * 2e-3!r},{float(np.sin(0.14 * n))!r}\n" for n in range(400)
+)
 
 
 def load(folder, text, **tables):
@@ -168,8 +185,15 @@ def test_columns_with_units_are_read_in_si(tmp_path):
         (WANTED, "phase,x\n0,1\n", r"columns (phase and displacement), then .* got 'phase,x' in"),
         (WANTED, "phase,displacement\n0,1 mm\n", "2 numbers with a point in each line, .* '0,1 mm'"),
         (WANTED, "phase;displacement\n0;0,1\n", "2 numbers with a point in each line, .* '0;0,1'"),
-        (WANTED, "phase,displacement\n", "1 to 9999 lines of numbers"),
+        (WANTED, "phase,displacement\n", "1 to 99999 lines of numbers"),
         (WANTED, "phase,displacement (mm)\n0,1\n", "list of pairs"),
+        (WANTED, "time (s),displacement\n0,1\n", "in place of time: time after a rising zero of the force, over the"),
+        (RECORD, "time (s),displacement (mm)\n0,1\n1,2\n", "must have at least 32 samples of a record, got 2"),
+        (RECORD, "time (mm),displacement (mm)\n0,1\n1,2\n", "measured.time.*mm is no unit of time"),
+        (RECORD, "time (s),displacement (s)\n0,1\n1,2\n", "measured.displacement.*s is no unit of length"),
+        (RECORD.replace("F: 40 N", "F: 40 N, omega: 12 Hz"), SINE, "physical.omega: must be .* is at 11.*Hz.*12 Hz"),
+        (RECORD.replace("blanking: 1 ms", "sign: up"), SINE, "sign: must be"),
+        (RECORD.replace("1 ms", "1 mm"), SINE, "blanking: must be a .*time"),
         (PHYSICAL, "omega,displacement_mean (mm)\n9,1\n", "measured.omega.*a frequency .* (it has no unit"),
         (PHYSICAL, "omega (Hz),displacement_mean (kg)\n9,1\n", "measured.displacement_mean: .* kg"),
         (PHYSICAL, "omega (Hz),displacement_men (mm)\n9,1\n", "displacement_men: must be a quantity .* such as"),
@@ -183,6 +207,51 @@ def test_bad_tables_are_refused_in_words(tmp_path, text, table, message):
         load(tmp_path, text, **({name: table} if table is not None else {}))
     line = str(error.value)
     assert re.search(message.replace("(", r"\(").replace(")", r"\)"), line), line
+
+
+def test_a_record_is_a_file_with_times(tmp_path):
+    """Parameters, twin and sensors of a record are told in words, and the study states no frequency."""
+    true = vp.Exciter(
+        l=8e-3, nu=70 / 4000**0.5, f=5e-3, h=25 / 16000**0.5, delta=6e-4, R1=0.75, R2=0.65
+    )
+    noise = {"displacement": 1e-5, "velocity": 1e-5}
+    record, _force = record_by_solve_ivp(true, noise, seed=3, offset=1e-3)
+    p = 4000**0.5
+    # The sensor ends at 9 mm.
+    columns = [
+        record["tau"] / p * 1e3,
+        np.minimum(record["displacement"] * 1e3, 9.0),
+        record["velocity"] * p,
+    ]
+    rows = "".join(
+        f"{t!r},{x!r},{v!r}\n" for t, x, v in zip(*(c.tolist() for c in columns), strict=True)
+    )
+    scene = load(tmp_path, RECORD, m=f"Time (ms),displacement (mm),velocity (m/s)\n{rows}").scenes[
+        "found"
+    ]
+    np.testing.assert_allclose(scene.measured["tau"], record["tau"], atol=1e-9)
+    np.testing.assert_allclose(scene.measured["velocity"], record["velocity"], atol=1e-12)
+    assert scene.blanking == pytest.approx(1e-3 * p)
+    dataset = kind_of(scene).solve(scene)
+    for name, value in (("omega", 70.0), ("delta", 6e-4), ("R1", 0.75), ("R2", 0.65)):
+        assert abs(float(dataset[name]) - value) < 4.5 * float(dataset[f"{name}_std"]), name
+    assert "nu" not in scene.data_exciter()
+    told = answers({"found": dataset})["found"]
+    assert told[0].lead == "The measurements are explained within their noise."
+    assert told[1].lead.startswith("With the sensors reversed, the mirror image fits as well: ω = ")
+    assert "δ = −0.000" in told[1].lead
+    n_clipped = int((columns[1] == 9.0).sum())
+    assert n_clipped > 20
+    (table,) = tables({"found": dataset})
+    n = dataset.sizes["measurement"]
+    assert (
+        f"{n_clipped} of {n} samples of displacement at a limit of the sensor or next to an"
+        in table.note
+    )
+    assert len(draw("identify", dataset).axes) == 3
+    assert "mirror image fits as well" in picture_of("identify", dataset).describe(
+        dataset, None, {}
+    )
 
 
 def test_soft_supports_and_friction_are_called_for(tmp_path):

@@ -221,6 +221,7 @@ def unit_factors(m: float, C: float) -> dict[str, float]:
         "frequency": p,
         "rate": p,
         "velocity": p,
+        "acceleration": p**2,
         "force": C,
         "stiffness": C,
         "damping": math.sqrt(m) * math.sqrt(C),

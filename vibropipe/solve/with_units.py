@@ -89,11 +89,11 @@ def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
 def _si(name: str, value: Any) -> float:
     """Return a value of a parameter or a start in SI, or raise a ParameterError naming it."""
     if name in STARTS:
-        return _of_dimension(name, value, START_DIMENSIONS[name])
+        return si_of_dimension(name, value, START_DIMENSIONS[name])
     return si_value(name, value)
 
 
-def _of_dimension(argument: str, value: Any, dimension: str) -> float:
+def si_of_dimension(argument: str, value: Any, dimension: str) -> float:
     """Return a value of a physical dimension in SI, or raise a ParameterError naming its argument."""
     try:
         return to_si(value, dimension, numbers=True)
@@ -124,7 +124,7 @@ def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None
             return value
         if isinstance(value, str) and _is_number(value):
             value = float(value)
-        return _of_dimension(f"{argument}.{name}", value, dimension) / factors.get(dimension, 1.0)
+        return si_of_dimension(f"{argument}.{name}", value, dimension) / factors.get(dimension, 1.0)
 
     def plain_goal(name: str, value: Any) -> Any:
         if name == CURVE:

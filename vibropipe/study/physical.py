@@ -25,7 +25,8 @@ from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import named
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
-from vibropipe.words.records import FINITE, POSITIVE, Range
+from vibropipe.words.records import FINITE, NOT_NEGATIVE, POSITIVE, Range
+from vibropipe.words.sensors import RECORD, TAU, TIME
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.units import MINUS, UnitError, to_si
 
@@ -53,9 +54,14 @@ KEYS: dict[str, tuple[str, Range]] = {
     "tau_end": ("time", POSITIVE),
     "tau_bar": ("time", POSITIVE),
     "amplitude": ("length", POSITIVE),
+    "steady_from": ("time", FINITE),
+    "blanking": ("time", NOT_NEGATIVE),
 }
 # Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
-BARE, QUANTITIES = ("tau_end",), ("start", "stop", "values", "from", "to", "within")
+BARE, QUANTITIES = (
+    ("tau_end", "steady_from", "blanking"),
+    ("start", "stop", "values", "from", "to", "within"),
+)
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "ties", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
@@ -63,6 +69,7 @@ SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
 VARIED = ("over", "along", "vary", "tolerance", "within")
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
+COLUMNS = {**NAMES, TIME: TAU}
 GOALS = ("target", "subject_to", "allow", MEASURED, "noise")
 # A list of mappings by quantity, and of other entries.
 LEVELS = "of"
@@ -209,7 +216,7 @@ class _Reader:
         for key, value in node.items():
             if key in GOALS and isinstance(value, dict):
                 plain[key] = {
-                    NAMES.get(name, name) if key == MEASURED else name: self.goal(
+                    COLUMNS.get(name, name) if key == MEASURED else name: self.goal(
                         name, v, (*path, key, name)
                     )
                     for name, v in value.items()
@@ -333,6 +340,8 @@ class _Reader:
 
     def goal_dimension(self, name: str, path: KeyPath) -> str:
         """Return the physical dimension of a quantity with index; "" of a pure number and of an unknown name."""
+        if name in RECORD and path[-2] in (MEASURED, "noise"):
+            return RECORD[name]
         if name == CURVE:
             return "length"
         if name == PHASE and path[-2] == MEASURED:

@@ -17,18 +17,17 @@ from typing import Any
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe
 from vibropipe.scenes.keys.values import as_number
 from vibropipe.solve.design.goals import CURVE
+from vibropipe.words.sensors import RECORD, TAU, TIME, name_and_unit
 from vibropipe.words.spelling import latin
 from vibropipe.words.units import UnitError, to_si
 
 PHASE = "phase"
-# Heads of a column of times, which a phase stands in for, and of a phase in other words.
-TIMES = ("time", "t", "tau")
+# Heads of a column of times, which a phase stands in for in a wanted curve, and of a phase in other words.
+TIMES = (TIME, "t", TAU)
 _PHASES = re.compile(r"(?:phase|angle|phi|theta)(?![^\W_]).*", re.IGNORECASE)
 # Begins a file at the end of a study's text.
 MARK = "# file "
-MAX_LINES = 10_000
-# A name, and its unit in brackets or behind a stroke.
-_HEAD = re.compile(r"\s*([^\s(\[/]+)\s*(?:/?\s*[(\[]\s*([^)\]]+?)\s*[)\]]|/\s*([^\s(\[]+))?\s*")
+MAX_LINES = 100_000
 
 
 class Files:
@@ -104,11 +103,10 @@ def _read(
     head = lines[kept[0]] if kept else ""
     mark = next((mark for mark in ";\t" if mark in head), ",")
     rows = list(csv.reader([lines[n] for n in kept], delimiter=mark))
-    heads = [_HEAD.fullmatch(cell) for cell in rows[0]] if rows else []
-    names = [_column(match[1]) if match else "" for match in heads]
-    units = [(match[2] or match[3] or "") if match else "" for match in heads]
+    heads = [name_and_unit(cell) for cell in rows[0]] if rows else []
+    names, units = [_column(name) for name, _unit in heads], [unit for _name, unit in heads]
     parts = zip(names, units, rows[0] if rows else (), strict=True)
-    faults = [text for each in parts if (text := _head_fault(*each))]
+    faults = [text for each in parts if (text := _head_fault(*each, bool(wanted)))]
     if faults:
         problems.append(Problem(path, f"{head!r} in {name}", must=faults[0]))
         return {}
@@ -140,13 +138,16 @@ def _read(
 
 
 def _column(head: str) -> str:
-    """Return the name of a column; phase and displacement may have capitals."""
-    return head.lower() if head.lower() in (PHASE, CURVE) else str(latin(head))
+    """Return the name of a column; phase, time and what sensors measure may have capitals, t is a time."""
+    name = head.lower()
+    if name == "t":
+        return TIME
+    return name if name in (PHASE, TAU, *RECORD) else str(latin(head))
 
 
-def _head_fault(name: str, unit: str, head: str) -> str:
+def _head_fault(name: str, unit: str, head: str, is_curve: bool) -> str:
     """Return what must hold of the head of a column that cannot be read; empty if it can."""
-    if name.lower() in TIMES:
+    if name.lower() in TIMES and is_curve:
         return (
             f"must have {PHASE}, in forcing periods, in place of {name}: {name} after a rising zero of the force, over "
             "the forcing period"

@@ -57,3 +57,10 @@ class FoundResult(IntEnum):
     DETERMINED = 0
     AT_RANGE = 1
     UNDETERMINED = 2
+
+
+class Twin(IntEnum):
+    """What another set of parameters is that fits measurements as well as the one found."""
+
+    OTHER = 0
+    MIRROR_IMAGE = 1

@@ -14,7 +14,7 @@ from pathlib import Path
 from typing import Any
 
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd, Meeting
-from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult
+from vibropipe.words.designs import DesignResult, FitResult, FoundResult, ToleranceResult, Twin
 from vibropipe.words.exciter import PARAMETERS, source_of
 from vibropipe.words.measurements import Outcome, Passed
 from vibropipe.words.proofs import Proved, ProvedStable, Why
@@ -51,6 +51,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "tolerance_result": _members(ToleranceResult),
     "fit_result": _members(FitResult),
     "parameter_result": _members(FoundResult),
+    "twin_kind": _members(Twin),
     "proved": _members(Proved),
     "proved_stable": _members(ProvedStable),
     "why": _members(Why),

@@ -70,7 +70,7 @@ _USUAL = {
     "impulse": ("N s", "mN s", "kg m/s"),
     "rate": ("1/s",),
     "angle": ("rad", "deg"),
-    "acceleration": ("m/s^2", "mm/s^2"),
+    "acceleration": ("m/s^2", "mm/s^2", "g"),
 }
 _OTHER_NAMES = {
     "rev/min": "rpm",
@@ -242,7 +242,9 @@ def _factor(unit: str, dimension: str, allowed: str) -> float:
     try:
         if _LONG_POWER.search(unit) or unit in _MISREAD:
             raise ValueError("no unit, or one that is not meant")
-        factor, is_angular, same = _parsed(unit, dimension)
+        # Of an acceleration g is that of gravity, and not a gram.
+        name = "g_0" if (unit, dimension) == ("g", "acceleration") else unit
+        factor, is_angular, same = _parsed(name, dimension)
     except Exception:
         # pint raises errors of a dozen kinds for text that is no unit, and assertions
         raise UnitError(allowed, f"{unit!r} is no unit that is known") from None

@@ -9,7 +9,8 @@ from typing import Annotated, Any, Literal
 import numpy as np
 from pydantic import Field
 
-from vibropipe.physics.exciter import ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.si import eigenfrequency
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name
 from vibropipe.scenes.keys.checks import (
     EXCITER,
@@ -25,6 +26,7 @@ from vibropipe.scenes.keys.parts import Start, VariedName
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
 from vibropipe.scenes.keys.values import (
     Interval,
+    NotNull,
     NumberOrUnit,
     NumberRange,
     Sigma,
@@ -35,10 +37,13 @@ from vibropipe.scenes.keys.values import (
 )
 from vibropipe.words.designs import DESIGN_SAMPLES
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.sensors import TAU
 
 # Seconds of a row; sweeps of all samples that searches take as long as.
 ROW_SECONDS, SWEEPS = 1e-4, 12
 OUTPUTS = ("harmonics", "impacts", "stability")
+# Keys that the table is read with.
+READ = ("vary", "measured", "noise", "steady_from", "blanking", "sign")
 Text = Annotated[str, TextRule(200)]
 
 
@@ -73,7 +78,9 @@ class IdentifyScene(VariedScene):
     measured: Annotated[dict[Text, Annotated[list[float], ColumnRule()]], Field(min_length=2)] = (
         Field(
             description="CSV file, its path from the folder of the study, or its columns as lists: `phase` (forcing "
-            "periods) and `displacement`, or swept parameters and quantities, named as columns of tables are.",
+            "periods) and `displacement`; or swept parameters and quantities, named as columns of tables are; or a "
+            "record: `time` (`tau` in a study without units), one or several of `displacement`, `velocity`, "
+            "`acceleration`, and `force` or `trigger` if one tells the phase.",
             json_schema_extra={"type": ["string", "object"]},
         )
     )
@@ -82,7 +89,21 @@ class IdentifyScene(VariedScene):
     )
     noise: dict[Text, Sigma] = Field(
         default={},
-        description="Standard deviation of each measured quantity; needed for several (default: estimated).",
+        description="Standard deviation of each measured quantity; needed for several of a response (default: "
+        "estimated).",
+    )
+    steady_from: Annotated[float | None, NumberOrUnit(), NotNull] = Field(
+        default=None,
+        description="Of a record, the time from which its motion is steady (default: found in its first half).",
+    )
+    blanking: Annotated[float | None, NumberOrUnit(0), NotNull] = Field(
+        default=None,
+        description="Of a record, the time on each side of an impact on a rigid support in which velocities and "
+        "accelerations do not count (default: 1.5 intervals between samples).",
+    )
+    sign: Literal["known", "unknown"] = Field(
+        default="unknown",
+        description="Of a record, whether it is known that sensors count towards support 1.",
     )
     start: Start = Field(default_factory=Start, description="Start of every motion.")
     samples: Annotated[int, NumberRange(*DESIGN_SAMPLES, whole=True)] = Field(
@@ -91,7 +112,7 @@ class IdentifyScene(VariedScene):
 
     @property
     def row_count(self) -> int:  # noqa: D102 - as BaseScene
-        return self.samples * (1 if "phase" in self.measured else self.points)
+        return self.samples * (self.points if self.swept else 1)
 
     @property
     def points(self) -> int:
@@ -101,6 +122,20 @@ class IdentifyScene(VariedScene):
     def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
         return {**super().first_values(), **{n: v[0] for n, v in self.swept.items()}}
 
+    def known_exciter(self) -> dict[str, float]:
+        """Return the parameters that are not tied, without the frequency where it is that of a record."""
+        exciter = self.untied_exciter()
+        return {n: value for n, value in exciter.items() if n != "nu" or not self.finds_frequency}
+
+    @property
+    def finds_frequency(self) -> bool:
+        """Whether the forcing frequency is that of a record."""
+        is_stated = "nu" in self.given_exciter() or "nu" in self.ranges()
+        return TAU in self.measured and not is_stated
+
+    def varied_names(self) -> set[str]:  # noqa: D102 - as BaseScene
+        return super().varied_names() | ({"nu"} if self.finds_frequency else set())
+
     @property
     def swept(self) -> dict[str, list[float]]:
         """Columns of the table that are parameters."""
@@ -109,12 +144,19 @@ class IdentifyScene(VariedScene):
 
 def _measured(scene: IdentifyScene) -> Iterator[Problem]:
     """Check the table as `vibropipe.identify` does, and that its parameters are in range and stated once."""
-    from vibropipe.solve.fit.identify import read_measured
+    from vibropipe.solve.fit.identify import read_table
 
     try:
-        read_measured(scene.measured, scene.ranges(), scene.noise or None)
+        p = None
+        if scene.mass_and_stiffness is not None:
+            p = eigenfrequency(*scene.mass_and_stiffness)
+        read_table(
+            Exciter(**scene.known_exciter()), scene.measured, scene.ranges(),
+            scene.noise or None, scene.steady_from, scene.blanking, scene.sign, p, scene.tied(),
+        )  # fmt: skip
     except ParameterError as error:
-        yield refused(argument_path(error), error)
+        owner = {"nu": ("exciter",), "omega": ("physical",)}.get(error.name, ())
+        yield refused((*owner, *argument_path(error)), error)
         return
     yield from check_numbers(scene, "measured", scene.swept)
 
@@ -124,7 +166,7 @@ CHECKS = (
     TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",), ("measured",)), check_vary_corners),
-    Check((("vary",), ("measured",), ("noise",)), _measured),
+    Check((*EXCITER, *((key,) for key in READ)), _measured),
 )
 
 

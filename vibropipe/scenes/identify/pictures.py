@@ -23,12 +23,14 @@ from vibropipe.figures.text import (
 )
 from vibropipe.scenes.design.data import in_words
 from vibropipe.scenes.kind import Picture
-from vibropipe.words.designs import FitResult, FoundResult
-from vibropipe.words.wording import series
+from vibropipe.words.designs import FitResult, FoundResult, Twin
+from vibropipe.words.wording import count, series
 
 # Centimetres: a panel of a quantity and of what is left, what stands below them, between two, at the left.
 PANEL, REST, FOOT, GAP, LEFT = 3.4, 2.6, 1.15, 0.45, 1.8
 WIDTH, NAMED = 13.9, 0.85
+# Size of a circle, and of one of many.
+SIZE, MANY_SIZE, MANY = 3.4, 1.2, 300
 MARKERS = "osD^vPX"
 TITLES = {
     FitResult.EXPLAINED: "The fit of the {} leaves no more than noise",
@@ -121,8 +123,9 @@ def draw_fit(dataset: xr.Dataset) -> Figure:
         ax = axes(figure, LEFT, bottom, WIDTH, PANEL, sharex=rest)
         ax.plot(x[order], part.fitted[order], color=EXACT, linewidth=1.0)
         ax.plot(
-            x, part.measured, "o", color=INK, markersize=3.4, fillstyle="none", markeredgewidth=0.7
-        )
+            x, part.measured, "o", color=INK, markersize=marker_size(x), fillstyle="none",
+            markeredgewidth=0.7 if x.size <= MANY else 0.3,
+        )  # fmt: skip
         ax.tick_params(labelbottom=False)
         text = in_brackets(part.words, part.measured)
         ax.set_ylabel("\n".join(textwrap.wrap(text, 28)))
@@ -130,6 +133,11 @@ def draw_fit(dataset: xr.Dataset) -> Figure:
         hairlines(ax)
     rest.yaxis.set_label_coords(-NAMED / WIDTH, 0.5)
     return figure
+
+
+def marker_size(x: xr.DataArray) -> float:
+    """Return the size of the markers of measurements."""
+    return SIZE if x.size <= MANY else MANY_SIZE
 
 
 def draw_rest(ax: Axes, parts: list[Column], x: xr.DataArray) -> None:
@@ -143,7 +151,7 @@ def draw_rest(ax: Axes, parts: list[Column], x: xr.DataArray) -> None:
             left,
             marker,
             color=colours[n % 3],
-            markersize=3.4,
+            markersize=marker_size(x),
             linestyle="none",
             label=part.words,
         )
@@ -187,7 +195,46 @@ def describe_fit(dataset: xr.Dataset) -> str:
         "less fitted over the standard deviation of the noise, dashed: two of them",
         f"{whose.capitalize()}: {'; '.join(found_text(dataset, explained))}",
         text[0].upper() + text[1:],
+        *sensor_texts(dataset),
+        *twin_texts(dataset),
     )
+
+
+def twin_texts(dataset: xr.Dataset) -> list[str]:
+    """Write other parameters that fit as well: the mirror image and others."""
+    if "twin" not in dataset.dims:
+        return []
+    texts = []
+    for n, kind in enumerate(dataset["twin_kind"].values.tolist()):
+        values = []
+        for name in map(str, dataset["parameter"].values):
+            number, std = float(dataset[f"{name}_twin"][n]), float(dataset[f"{name}_std"])
+            value = with_units(dataset[name], format_number(number, digits_for(number, std)))
+            values.append(f"{plain_symbol_of(dataset[name])} = {value}")
+        is_image = kind == Twin.MIRROR_IMAGE
+        lead = (
+            "With the sensors reversed, the mirror image fits"
+            if is_image
+            else "Other parameters fit"
+        )
+        texts.append(f"{lead} as well: {', '.join(values)}")
+    return texts
+
+
+def sensor_texts(dataset: xr.Dataset) -> list[str]:
+    """Write which samples of a record do not count, and which sensors are reversed; nothing of other measurements."""
+    if "transient_samples" not in dataset:
+        return []
+    texts, n = [], dataset.sizes["measurement"]
+    if before := int(dataset["transient_samples"]):
+        texts.append(f"{count(before, 'sample')} before the steady motion left out")
+    for part in columns(dataset):
+        if left_out := int(dataset[f"{part.name}_left_out"]):
+            where = "at a limit of the sensor or next to an impact"
+            texts.append(f"{left_out} of {n} samples of {part.words} {where} do not count")
+        if float(dataset[f"{part.name}_sign"]) < 0:
+            texts.append(f"The sensor of {part.words} is reversed: it counts towards support 2")
+    return texts
 
 
 PICTURES = (Picture("fit", draw_fit, describe_fit, titled=title_fit),)

@@ -8,7 +8,15 @@ import xarray as xr
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number, parameter_names, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Answer, Datasets, Row, Side, Table, of_each, tables_of_each
-from vibropipe.scenes.identify.pictures import Column, columns, digits_for, noise_text, results
+from vibropipe.scenes.identify.pictures import (
+    Column,
+    columns,
+    digits_for,
+    noise_text,
+    results,
+    sensor_texts,
+    twin_texts,
+)
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult
 from vibropipe.words.wording import series
@@ -29,6 +37,8 @@ STATES = {
 def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
     found = [verdict(dataset)]
+    if twins := twin_texts(dataset):
+        found.append(Answer(f"{twins[0]}.", " ".join(f"{text}." for text in twins[1:])))
     if blind := undetermined_texts(dataset):
         found.append(Answer(blind[0], " ".join(blind[1:])))
     ended = [
@@ -206,6 +216,7 @@ def range_text(dataset: xr.Dataset, name: str) -> str:
 def note_text(dataset: xr.Dataset, has_correlations: bool) -> str:
     """Write number and noise of the measurements, and what deviations and correlations stand for."""
     text = f"{dataset.sizes['measurement']} measurements, {noise_text(dataset)}."
+    text += "".join(f" {sentence}." for sentence in sensor_texts(dataset))
     if has_correlations:
         first = plain_symbol_of(dataset[str(dataset["parameter"].values[0])])
         text += f" Under “with {first}”: correlation with it."

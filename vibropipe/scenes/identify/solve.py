@@ -18,7 +18,8 @@ if TYPE_CHECKING:
 def solve(scene: IdentifyScene, progress: Progress | None = None) -> xr.Dataset:
     """Find the parameters of a scene in memory."""
     dataset = identify(
-        Exciter(**scene.untied_exciter()), scene.measured, scene.ranges(),
+        Exciter(**scene.known_exciter()), scene.measured, scene.ranges(),
         scene.start.x0, scene.start.v0, scene.noise or None, scene.samples, scene.tied().texts,
+        scene.steady_from, scene.blanking, scene.sign,
     )  # fmt: skip
     return stored(dataset, scene.mass_and_stiffness)

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any
+from typing import Any, ClassVar, NamedTuple, TypeVar
 
 import numpy as np
 
@@ -23,6 +23,10 @@ BOXES = (1.0, 0.3, 0.1)
 REFINED, MAX_EVALUATIONS = 4, 40
 # Misfit where the motion has not the measured quantity, over the largest value measured or computed at so many points.
 ABSENT, SIZED = 10.0, 32
+# Largest misfit after a refinement in which what does not count stays the same, over that before it.
+WORSE = 1.01
+# Largest number of misfits at once.
+BLOCK = 4_000_000
 
 
 @dataclass(frozen=True)
@@ -74,17 +78,24 @@ class Model:
     absent: np.ndarray
     width: np.ndarray
     ties: Ties
+    # Least relative change of a step and of the misfit in a search.
+    TOLERANCE: ClassVar[float] = 1e-13
+
+    @property
+    def n_motions(self) -> int:
+        """Number of motions: one for each line of a response, or one."""
+        return len(self.data.values) if self.data.over.keys() <= {*Parameters._fields} else 1
 
     def values(self, points: np.ndarray) -> np.ndarray:
         """Return the quantities (n, rows, q) at values (n, k) of the parameters."""
-        return self._solve(self._rows(points))[0]
+        return self._solve(self.rows(points))[0]
 
-    def _rows(self, points: np.ndarray) -> np.ndarray:
+    def rows(self, points: np.ndarray) -> np.ndarray:
         """Return all parameters (n * rows, p) at values (n, k) of those to be found; a motion is one row."""
-        times = len(self.data.values) if self.data.names else 1
+        times = self.n_motions
         varied = dict(zip(self.found, np.repeat(points, times, axis=0).T, strict=True))
-        if self.data.names:
-            varied |= {n: np.tile(values, len(points)) for n, values in self.data.over.items()}
+        swept = self.data.over.keys() & {*Parameters._fields}
+        varied |= {name: np.tile(self.data.over[name], len(points)) for name in swept}
         tied = self.ties.values({**self.exciter.numbers()._asdict(), **varied})
         base = np.tile(np.array(self.exciter.numbers()), (times * len(points), 1))
         for name, values in (varied | tied).items():
@@ -109,9 +120,23 @@ class Model:
 
     def residuals(self, points: np.ndarray) -> np.ndarray:
         """Return weighted misfits (n, rows * q) at values (n, k) of the parameters."""
-        return self._misfits(self.values(points)).reshape(len(points), -1)
+        return self.misfits(self.values(points)).reshape(len(points), -1)
 
-    def _misfits(self, values: np.ndarray) -> np.ndarray:
+    def costs(self, points: np.ndarray) -> np.ndarray:
+        """Return sums of squared misfits (n,) at values (n, k) of the parameters, in blocks of limited memory."""
+        block = max(1, BLOCK // self.data.values.size)
+        return np.concatenate(
+            [
+                (self.residuals(points[n : n + block]) ** 2).sum(axis=1)
+                for n in range(0, len(points), block)
+            ]
+        )
+
+    def frozen_at(self, point: np.ndarray) -> Model | None:
+        """Return a model in which the same numbers count everywhere as at values (k,); None if all do."""
+        return None
+
+    def misfits(self, values: np.ndarray) -> np.ndarray:
         """Return the weighted misfits (n, rows, q) of quantities."""
         data = self.data
         misfits = values - data.values
@@ -125,15 +150,15 @@ class Model:
         A neighbour with another law of motion is left out: the derivative is one-sided, or 0 with none on either side.
         So it is of motions without an orbit, whose means over chaos have no derivative.
         """
-        k, base = len(point), self._rows(point[None])[0]
+        k, base = len(point), self.rows(point[None])[0]
         steps = STEP * np.maximum(np.abs(point), 0.1 * self.width)
         of_parameters = [n for n, name in enumerate(self.found) if name in Parameters._fields]
         columns = [Parameters._fields.index(self.found[n]) for n in of_parameters]
         steps[of_parameters] = parameter_steps(base, columns, STEP)
         points = np.vstack([point, point - np.diag(steps), point + np.diag(steps)])
-        rows = self._rows(points)
+        rows = self.rows(points)
         values, laws = self._solve(rows)
-        misfits, at = self._misfits(values), np.repeat(points[:, None], laws.shape[1], axis=1)
+        misfits, at = self.misfits(values), np.repeat(points[:, None], laws.shape[1], axis=1)
         at[:, :, of_parameters] = rows.reshape(*laws.shape[:2], -1)[
             :, :, columns
         ]  # within their ranges
@@ -145,7 +170,10 @@ class Model:
         return np.asarray(slopes.reshape(k, -1).T)
 
 
-def with_absent(model: Model, low: np.ndarray, high: np.ndarray) -> Model:
+M = TypeVar("M", bound=Model)
+
+
+def with_absent(model: M, low: np.ndarray, high: np.ndarray) -> M:
     """Return the model with a misfit of absent quantities above those of all values in the ranges."""
     points = low + (high - low) * _sequence(low.size).random(SIZED)
     largest = np.abs(np.nan_to_num(model.values(points))).max(axis=(0, 1))
@@ -161,24 +189,64 @@ def _sequence(k: int) -> Any:
     return qmc.Sobol(k, scramble=False).fast_forward(1)
 
 
-def search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> np.ndarray:
-    """Return the values (k,) of least misfit."""
-    from scipy.optimize import least_squares
+class Search(NamedTuple):
+    """A search of the least misfit.
 
-    sequence = _sequence(low.size)
+    Attributes
+    ----------
+    best : (k,) array
+        Values of least misfit.
+    ends : (n, k) array
+        Values where refinements ended.
+    costs : (n,) array
+        Half of the sum of squared misfits there.
+    """
+
+    best: np.ndarray
+    ends: np.ndarray
+    costs: np.ndarray
+
+
+def search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> Search:
+    """Return the values of least misfit, and all where refinements ended."""
+    sequence, ends, costs = _sequence(low.size), list[np.ndarray](), list[float]()
     middle, best, least = 0.5 * (low + high), 0.5 * (low + high), np.inf
     for share in BOXES:
         # Laws of motion divide the ranges: a search ends where its law does, so samples look around the best fit again.
         reach = 0.5 * share * (high - low)
         points = np.clip(middle + reach * (2 * sequence.random(samples) - 1), low, high)
-        order = np.argsort((model.residuals(points) ** 2).sum(axis=1), kind="stable")
+        order = np.argsort(model.costs(points), kind="stable")
         for n in order[:REFINED]:
-            fit = least_squares(
-                lambda point: model.residuals(point[None])[0], points[n],
-                lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
-                xtol=1e-13, ftol=1e-13, max_nfev=MAX_EVALUATIONS,
-            )  # fmt: skip
-            if fit.cost < least * (1 - 1e-9):
-                best, least = fit.x, fit.cost
+            end, cost = refined(model, points[n], low, high)
+            ends.append(end)
+            costs.append(cost)
+            if cost < least * (1 - 1e-9):
+                best, least = end, cost
         middle = best
-    return best
+    return Search(best, np.array(ends), np.array(costs))
+
+
+def refined(
+    model: Model, point: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, float]:
+    """Return values (k,) of least misfit next to some, and half of the sum of squared misfits."""
+    end, cost = _least_squares(model, point, low, high)
+    frozen = model.frozen_at(end)
+    if frozen is None:
+        return end, cost
+    moved, _cost = _least_squares(frozen, end, low, high)
+    moved_cost = 0.5 * float((model.residuals(moved[None]) ** 2).sum())
+    return (moved, moved_cost) if moved_cost <= cost * WORSE else (end, cost)
+
+
+def _least_squares(
+    model: Model, point: np.ndarray, low: np.ndarray, high: np.ndarray
+) -> tuple[np.ndarray, float]:
+    from scipy.optimize import least_squares
+
+    fit = least_squares(
+        lambda point: model.residuals(point[None])[0], point,
+        lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
+        xtol=model.TOLERANCE, ftol=model.TOLERANCE, max_nfev=MAX_EVALUATIONS,
+    )  # fmt: skip
+    return fit.x, float(fit.cost)

@@ -1,32 +1,55 @@
-"""The function `identify`: the parameters that explain a measured motion or response."""
+"""The function `identify`: the parameters that explain a measured motion, response or record."""
 
 from __future__ import annotations
 
 from collections.abc import Mapping
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
-from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.parameter_error import number_within, si_value
+from vibropipe.physics.si import eigenfrequency
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
+from vibropipe.solve.fit.fit_dataset import fit_dataset
 from vibropipe.solve.fit.fit_model import Measured, Model, search, with_absent
-from vibropipe.solve.fit.fit_quality import determined, quality_of
-from vibropipe.solve.origin_attrs import origin_attrs
-from vibropipe.solve.rows.named import SIZES, Named, named
-from vibropipe.words.designs import DESIGN_SAMPLES
+from vibropipe.solve.fit.measured_table import (
+    A_TABLE,
+    columns_of,
+    has_units,
+    plain_arguments,
+    plain_table,
+)
+from vibropipe.solve.fit.record import (
+    UNKNOWN,
+    Record,
+    is_record,
+    read_record,
+)
+from vibropipe.solve.fit.record_frequency import (
+    frequency_text,
+    ranges_with_frequency,
+    with_frequency_of,
+)
+from vibropipe.solve.fit.record_model import RecordModel, measured_of
+from vibropipe.solve.fit.twins import nearest_first
+from vibropipe.solve.physical import to_physical
+from vibropipe.solve.rows.named import named
+from vibropipe.solve.with_units import are_with_units
+from vibropipe.words.designs import DESIGN_SAMPLES, FitResult
 from vibropipe.words.records import POSITIVE
-from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
 
 SAMPLES = 128
-A_TABLE = "a table with columns phase and displacement, or with swept parameters and quantities"
+# Multiples of the largest line of a record that the forcing frequency may be, in the order in which they are tried.
+FACTORS = (1.0, 2.0, 3.0, 1 / 2, 1 / 3)
+NO_RECORD = "must be left out, since measured is no record over time"
 
 
 def identify(
@@ -38,30 +61,45 @@ def identify(
     noise: Mapping[str, float] | None = None,
     samples: int = SAMPLES,
     ties: Mapping[str, Any] | None = None,
+    steady_from: Any = None,
+    blanking: Any = None,
+    sign: str = UNKNOWN,
 ) -> xr.Dataset:
-    """Find the parameters nearest to a measured motion or response in weighted least squares, and how near they are.
+    """Find the parameters nearest to a measured motion, response or record, and how near they are.
 
-    Samples of low discrepancy in the ranges of `vary` come first; the best are refined [1]_. The covariance is that of
-    the linear model at the solution [2]_.
+    Samples of low discrepancy in the ranges of `vary` come first; the best are refined in weighted least squares [1]_.
+    The covariance is that of the linear model at the solution [2]_.
 
     Parameters
     ----------
     exciter : Exciter
-        The parameters that are known.
-    measured : pandas.DataFrame or mapping of str to array_like
+        The parameters that are known. Of one made by `from_physical`, all arguments may have units, bare numbers beside
+        them are in SI, and so is the dataset. With a record it may lack its frequency, which is then found as well.
+    measured : pandas.DataFrame, xarray.Dataset, mapping of str to array_like, or path of a CSV file
         A motion: `phase`, in forcing periods after a rising zero of sin(nu tau), and `displacement`. Or a response:
-        swept parameters (nu) and quantities named as the columns of `table` are. `pandas.read_csv` reads either.
+        swept parameters (nu) and quantities named as the columns of `table` are. Or a record of at least 32 samples: a
+        column `time` (of an exciter without units `tau`), from any instant on, one or several of `displacement`,
+        `velocity`, `acceleration`, and at most one that tells the phase: `force`, or a `trigger` that rises where
+        sin(nu tau) does. Units stand in the heads, "time (ms)", "displacement (mm)", "acceleration (g)", in the
+        attribute `units` of xarray, or are those of pint.
     vary : mapping of str to (float, float)
         Lower and upper end of each parameter to be found, or name that `ties` use.
     x0, v0 : float, optional
         Start of every motion, as for `steady_state`.
     noise : mapping of str to float, optional
-        Standard deviation of each measured quantity; needed for several. Otherwise it is estimated from the differences
-        of successive misfits.
+        Standard deviation of each measured quantity; needed for several of a response. Otherwise it is estimated from
+        the differences of successive misfits, in a record from those of neighbours in phase.
     samples : int
         Number of samples, from 8 to 1e6.
     ties : mapping of str to str or float, optional
         Parameters by expressions of others, swept ones included, or of names of one's own, as of `sweep`.
+    steady_from : float, str or pint.Quantity, optional
+        Of a record, the time from which its motion is steady (default: found in its first half).
+    blanking : float, str or pint.Quantity, optional
+        Of a record, the time on each side of an impact on a rigid support in which velocities and accelerations do not
+        count (default: 1.5 intervals between samples).
+    sign : str
+        Of a record, whether it is `known` that sensors count towards support 1, or `unknown`.
 
     Returns
     -------
@@ -82,6 +120,17 @@ def identify(
         reduced_chi_square, reduced_chi_square_limit
             Sum of squares of misfits over the noise, over the degrees of freedom; what noise alone exceeds in one of
             1000 cases.
+        <name>_twin (twin), twin_kind (twin), twin_excess (twin)
+            Other values in the ranges that fit as well, if there are any: the sum of squares over the noise exceeds the
+            least one by `twin_excess`, no more than noise alone does in 999 of 1000 cases. twin_kind: mirror_image
+            (with sensors reversed and the force half a period later) or other.
+        phase (measurement), <name>_offset, <name>_sign
+            Of a record: the phase of each sample in forcing periods, and offset and sign of each sensor. Samples
+            before the motion is steady are left out.
+        transient_samples, <name>_left_out
+            Of a record, the number of samples before the motion is steady, and of those of each sensor that do not
+            count, for which <name>_fitted is NaN: at its limit, where three or more in a row have its largest or its
+            least value, or within the blanking of an impact.
         fit_result
             explained: the misfit is within that limit. beyond_noise: it is not. constant: a quantity has one value
             only, or all are no larger than the noise. absent: the motion found lacks a measured quantity. not_judged:
@@ -90,7 +139,17 @@ def identify(
     Raises
     ------
     ParameterError
-        If a name, a range or a table is wrong, or there are not more numbers than parameters.
+        If a name, a unit, a range or a table is wrong, or there are not more numbers than parameters; if times of a
+        record do not increase, it has no period or another one than is stated, fewer than 3 forcing periods, fewer
+        than 8 samples in one, or a sensor with one value only or with most of them at its limit.
+
+    Notes
+    -----
+    The frequency of a record is that of the largest line of its spectrum, refined by least squares of a sine and its
+    harmonics (of `force` or `trigger` where there is one), and then with the parameters. If no motion explains the
+    record, 2, 3, 1/2 and 1/3 of it are tried. The phase is the one of least squares, sought by correlation with each
+    orbit; each offset is a mean. Gains of sensors are not found: with all lengths and forces scaled together, the same
+    motion is larger.
 
     References
     ----------
@@ -98,52 +157,151 @@ def identify(
        bound-constrained minimization problems, SIAM Journal on Scientific Computing 21 (1999) 1.
     .. [2] D. M. Bates, D. G. Watts, Nonlinear Regression Analysis and Its Applications, Wiley 1988.
     """
-    tied = Ties(ties)
-    swept = _first_of_swept(measured)
-    ranges = check_vary(exciter, vary, tied, swept)
-    data = read_measured(measured, ranges, noise)
+    given: dict[str, Any] = {"vary": vary, "noise": noise, "x0": x0, "v0": v0}
+    given |= {"steady_from": steady_from, "blanking": blanking}
+    columns = columns_of(measured)
+    is_mapping = all(isinstance(given[name], Mapping | None) for name in ("vary", "noise"))
+    with_units = has_units(columns) or (is_mapping and are_with_units(exciter, *given.values()))
+    table = plain_table(exciter, columns, with_units)
+    if with_units:
+        given = plain_arguments(exciter, given)
+    found = _identify(exciter, table, samples, Ties(ties), sign, **given)
+    return to_physical(found, exciter) if with_units else found
+
+
+def _identify(
+    exciter: Exciter,
+    table: dict[str, np.ndarray],
+    samples: int,
+    ties: Ties,
+    sign: str,
+    *,
+    vary: Mapping[str, tuple[float, float]],
+    noise: Mapping[str, float] | None,
+    x0: float | None,
+    v0: float,
+    steady_from: float | None,
+    blanking: float | None,
+) -> xr.Dataset:
+    """Return the parameters found, without units."""
+    over = {n: v for n, v in table.items() if n in Parameters._fields and v.size}
+    first, p = {name: float(values[0]) for name, values in over.items()}, None
+    ranges = check_vary(exciter, vary, ties, first)
     check_whole("samples", samples, DESIGN_SAMPLES)
-    exciter = at_lower_ends(exciter, ranges, tied, swept)
-    exciter.check_start(x0, v0)
+    if exciter.written:
+        p = eigenfrequency(*(si_value(name, exciter.written[name]) for name in ("m", "C")))
+    data = read_table(exciter, table, ranges, noise, steady_from, blanking, sign, p, ties)
+    if isinstance(data, Record):
+        first = {"nu": data.line.nu}
+    start = at_lower_ends(exciter, ranges, ties, first)
+    start.check_start(x0, v0)
+    if isinstance(data, Record):
+        return _of_record(exciter, data, ranges, x0, v0, samples, ties, p)
     low, high = np.array(list(ranges.values())).T
-    found = [*ranges]
-    model = Model(exciter, data, found, x0, v0, np.zeros(1), high - low, tied)
+    model = Model(start, data, [*ranges], x0, v0, np.zeros(1), high - low, ties)
     model = with_absent(model, low, high)
     best = search(model, low, high, samples)
-    over = {name: data.over[name] for name in swept}
-    tied.checked({**exciter.numbers()._asdict(), **over, **dict(zip(found, best, strict=True))})
-    return _dataset(model, best, low, high)
+    _check_tied(model, best.best)
+    return fit_dataset(model, best, low, high)
 
 
-def _first_of_swept(measured: Any) -> dict[str, float]:
-    """Return the first value of each column that is a parameter; none of a table that `read_measured` refuses."""
-    try:
-        names = [str(name) for name in measured if name in Parameters._fields]
-        return {name: float(np.ravel(measured[name])[0]) for name in names}
-    except (KeyError, TypeError, ValueError, IndexError):
-        return {}
+def _check_tied(model: Model, best: np.ndarray) -> None:
+    """Raise a ParameterError if a tied parameter is out of its range at values (k,) of those found."""
+    over = {n: values for n, values in model.data.over.items() if n in Parameters._fields}
+    found = dict(zip(model.found, best.tolist(), strict=True))
+    model.ties.checked({**model.exciter.numbers()._asdict(), **over, **found})
+
+
+def _of_record(
+    exciter: Exciter,
+    record: Record,
+    ranges: Mapping[str, tuple[float, float]],
+    x0: float | None,
+    v0: float,
+    samples: int,
+    ties: Ties,
+    p: float | None,
+) -> xr.Dataset:
+    """Return the parameters that explain a record; where none do, those with another line as the forcing frequency."""
+    found, least = None, np.inf
+    is_sure = record.phase is not None or record.line.std == 0.0
+    for factor in (1.0,) if is_sure else FACTORS:
+        own = with_frequency_of(record, factor)
+        own_ranges = None if own is None else ranges_with_frequency(own, ranges)
+        if own is None or own_ranges is None:
+            continue
+        base = replace(exciter, nu=own.line.nu) if own.line.std else exciter
+        base = at_lower_ends(base, own_ranges, ties)
+        low, high = np.array(list(own_ranges.values())).T
+        model = RecordModel(
+            base, measured_of(own), [*own_ranges], x0, v0, np.zeros(1), high - low, ties, own
+        )
+        model = with_absent(model, low, high)
+        best = nearest_first(model, search(model, low, high, samples), low, high)
+        if best.costs.min() < least:
+            _check_tied(model, best.best)
+            found, least = fit_dataset(model, best, low, high), float(best.costs.min())
+            if int(found.fit_result) == FitResult.EXPLAINED:
+                break
+    if found is None:
+        must = f"must hold the frequency of the record, {frequency_text(record.line.nu, p)}"
+        raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
+    return found
+
+
+def read_table(
+    exciter: Exciter,
+    measured: Any,
+    ranges: Mapping[str, tuple[float, float]],
+    noise: Mapping[str, float] | None = None,
+    steady_from: float | None = None,
+    blanking: float | None = None,
+    sign: str = UNKNOWN,
+    p: float | None = None,
+    ties: Ties | None = None,
+) -> Measured | Record:
+    """Return a table without units, of a motion, a response or a record, or raise a ParameterError.
+
+    Parameters
+    ----------
+    exciter : Exciter
+        The parameters that are known.
+    measured : mapping of str to array_like
+    ranges : mapping of str to (float, float)
+        Parameters that vary.
+    noise, steady_from, blanking, sign
+        As `identify` takes them.
+    p : float, optional
+        Eigenfrequency (rad/s), for messages in Hz.
+    ties : Ties, optional
+        A record is read with the tied parameters at the lower ends of the ranges.
+    """
+    table = {name: column.values for name, column in columns_of(measured).items()}
+    if is_record(table):
+        ties = ties or Ties()
+        if "nu" in ties.expressions:
+            must = "must be left out beside a record, in which the frequency is found"
+            raise ParameterError("ties.nu", ties.texts["nu"], must=must, got="")
+        lows = {name: ends[0] for name, ends in ranges.items()}
+        exciter = replace(exciter, **ties.checked({**exciter.numbers()._asdict(), **lows}))
+        return read_record(exciter, table, ranges, noise, steady_from, blanking, sign, p)
+    for name, value in (("steady_from", steady_from), ("blanking", blanking)):
+        if value is not None:
+            raise ParameterError(name, value, must=NO_RECORD, got="")
+    return read_measured(table, ranges, noise)
 
 
 def read_measured(
-    measured: Any, ranges: Mapping[str, Any], noise: Mapping[str, float] | None
+    table: Mapping[str, np.ndarray], ranges: Mapping[str, Any], noise: Mapping[str, float] | None
 ) -> Measured:
-    """Return a table of measurements, or raise a ParameterError."""
-    try:
-        table = {str(name): np.asarray(measured[name], float) for name in measured}
-    except (KeyError, TypeError, ValueError, IndexError):
-        raise ParameterError("measured", measured, A_TABLE, got="another value") from None
-    sizes = {values.shape for values in table.values()}
-    if len(sizes) != 1 or len(sizes.copy().pop()) != 1:
-        raise ParameterError("measured", measured, A_TABLE, got="columns of different lengths")
-    if not all(np.isfinite(values).all() for values in table.values()):
-        raise ParameterError("measured", measured, "a table of finite numbers", got="nan")
+    """Return a table of a motion or a response, or raise a ParameterError."""
     if {"phase", CURVE} == {*table}:
         over, names, values = {"phase": table["phase"]}, [], table[CURVE][:, None]
     else:
         over = {name: table[name] for name in table if name in Parameters._fields}
         names = [named(name, "measured") for name in table if name not in over]
         if not over or not names:
-            raise ParameterError("measured", measured, A_TABLE, got=", ".join(table))
+            raise ParameterError("measured", table, A_TABLE, got=", ".join(table))
         for name in over.keys() & ranges.keys():
             must = f"must leave out {name}, since it stands in the table"
             raise ParameterError("vary", ranges, must=must, got="")
@@ -160,78 +318,3 @@ def read_measured(
         raise ParameterError("measured", values.size, must=must)
     sigma = [number_within(f"noise.{c}", (noise or {}).get(c, 1.0), POSITIVE) for c in columns]
     return Measured(over, values, names, 1 / np.array(sigma), noise is not None)
-
-
-def _dataset(model: Model, best: np.ndarray, low: np.ndarray, high: np.ndarray) -> xr.Dataset:
-    """Return the values found, how good the fit is and what it determines, as a labelled dataset."""
-    import xarray as xr
-
-    data, found, fitted = model.data, model.found, model.values(best[None])[0]
-    misfits = model.residuals(best[None])[0].reshape(data.values.shape) / data.weights
-    order = np.lexsort([*data.over.values()][::-1])
-    given = 1 / data.weights if data.has_noise else None
-    freedom = misfits.size - best.size
-    quality = quality_of(data.values, fitted, misfits, freedom, order, given)
-    weights = np.tile(1 / (data.weights * quality.noise), len(data.values))
-    slopes = model.jacobian(best) * weights[:, None]
-    known = determined(slopes, 1.0 if data.has_noise else quality.chi, best, low, high)
-    parameters = {
-        **model.exciter.stated(),
-        **dict(zip(found, best.tolist(), strict=True)),
-    }
-    numbers = model.exciter.numbers()._asdict()
-    tied = model.ties.values({**numbers, **parameters, **data.over})
-    parameters |= {name: value for name, value in tied.items() if np.ndim(value) == 0}
-    variables: dict[str, Any] = {
-        "parameter_covariance": (("parameter", "other_parameter"), known.covariance),
-        "parameter_result": (("parameter",), known.results),
-        "singular_value": (("direction_of_fit",), known.singular_values),
-        "singular_vector": (("direction_of_fit", "parameter"), known.directions),
-        "reduced_chi_square": ((), quality.chi),
-        "reduced_chi_square_limit": ((), quality.limit),
-        "fit_result": ((), np.int8(quality.result)),
-    }
-    sigma = np.sqrt(np.diag(known.covariance))
-    for suffix, column in (("std", sigma), ("lower", low), ("upper", high)):
-        variables |= {f"{n}_{suffix}": ((), value) for n, value in zip(found, column, strict=True)}
-    for suffix, values in (
-        ("measured", data.values),
-        ("fitted", fitted),
-        ("noise", quality.noise),
-    ):
-        variables |= _by_quantity(data.names or [Named(CURVE, CURVE)], values, suffix)
-    coords: dict[str, Any] = {
-        name: ((), value) for name, value in parameters.items() if name not in data.over
-    }
-    along = {name: values for name, values in tied.items() if np.ndim(values)}
-    coords = {name: value for name, value in coords.items() if name not in along}
-    coords |= {name: ("measurement", values) for name, values in {**data.over, **along}.items()}
-    labelled = [(dims, np.shape(values)) for dims, values in variables.values()]
-    sizes = {dim: n for dims, shape in labelled for dim, n in zip(dims, shape, strict=True)}
-    coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
-    coords |= {"parameter": found, "other_parameter": found}
-    coords["direction_of_fit"] = np.arange(1, len(found) + 1)
-    start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
-    effects = all_effect_names(
-        {**vars(model.exciter), **parameters, **data.over, **along}, pieces=True, housing=True
-    )
-    attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
-    attrs |= model.ties.attrs
-    return describe(xr.Dataset(variables, coords, attrs))
-
-
-def _by_quantity(names: list[Named], values: np.ndarray, suffix: str) -> dict[str, Any]:
-    """Return columns (..., q) as variables, the parts of a vector over its dimension; NaN of parts not measured."""
-    variables: dict[str, Any] = {}
-    dims = ("measurement",) if values.ndim == 2 else ()
-    for variable in dict.fromkeys(name.variable for name in names):
-        columns = [n for n, name in enumerate(names) if name.variable == variable]
-        if names[columns[0]].number is None:
-            variables[f"{variable}_{suffix}"] = (dims, values[..., columns[0]])
-            continue
-        numbers = [(names[n].number or 1) - 1 for n in columns]
-        parts = np.full((*values.shape[:-1], max(numbers) + 1), np.nan)
-        parts[..., numbers] = values[..., columns]
-        (dim,) = quantity(variable).dims
-        variables[f"{variable}_{suffix}"] = ((*dims, f"{dim}"), parts)
-    return variables

@@ -1,0 +1,210 @@
+"""Measured tables of any kind as columns of numbers, and arguments with units as those that have none."""
+
+from __future__ import annotations
+
+import os
+from collections.abc import Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.parameter_error import si_value
+from vibropipe.physics.si import eigenfrequency
+from vibropipe.solve.physical import unit_factors
+from vibropipe.solve.rows.named import named
+from vibropipe.solve.with_units import plain_mapping, plain_name, plain_values, si_of_dimension
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.sensors import RECORD, TAU, TIME, name_and_unit
+from vibropipe.words.spelling import latin
+from vibropipe.words.units import UnitError, check_unit, plain_units, to_si
+
+A_TABLE = (
+    "a table with columns phase and displacement, with swept parameters and quantities, or with time and what sensors "
+    "measured"
+)
+PHASE, NO_UNIT = "phase", ("", "1", "-")
+
+
+class Column(NamedTuple):
+    """A column of a table.
+
+    Attributes
+    ----------
+    values : (n,) array
+    unit : str
+        As it was written; empty without one.
+    """
+
+    values: np.ndarray
+    unit: str
+
+
+def columns_of(measured: Any) -> dict[str, Column]:
+    """Return the columns of a table by name.
+
+    Parameters
+    ----------
+    measured : mapping, pandas.DataFrame, xarray.Dataset, structured array, or path of a CSV file
+        Units stand in the names, as `velocity (mm/s)`, in the attribute `units` of xarray, or are those of pint.
+
+    Raises
+    ------
+    ParameterError
+        If it is no table of finite numbers, with columns of one length.
+    """
+    if isinstance(measured, (str, os.PathLike)):
+        measured = _file(measured)
+    columns: dict[str, Column] = {}
+    try:
+        for head, given in _entries(measured):
+            name, unit = name_and_unit(str(head))
+            unit = unit or _own_unit(given)
+            name = name.lower() if name.lower() in (*RECORD, PHASE, TAU) else str(latin(name))
+            values = np.asarray(getattr(given, "magnitude", given), float)
+            columns[TIME if name == "t" else name] = Column(values, "" if unit in NO_UNIT else unit)
+    except (KeyError, TypeError, ValueError, IndexError):
+        raise ParameterError("measured", measured, A_TABLE, got="another value") from None
+    shapes = {column.values.shape for column in columns.values()}
+    if len(shapes) != 1 or len(shapes.copy().pop()) != 1:
+        raise ParameterError("measured", measured, A_TABLE, got="columns of different lengths")
+    for name, column in columns.items():
+        bad = np.flatnonzero(~np.isfinite(column.values))
+        if bad.size:
+            got = f"{column.values[bad[0]]} in line {bad[0] + 1} of {name}"
+            raise ParameterError("measured", measured, "a table of finite numbers", got=got)
+    return columns
+
+
+def _file(path: Any) -> Any:
+    """Return the table of a CSV file, or raise a ParameterError."""
+    import pandas as pd
+
+    try:
+        return pd.read_csv(path, comment="#", sep=None, engine="python")
+    except (OSError, ValueError) as error:
+        why = getattr(error, "strerror", "") or "no table"
+        allowed = "a table, or the path of a CSV file"
+        raise ParameterError("measured", path, allowed, got=f"{path!r} ({why})") from None
+
+
+def _entries(measured: Any) -> Iterator[tuple[Any, Any]]:
+    """Yield the names and the columns of a table; of xarray, coordinates as well."""
+    names = getattr(getattr(measured, "dtype", None), "names", None)
+    if hasattr(measured, "to_dataset"):
+        measured = measured.to_dataset()
+    own = getattr(measured, "variables", measured) if names is None else names
+    for name in own:
+        yield name, measured[name]
+
+
+def _own_unit(values: Any) -> str:
+    """Return the unit that an array has; empty without one."""
+    if hasattr(values, "magnitude"):
+        return str(values.units)
+    attrs = getattr(values, "attrs", {})
+    return plain_units(str(attrs.get("units", ""))) if isinstance(attrs, Mapping) else ""
+
+
+def has_units(columns: Mapping[str, Column]) -> bool:
+    """Return whether a table has units, or times in seconds."""
+    return TIME in columns or any(column.unit for name, column in columns.items() if name != PHASE)
+
+
+def plain_table(
+    exciter: Exciter, columns: Mapping[str, Column], with_units: bool
+) -> dict[str, np.ndarray]:
+    """Return the columns of a table without units, time as tau.
+
+    Parameters
+    ----------
+    exciter : Exciter
+    columns : mapping of str to Column
+    with_units : bool
+        Whether numbers without a unit are in SI.
+
+    Raises
+    ------
+    ParameterError
+        If a unit is none or of another dimension, or the exciter has none.
+    """
+    if with_units and not exciter.written:
+        which = next(
+            f"{name} ({column.unit})" if column.unit else name
+            for name, column in columns.items()
+            if column.unit or name == TIME
+        )
+        must = "must have no units, and tau in place of time, unless the exciter is of Exciter.from_physical"
+        raise ParameterError("measured", None, must=must, got=which)
+    if not with_units:
+        return {name: _of_phase(name, column) for name, column in columns.items()}
+    factors, plain = unit_factors(**_mass_and_stiffness(exciter)), dict[str, np.ndarray]()
+    for name, column in columns.items():
+        if name in (PHASE, TAU) or (name in PARAMETERS and name not in PHYSICAL):
+            plain[name] = _of_phase(name, column)
+            continue
+        dimension = (
+            PHYSICAL[name].dimension
+            if name in PHYSICAL
+            else RECORD[name]
+            if name in RECORD
+            else named(name, "measured").dimension
+        )
+        si = column.values * _factor(name, column.unit, dimension)
+        if name in PHYSICAL:
+            plain[plain_name(name)] = np.asarray(plain_values(exciter, name, si))
+        else:
+            plain[TAU if name == TIME else name] = si / factors.get(dimension, 1.0)
+    return plain
+
+
+def _of_phase(name: str, column: Column) -> np.ndarray:
+    """Return a column without units; of a phase with a unit, in forcing periods."""
+    angle = name == PHASE and column.unit
+    return (
+        column.values * _factor(name, column.unit, "angle") / (2 * np.pi)
+        if angle
+        else column.values
+    )
+
+
+def _factor(name: str, unit: str, dimension: str) -> float:
+    """Return the SI value of one of a unit, 1 without one, or raise a ParameterError."""
+    if not unit:
+        return 1.0
+    try:
+        if not dimension:
+            raise UnitError("a number without a unit")
+        return to_si(f"1 {check_unit(unit, dimension)}", dimension)
+    except UnitError as error:
+        hint = f" ({error.hint})" if error.hint else ""
+        raise ParameterError(
+            f"measured.{name}", unit, error.allowed, got=f"{unit!r}{hint}"
+        ) from None
+
+
+def _mass_and_stiffness(exciter: Exciter) -> dict[str, float]:
+    return {name: si_value(name, exciter.written[name]) for name in ("m", "C")}
+
+
+def plain_arguments(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any]:
+    """Return the arguments of `identify` without units; bare numbers are in SI."""
+    own = _mass_and_stiffness(exciter)
+    factors, p = unit_factors(**own), eigenfrequency(**own)
+    plain = dict(given)
+    plain["vary"] = plain_mapping(exciter, given["vary"])
+    plain |= {name: plain_values(exciter, name, given[name]) for name in ("x0", "v0")}
+    for name in ("steady_from", "blanking"):
+        if given[name] is not None:
+            plain[name] = si_of_dimension(name, given[name], "time") * p
+    if given["noise"] is not None:
+        plain["noise"] = {}
+        for name, value in given["noise"].items():
+            dimension = RECORD[name] if name in RECORD else named(name, "noise").dimension
+            own_factor = factors.get(dimension, 1.0)
+            plain["noise"][name] = (
+                si_of_dimension(f"noise.{name}", value, dimension) / own_factor
+                if dimension
+                else value
+            )
+    return plain

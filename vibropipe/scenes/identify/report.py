@@ -24,7 +24,7 @@ from vibropipe.words.wording import series
 # Correlation above which two parameters are told apart badly.
 ALIKE = 0.95
 # Parameters whose correlations a table has room for, and scenes beside the exciter.
-MOST_CORRELATIONS, MOST_SCENES = 4, 2
+MOST_CORRELATIONS, MOST_SCENES = 4, 3
 # A parameter belongs to a direction that is not determined by at least this part of it.
 PART = 0.1
 STATES = {
@@ -227,7 +227,7 @@ def note_text(dataset: xr.Dataset, has_correlations: bool) -> str:
 
 
 def side(datasets: Datasets) -> Side:
-    """Return what was found in each of the first scenes, and what is given, below the exciter."""
+    """Return what was found in each of the first scenes, and what is given in all of them, below the exciter."""
     rows = []
     for label, dataset in list(datasets.items())[:MOST_SCENES]:
         is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
@@ -248,9 +248,17 @@ def side(datasets: Datasets) -> Side:
             plain_symbol_of(first[name]), with_units(first[name], format_number(float(first[name])))
         )
         for name in parameter_names(first)
-        if first[name].ndim == 0 and name not in first["parameter"].values
+        if all(
+            is_given(each, name, float(first[name].values.flat[0])) for each in datasets.values()
+        )
     ]
     return Side([*rows, *([Row("Given"), *given] if given else [])])
+
+
+def is_given(dataset: xr.Dataset, name: str, value: float) -> bool:
+    """Return whether a parameter has a value for all measurements, and is not one that was found."""
+    is_same = name in dataset.variables and dataset[name].ndim == 0 and dataset[name] == value
+    return bool(is_same) and name not in dataset["parameter"].values
 
 
 answers, tables = of_each(answers_of_scene), tables_of_each(found_table)

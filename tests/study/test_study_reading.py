@@ -3,7 +3,7 @@
 import pytest
 from study_texts import BASE, faults, study_of
 
-from vibropipe.study import StudyError, load_study, parse_config, parse_study
+from vibropipe.study import StudyError, load_study, parse_config, parse_study, study_of_text
 
 KEYS = "title, question, description, answers, table, hero, exciter, ties, physical, units, scenes"
 
@@ -163,3 +163,13 @@ def test_files_that_cannot_be_read(tmp_path):
         load_study(tmp_path / "big.yaml")
     (tmp_path / "bom.yaml").write_bytes(b"\xef\xbb\xbf" + BASE.encode())
     assert load_study(tmp_path / "bom.yaml").title == "A study"
+
+
+def test_words_that_stand_for_numbers_are_swept():
+    text = (
+        "title: t\nscenes:\n  s:\n    kind: sweep\n    exciter: {l: 0.5, k1: 90, R1: 0.6}\n"
+        "    over: {contact_1: [pull, no_pull]}\n"
+    )
+    assert study_of_text(text, "t").scene("s").over["contact_1"].values == [0.0, 1.0]
+    with pytest.raises(StudyError, match=r"over\.contact_1\[0\]: must be .*, got 'push'"):
+        study_of_text(text.replace("[pull", "[push"), "t")

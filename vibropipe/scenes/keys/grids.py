@@ -21,6 +21,7 @@ from pydantic import (
 )
 
 from vibropipe.scenes.keys.values import UNIT_TEXT, Measured, NumberRange, as_number, refuse
+from vibropipe.words.parameters import PARAMETERS
 
 MAX_ROWS = 10**8
 A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
@@ -146,9 +147,22 @@ def _form(value: Any) -> str | None:
     return "<list>" if isinstance(value, list) else None
 
 
+def words_as_numbers(over: Any) -> Any:
+    """Return grids in which words that stand for numbers, as of `contact_1`, are these numbers."""
+    if not isinstance(over, dict):
+        return over
+    return {
+        name: [words.index(each) if each in words else each for each in grid]
+        if isinstance(grid, list) and name in PARAMETERS and (words := PARAMETERS[name].range.words)
+        else grid
+        for name, grid in over.items()
+    }
+
+
+_WORDS = dict.fromkeys(word for each in PARAMETERS.values() for word in each.range.words)
 _LIST_SCHEMA = {
     "type": "array",
-    "items": {"anyOf": [{"type": "number"}, UNIT_TEXT]},
+    "items": {"anyOf": [{"type": "number"}, UNIT_TEXT, {"enum": [*_WORDS]}]},
     "minItems": 1,
     "title": "values",
 }

@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 
 import numpy as np
 from numpy.typing import NDArray
-from pydantic import Field, model_validator
+from pydantic import BeforeValidator, Field, model_validator
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.limits import PATIENCE
@@ -38,7 +38,7 @@ from vibropipe.scenes.keys.checks import (
     check_swept,
 )
 from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffects
-from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
+from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, words_as_numbers
 from vibropipe.scenes.keys.parts import MAX_LINES, Follow, OverName, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem
 from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
@@ -69,7 +69,9 @@ class SweepScene(TiedScene, ForcedScene):
     FOLLOWS_TIES = True
     kind: Literal["sweep"] = Field(description="Steady states over swept parameters.")
     figure: SweepFigure = figure_key(SweepFigure)
-    over: Annotated[dict[OverName, Grid], Field(min_length=1)] = Field(
+    over: Annotated[
+        dict[OverName, Grid], BeforeValidator(words_as_numbers), Field(min_length=1)
+    ] = Field(
         description="Grid of each swept parameter, or of x0 and v0 of the start, in the order of the dimensions."
     )
     start: Start = Field(

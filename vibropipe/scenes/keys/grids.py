@@ -22,6 +22,7 @@ from pydantic import (
 
 from vibropipe.scenes.keys.values import UNIT_TEXT, Measured, NumberRange, as_number, refuse
 from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.records import FINITE
 
 MAX_ROWS = 10**8
 A_GRID = "a list of numbers, {values: [...]} or {start, stop, points}"
@@ -151,12 +152,17 @@ def words_as_numbers(over: Any) -> Any:
     """Return grids in which words that stand for numbers, as of `contact_1`, are these numbers."""
     if not isinstance(over, dict):
         return over
-    return {
-        name: [words.index(each) if each in words else each for each in grid]
-        if isinstance(grid, list) and name in PARAMETERS and (words := PARAMETERS[name].range.words)
-        else grid
-        for name, grid in over.items()
-    }
+    numbered = dict(over)
+    for name, grid in over.items():
+        within = PARAMETERS[name].range if name in PARAMETERS else FINITE
+        if not within.words or not isinstance(grid, list):
+            continue
+        if any(isinstance(each, str) and each not in within.words for each in grid):
+            refuse(f"a list of {within.text}", hint=f"in {name}")
+        numbered[name] = [
+            within.words.index(each) if each in within.words else each for each in grid
+        ]
+    return numbered
 
 
 _WORDS = dict.fromkeys(word for each in PARAMETERS.values() for word in each.range.words)

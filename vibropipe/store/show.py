@@ -19,7 +19,7 @@ LETTERS = {
     "tau": "τ", "kappa": "κ", "lambda": "λ", "varphi": "φ", "psi": "ψ", "omega": "ω", "max": "max ",
     "det": "det", "partial": "∂", "Sigma": "Σ", "chi": "χ", "eta": "η", "gamma": "γ", "sum": "Σ",
 }  # fmt: skip
-ACCENTS = {"dot": "\u0307", "bar": "\u0304"}
+ACCENTS = {"ddot": "\u0308", "dot": "\u0307", "bar": "\u0304"}
 # characters shown of a text of several lines
 MAX_TEXT = 60
 

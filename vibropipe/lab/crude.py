@@ -16,11 +16,10 @@ from vibropipe.physics.contact import support_position
 from vibropipe.physics.friction import friction_of, hold_of
 from vibropipe.physics.load import force_at, force_value
 from vibropipe.physics.stiffness import (
-    damping_of,
     is_soft,
     only_pushes,
     piece_mean_acceleration,
-    stiffness_of,
+    pull_of_support,
 )
 
 
@@ -35,8 +34,9 @@ def is_let_go(e, p, home, x, v) -> bool:
     """Return whether a support that only pushes would pull."""
     if e.no_pull is None:
         return False
-    pull = stiffness_of(p, home) * (x - support_position(p, home)) + damping_of(p, home) * v
-    return only_pushes(e, p, home) and (pull < 0.0 if home == 1 else pull > 0.0)
+    sigma = -1.0 if home == 1 else 1.0
+    pull = pull_of_support(p, home, sigma * (x - support_position(p, home)), sigma * v)
+    return only_pushes(e, p, home) and pull > 0.0
 
 
 @jit

@@ -257,15 +257,6 @@ def follow_contact(p, home, contact, c, theta, dt) -> None:
 
 
 @jit
-def support_force_at(p, home, c, dt, theta):
-    """Return stiffness y + damping y' of a soft support, and its slope by theta, on the piece of c."""
-    damping = damping_of(p, home) / dt
-    value, slope, curvature, _third = gap(c, 0, 1.0, 0.0, theta)
-    stiffness = stiffness_of(p, home)
-    return stiffness * value + damping * slope, stiffness * slope + damping * curvature
-
-
-@jit
 def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c, housing) -> float:
     """Return the length of the Newmark step that ends at an event, and fill c with that step.
 
@@ -283,8 +274,9 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
         if event == ZERO:
             value, slope, way = slope, curvature, -piece.direction
         if e.no_pull is not None and event in (FORCE_ENDS, FORCE_BEGINS):
-            value, slope = support_force_at(p, state.home, c, dt, length)
-            way = 1.0 if event == FORCE_ENDS else -1.0
+            stiffness, share = stiffness_of(p, state.home), damping_of(p, state.home) / dt
+            value, slope = _force_and_slope(c, stiffness, share, length)
+            way = -1.0 if event == FORCE_ENDS else 1.0
         if e.housing is not None and event >= SLIP_UP:
             value, slope = housing_margin(
                 housing, e, p, grid, frame, piece, state, event, length, dt, c

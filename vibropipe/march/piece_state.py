@@ -36,7 +36,13 @@ from vibropipe.physics.housing import (
     total_load,
 )
 from vibropipe.physics.load import force_at, force_rate, force_value, largest_force
-from vibropipe.physics.stiffness import damping_of, is_soft, only_pushes, stiffness_of
+from vibropipe.physics.stiffness import (
+    damping_of,
+    is_soft,
+    only_pushes,
+    pull_of_support,
+    stiffness_of,
+)
 
 
 @jit
@@ -76,7 +82,7 @@ def mode_beyond(e, p, home, y, w) -> int:
     """Return the mode of a mass that moves beyond a soft support: free of one that only pushes where it would pull."""
     if e.no_pull is None:
         return FLIGHT
-    if only_pushes(e, p, home) and stiffness_of(p, home) * y + damping_of(p, home) * w > 0.0:
+    if only_pushes(e, p, home) and pull_of_support(p, home, y, w) > 0.0:
         return UNLOADED
     return FLIGHT
 

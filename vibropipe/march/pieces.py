@@ -80,7 +80,7 @@ from vibropipe.march.state import (
 from vibropipe.physics.contact import frame_at, to_velocity
 from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.housing import moved
-from vibropipe.physics.stiffness import damping_of, is_soft, stiffness_of
+from vibropipe.physics.stiffness import is_soft, pull_of_support
 from vibropipe.words.status import Status
 
 # Time, in steps, within which a mass has not started to move if it stops again.
@@ -96,10 +96,10 @@ SUPPORT_REACHED, ROOT_BOUND = int(Status.SUPPORT_REACHED), int(Status.ROOT_BOUND
 def missed_event(e, p, home, frame, piece, has_friction, y, w):
     """Return the event that the end (y, w) of a step shows to have happened within rounding of that end."""
     if e.no_pull is not None and piece.lets_go:
-        force = stiffness_of(p, home) * y + damping_of(p, home) * w
-        if piece.in_contact and force >= 0.0:
+        pull = pull_of_support(p, home, y, w)
+        if piece.in_contact and pull >= 0.0:
             return FORCE_ENDS
-        if not piece.in_contact and (y >= 0.0 or force <= 0.0):
+        if not piece.in_contact and (y >= 0.0 or pull <= 0.0):
             return NEAR if y >= 0.0 else FORCE_BEGINS
     elif piece.in_contact:
         if y >= 0.0:

@@ -36,12 +36,27 @@ def is_soft(e, p, support) -> bool:
     return support > 0 and stiffness_of(p, support) > 0.0
 
 
+def lets_go(p, support) -> bool:
+    """Return whether a soft support lets go of the mass before it would pull: one without damping never would."""
+    contact, damping = (p.contact_1, p.h1) if support == 1 else (p.contact_2, p.h2)
+    return contact > 0.0 and damping > 0.0
+
+
+_lets_go = jit_inline(lets_go)
+
+
 @jit_inline
 def only_pushes(e, p, support) -> bool:
-    """Return whether a soft support lets go of the mass before it would pull: one without damping never would."""
+    """Return `lets_go`; compiled only with the effect."""
     if e.no_pull is None:
         return False
-    return (p.contact_1 if support == 1 else p.contact_2) > 0.0 and damping_of(p, support) > 0.0
+    return _lets_go(p, support)
+
+
+@jit_inline
+def pull_of_support(p, support, y, w):
+    """Return the force of a soft support towards itself on a mass at the gap y: it pulls where that is > 0."""
+    return stiffness_of(p, support) * y + damping_of(p, support) * w
 
 
 @jit

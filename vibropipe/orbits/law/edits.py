@@ -19,12 +19,13 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import state_within
-from vibropipe.orbits.law.happenings import Happening, happenings, only_pushes, reference_of
+from vibropipe.orbits.law.happenings import Happening, happenings, reference_of
 from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_push, without_slide
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.push_edits import let_go, with_short_contact, without_slow
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT
 from vibropipe.physics.effects import Effects
+from vibropipe.physics.stiffness import lets_go
 
 # Difference of times, in forcing periods, and of displacements that are one.
 SAME_TIME, SAME_X = 1e-9, 1e-9
@@ -75,7 +76,7 @@ def edits_of_mass(
     time, side, n = float(tests[GAP_TIME]), int(tests[GAP_SIDE]), len(events)
     if law.codes[0, CAUSE] == SECTION:
         events, index, n = [], -1, 0
-    if margin == of.SPEED and only_pushes(p, events[index].side):
+    if margin == of.SPEED and lets_go(p, events[index].side):
         yield from without_slow(events, index)
     elif margin == of.SPEED:
         yield from without_contact(events, index, p)
@@ -92,7 +93,7 @@ def edits_of_mass(
                 if later and law.mirrored:
                     side = 3 - side
         inside = bool(acts_in(law, index))
-        if only_pushes(p, side) and not inside:
+        if lets_go(p, side) and not inside:
             yield with_short_contact(e, law, p, u, events, index, side, time)
             return
         touched = list(_with_touch(p, events, index, side, time, inside))

@@ -28,6 +28,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.orbits.law.law import WAY, Law
 from vibropipe.orbits.law.sliding import way_of
 from vibropipe.physics.contact import support_position
+from vibropipe.physics.stiffness import lets_go
 
 
 class Happening(NamedTuple):
@@ -159,12 +160,6 @@ def _may_move(event: Happening, before: int, after: int) -> bool:
     return before in (0, after)
 
 
-def only_pushes(p: Any, side: int) -> bool:
-    """Return whether a soft support lets go of the mass before it would pull."""
-    contact, damping = (p.contact_1, p.h1) if side == 1 else (p.contact_2, p.h2)
-    return bool(contact > 0.0 and damping > 0.0)
-
-
 def _may_follow(kind: Any, side: int, piece: tuple[int, int, bool, bool, int], p: Any) -> bool:
     """Return whether an event may happen in a piece: its frame, form, hold, rest, and direction of x'."""
     home, inside, is_held, rests, way = piece
@@ -179,13 +174,13 @@ def _may_follow(kind: Any, side: int, piece: tuple[int, int, bool, bool, int], p
     if inside == BEYOND or kind in (UNLOAD, RELOAD):
         follows = {UNLOAD: CONTACT, RELOAD: BEYOND, LEAVE: BEYOND}.get(kind)
         outwards = p.friction == 0.0 or way == (-1 if home == 1 else 1)
-        return side == home and inside == follows and only_pushes(p, home) and outwards
+        return side == home and inside == follows and lets_go(p, home) and outwards
     if side and p.friction > 0.0 and way != (1 if (side == 1) == (kind != LEAVE) else -1):
         return False
     is_soft = side > 0 and (p.k1 if side == 1 else p.k2) > 0.0
     if kind in (ENTER, IMPACT, REST_BEGINS):
         return inside == FREE and is_soft == (kind == ENTER)
-    leaves = inside == CONTACT and side == home and not only_pushes(p, home)
+    leaves = inside == CONTACT and side == home and not lets_go(p, home)
     return leaves if kind == LEAVE else True
 
 

@@ -13,7 +13,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN, UNLOAD
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
 from vibropipe.orbits.branches.symmetry import halves_agree, primitive
@@ -94,9 +94,8 @@ class LawBoundary(LawZeros):
         self._no_columns = new_blocks(len(law.codes), 0, marcher.effects.housing)
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
-        is_linear = not np.isin(kinds, (ENTER, UNLOAD, IMPACT, REST_BEGINS)).any()
         # An orbit without contacts touches the nearer support, or both.
-        self.touch = (of.ANY, 0.0, 0.0) if kind == GRAZINGS and is_linear else touch
+        self.touch = touch if kind != GRAZINGS or law.has_contacts else (of.ANY, 0.0, 0.0)
 
     def with_sequence(self, sequence: Any) -> LawBoundary:  # noqa: D102 - as Curve
         return LawBoundary(self.box, self.kind, sequence, self.touched, self.scales, self.marcher)
@@ -319,7 +318,7 @@ def in_least_periods(curve: LawBoundary, point: Point) -> Grazing | None:
     Motions without contacts: laws of any number of periods end in them.
     """
     law, kinds = curve.sequence, curve.sequence.codes[:, CAUSE]
-    if kinds[0] == SECTION or np.isin(kinds, (ENTER, UNLOAD, IMPACT, REST_BEGINS)).any():
+    if kinds[0] == SECTION or law.has_contacts:
         return None
     last = law.width * len(kinds)
     # A number in place of the parameter that ends the unknowns of a branch.

@@ -78,6 +78,12 @@ class Law(NamedTuple):
             self.codes[:, HOME] == 1
         )
 
+    @property
+    def has_contacts(self) -> bool:
+        """Whether a support acts: the mass strikes one, rests on one, or one that only pushes lets go of it."""
+        kinds = (ENTER, UNLOAD, IMPACT, REST_BEGINS)
+        return bool(np.isin(self.codes[:, CAUSE], kinds).any())
+
     def image(self, codes: np.ndarray) -> np.ndarray:
         """Return the mirror image of events and pieces."""
         image = codes.copy()

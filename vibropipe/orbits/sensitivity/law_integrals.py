@@ -271,9 +271,8 @@ def add_event(e, p, orbit, i, energy) -> None:
 
 @jit
 def add_friction(e, p, orbit, i, changes, later, energy) -> None:
-    """Add to the energies (5, k) the loss by friction on piece i, from the derivatives of its start; later : work."""
+    """Add to the energies (5, k) the loss by friction on piece i, from the derivatives of its start and of its end."""
     start, end, _turns = ends_of_piece(e, p, orbit, i)
-    fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)
     direction = orbit.law.codes[i, DIRECTION]
     for j in range(orbit.columns.size):
         energy[4, j] += p.friction * direction * (later[PLACE, j] - changes[PLACE, j])
@@ -283,9 +282,8 @@ def add_friction(e, p, orbit, i, changes, later, energy) -> None:
 
 @jit
 def add_let_go(e, p, orbit, i, changes, later, energy) -> None:
-    """Add to the energies (5, k) what piece i loses of the spring of a support that let go; later : work."""
+    """Add to the energies (5, k) what piece i loses of the spring of a support that let go, as `add_friction`."""
     start, end, _turns = ends_of_piece(e, p, orbit, i)
-    fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)
     home = orbit.law.codes[i, HOME]
     for j in range(orbit.columns.size):
         lost = start.y * changes[PLACE, j] - end.y * later[PLACE, j]
@@ -317,7 +315,10 @@ def add_integrals(e, p, orbit, m, out) -> None:
             add_still(e, p, orbit, i, m, changes, out)
             continue
         add_moving(e, p, orbit, i, m, changes, node, out)
-        if e.friction is not None and energy.shape[0] > 0:
+        if energy.shape[0] == 0:
+            continue
+        fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)
+        if e.friction is not None:
             add_friction(e, p, orbit, i, changes, later, energy)
-        if e.no_pull is not None and orbit.law.codes[i, FORM] == BEYOND and energy.shape[0] > 0:
+        if e.no_pull is not None and orbit.law.codes[i, FORM] == BEYOND:
             add_let_go(e, p, orbit, i, changes, later, energy)

@@ -81,9 +81,7 @@ def as_float(name: str, value: Any, allowed: str) -> float:
 
 def number_within(name: str, value: Any, within: Range) -> float:
     """Return `value`, or the number of the word that it is, as a float in a range, or raise a ParameterError."""
-    if isinstance(value, str) and value in within.words:
-        return float(within.words.index(value))
-    number = as_float(name, value, within.text)
+    number = as_float(name, within.number_of(value), within.text)
     if not within.contains(number):
         raise ParameterError(name, number, within.text)
     return number

@@ -79,12 +79,13 @@ def check_over(over: Mapping[str, Any], own: Collection[str] = ()) -> dict[str, 
     arrays = {}
     check_keys("over", over, (*Parameters._fields, *STARTS, *own))
     for name, values in over.items():
-        words = PARAMETERS[name].range.words if name in PARAMETERS else ()
-        allowed = f"a non-empty list of {' or '.join(words) or 'finite numbers'}"
+        within = PARAMETERS[name].range if name in PARAMETERS else FINITE
+        allowed = f"a non-empty list of {within.text if within.words else 'finite numbers'}"
         try:
-            plain = np.atleast_1d(np.asarray(values, dtype=object))
-            numbers = [words.index(value) if value in words else value for value in plain.tolist()]
-            array = np.array(numbers, dtype=float)
+            if within.words:
+                plain = np.atleast_1d(np.asarray(values, dtype=object)).tolist()
+                values = [within.number_of(value) for value in plain]
+            array = np.atleast_1d(np.asarray(values, dtype=float))
         except (TypeError, ValueError):
             raise ParameterError(f"over.{name}", values, allowed) from None
         if array.ndim != 1 or array.size == 0 or not np.isfinite(array).all():

@@ -27,6 +27,11 @@ class Range:
         fits = math.isfinite(value) and reaches and value <= self.high
         return fits and not (self.whole and value != math.floor(value))
 
+    def number_of(self, value: Any) -> Any:
+        """Return the number that a word stands for; of anything else itself."""
+        is_word = isinstance(value, str) and value in self.words
+        return self.words.index(value) if is_word else value
+
     @property
     def text(self) -> str:
         """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8", "pull or no_pull"."""

@@ -159,9 +159,7 @@ def words_as_numbers(over: Any) -> Any:
             continue
         if any(isinstance(each, str) and each not in within.words for each in grid):
             refuse(f"a list of {within.text}", hint=f"in {name}")
-        numbered[name] = [
-            within.words.index(each) if each in within.words else each for each in grid
-        ]
+        numbered[name] = [within.number_of(each) for each in grid]
     return numbered
 
 

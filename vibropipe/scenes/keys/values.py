@@ -127,9 +127,7 @@ class NumberRange(Range, Rule):
         return schema
 
     def convert(self, value: Any) -> float | int:  # noqa: D102
-        if isinstance(value, str) and value in self.words:
-            return self.words.index(value)
-        number = as_number(value)
+        number = as_number(self.number_of(value))
         if number is None:
             refuse(self.allowed, hint=number_hint(value))
         if not self.contains(number):

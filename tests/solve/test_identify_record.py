@@ -9,7 +9,8 @@ import xarray as xr
 from helpers.sensors import record_by_solve_ivp
 
 import vibropipe as vp
-from vibropipe.solve.fit.curve_fit import displacement_at
+from vibropipe.solve.fit.curve_fit import displacement_at, orbit_curve
+from vibropipe.solve.fit.record_model import acceleration
 from vibropipe.solve.rows.points import solve_points
 from vibropipe.words.designs import FitResult, FoundResult, Twin
 
@@ -28,6 +29,21 @@ def distance(found, true=TRUE):
 
 def identified(record, known=KNOWN, vary=VARY, **given):
     return vp.identify(known, record, vary, **{"samples": 16, **given})
+
+
+@pytest.mark.parametrize("contact", ["pull", "no_pull"])
+def test_accelerations_are_the_rates_of_velocities(contact):
+    soft = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, k1=60.0, h1=5.0, k2=90.0, h2=4.0, load=0.1,
+                      contact_1=contact, contact_2=contact)  # fmt: skip
+    rows = np.array(soft.parameters())[None]
+    solved = solve_points(rows, (None, 0.0), ("impacts", "motion"), 1)
+    curve = orbit_curve(solved.variables, rows[0], 0)
+    start = (float(solved.variables[name][1][0, 0]) for name in ("displacement", "velocity"))
+    motion = vp.simulate(soft, soft.period, *start, samples_per_period=20_000)
+    x, v, tau = (motion[name].values for name in ("displacement", "velocity", "tau"))
+    apart = np.abs(acceleration(curve, tau / soft.period, x, v) - np.gradient(v, tau))
+    # It jumps where the mass comes to a support and where it leaves one that pulls, between two samples.
+    assert (apart > 1e-2).sum() <= 4 * motion.sizes["impact"]
 
 
 @pytest.fixture(scope="module")

@@ -8,6 +8,7 @@ from typing import ClassVar, NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.stiffness import lets_go
 from vibropipe.solve.fit.curve_fit import OUTPUTS, OrbitCurve, orbit_curve
 from vibropipe.solve.fit.fit_model import BLOCK, Measured, Model
 from vibropipe.solve.fit.record import Record
@@ -249,9 +250,12 @@ def acceleration(curve: OrbitCurve, phase: np.ndarray, x: np.ndarray, v: np.ndar
     upper, lower = p.delta + p.l, p.delta - p.l
     turns = 2 * np.pi * phase
     net = p.f * np.sin(turns) + p.f2 * np.sin(2 * turns + p.phi2) + p.load - p.h * v - x
-    for is_beyond, k, h, bound in ((x > upper, p.k1, p.h1, upper), (x < lower, p.k2, p.h2, lower)):
+    for support, way, k, h, bound in ((1, 1.0, p.k1, p.h1, upper), (2, -1.0, p.k2, p.h2, lower)):
         if k > 0.0:
-            net -= np.where(is_beyond, k * (x - bound) + h * v, 0.0)
+            push = way * (k * (x - bound) + h * v)
+            if lets_go(p, support):
+                push = np.maximum(push, 0.0)
+            net -= np.where(way * (x - bound) > 0.0, way * push, 0.0)
     is_still = np.abs(v) <= REST * np.abs(v).max()
     held = np.sign(net) * np.maximum(np.abs(net) - p.friction * p.friction_ratio, 0.0)
     is_pressed = ((x >= upper) & (p.k1 == 0.0) & (net > 0)) | (

@@ -22,7 +22,7 @@ from vibropipe.scenes.effects.report import (
 )
 from vibropipe.scenes.kind import Picture
 
-ROW_CM = 0.31
+ROW_CM = 0.29
 MARGIN_CM = 0.65
 LEFT_CM, WIDTH_CM = 6.2, 7.7  # of the axes; words stand left of them, columns right
 DEARER, CHEAPER = SUPPORT_COLOURS[1], METHODS["newmark"].colour

@@ -102,7 +102,9 @@ def test_values_stand_on_their_lines(study, datasets):
     caption = picture.describe(dataset, scene.figure, datasets)
     assert f"{WORDS} = 0.5" in caption
     assert "amplitude of harmonic 1 = 0.3" in caption
-    assert picture.title(dataset, scene.figure, datasets) == "Folds part the motions"
+    assert picture.title(dataset, scene.figure, datasets) == (
+        f"Folds part the motions; levels of amplitude of harmonic 1 and {WORDS}"
+    )
 
 
 def test_answers_and_tables_name_the_level(datasets):

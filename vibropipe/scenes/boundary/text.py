@@ -66,15 +66,17 @@ def without_levels(dataset: xr.Dataset) -> xr.Dataset:
 def title_boundaries(
     dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
 ) -> str:
-    """Return the title: which bifurcations part the motions, or which levels there are; else that of the scene."""
+    """Return the title: which bifurcations part the motions and which levels there are; else that of the scene."""
     shown = of_kinds(dataset, show)
     kinds = series(PLURALS[name] for name in kinds_present(without_levels(shown)))
     levels = [level for _number, level in level_numbers(shown)]
-    if not kinds and len(levels) == 1:
-        return f"Where the {levels[0].words} is {levels[0].value}"
-    if not kinds and levels:
-        return f"Levels of {series(dict.fromkeys(level.words for level in levels))}"
-    return f"{kinds[0].upper()}{kinds[1:]} part the motions" if kinds else ""
+    titles = [f"{kinds} part the motions"] if kinds else []
+    if len(levels) == 1:
+        titles.append(f"where the {levels[0].words} is {levels[0].value}")
+    elif levels:
+        titles.append(f"levels of {series(dict.fromkeys(level.words for level in levels))}")
+    title = "; ".join(titles)
+    return title[:1].upper() + title[1:]
 
 
 def describe_boundaries(

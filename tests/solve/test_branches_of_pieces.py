@@ -347,3 +347,100 @@ def test_orbits_of_two_periods_end_where_their_halves_agree():
         at, start = replace(exciter, nu=float(point.nu)), float(point.displacement_strobe)
         motion = vp.simulate(at, at.period, x0=start, v0=float(point.velocity_strobe))
         assert abs(float(motion.displacement_end) - start) > 1e-6
+
+
+@pytest.mark.parametrize(
+    ("exciter", "laws"),
+    [
+        (vp.Exciter(l=0.5214, nu=2.1928, f=0.99266, h=0.20554, delta=0.14669, k1=44.25131, h1=0.75633,
+                    k2=44.25131, h2=0.75633, friction=0.09576), {(0, 1), (1, 1)}),
+        (vp.Exciter(l=0.5552, nu=1.68232, f=0.35079, h=0.16008, delta=-0.07813, k1=161.24821, h1=1.07281,
+                    k2=161.24821, h2=1.07281, friction=0.1455), {(0, 0), (1, 0), (1, 1)}),
+        (vp.Exciter(l=0.42256, nu=1.93247, f=0.81992, h=0.09679, delta=-0.01956, k1=4485.05109, h1=14.24276,
+                    k2=4485.05109, h2=14.24276, friction=0.10952), {(2, 1), (2, 2)}),
+    ],
+)  # fmt: skip
+def test_branches_go_on_where_a_mass_turns_against_friction_as_it_touches_a_soft_support(
+    exciter, laws
+):
+    """There are four ways to enter and to leave with the signs of both speeds free, of which one is a motion."""
+    branch = vp.branch(exciter, "nu", (0.6, 2.2), harmonics=1, outputs=["impacts", "stability"])
+    assert set(branch.nu.values[[0, -1]].tolist()) <= {0.6, 2.2}
+    assert (branch.end_reason.values == BranchEnd.GOES_ON).all()
+    assert laws <= set(map(tuple, branch.impacts_per_orbit.values.astype(int).tolist()))
+    for i in range(0, branch.sizes["point"], 7):
+        if np.abs(branch.floquet_multiplier.values[i]).max() > 100:
+            continue  # rounding of the start grows as much
+        there = replace(exciter, nu=float(branch.nu[i]))
+        x, v = float(branch.displacement_strobe[i]), float(branch.velocity_strobe[i])
+        span = int(branch.period_multiple[i]) * there.period
+        motion = vp.simulate(there, tau_end=span, x0=x, v0=v)
+        assert float(motion.displacement_end) == pytest.approx(x, abs=1e-9)
+        assert float(motion.velocity_end) == pytest.approx(v, abs=1e-8)
+
+
+@pytest.mark.parametrize(
+    ("exciter", "parent"),
+    [
+        (vp.Exciter(l=0.45505, nu=1.11686, f=0.3502, h=0.25408, delta=-0.03617, R1=0.88937, R2=0.695,
+                    friction=0.09471), [1, 0]),
+        (vp.Exciter(l=0.61898, nu=1.10195, f=1.06281, h=0.24928, delta=-0.11126, R1=0.78343, R2=0.84131,
+                    friction=0.03762), [1, 1]),
+    ],
+)  # fmt: skip
+def test_orbits_of_two_periods_that_graze_end_at_those_of_one(exciter, parent):
+    """One touch in two periods is lost; what is left repeats after one."""
+    branch = vp.branch(exciter, "nu", (0.6, 2.2), harmonics=1)
+    changes = branch.bifurcation_kind.values == Bifurcation.CHANGE
+    (end,) = np.flatnonzero(changes & (branch.end_reason.values == BranchEnd.PARENT))
+    point = branch.isel(point=int(branch.bifurcation_point[end]))
+    there = replace(exciter, nu=float(point.nu))
+    motion = vp.simulate(
+        there,
+        tau_end=there.period,
+        x0=float(point.displacement_strobe),
+        v0=float(point.velocity_strobe),
+    )
+    assert int(point.period_multiple) == 2
+    assert float(motion.displacement_end) == pytest.approx(
+        float(point.displacement_strobe), abs=1e-7
+    )
+    hard = np.abs(motion.impact_velocity.values) > 1e-6
+    assert [(motion.impact_support.values[hard] == s).sum() for s in (1, 2)] == parent
+
+
+def random_exciter(rng, kind):
+    """Return an exciter with soft supports, friction, or both."""
+    low = {"l": 0.3, "nu": 0.6, "f": 0.2, "h": 0.05, "delta": -0.15}
+    high = {"l": 0.7, "nu": 2.2, "f": 1.2, "h": 0.3, "delta": 0.15}
+    values = dict(zip(low, rng.uniform([*low.values()], [*high.values()]), strict=True))
+    if kind == "friction":
+        values |= dict(zip(("R1", "R2"), rng.uniform(0.4, 0.9, 2), strict=True))
+    else:
+        k, z = 10 ** rng.uniform(1, 4), rng.uniform(0.02, 0.25)
+        values |= {"k1": k, "k2": k, "h1": 2 * z * np.sqrt(k), "h2": 2 * z * np.sqrt(k)}
+    if kind != "soft":
+        values["friction"] = rng.uniform(0.01, 0.15)
+    return vp.Exciter(**values)
+
+
+@pytest.mark.slow
+def test_nearly_all_ends_of_laws_are_passed():
+    """What is left is chatter with friction, one impact more after another, and one orbit of 28 periods."""
+    tried, left = 0, 0
+    for seed in range(7, 12):
+        rng = np.random.default_rng(seed)
+        for number in range(40):
+            exciter = random_exciter(rng, ("soft", "friction", "both")[number % 3])
+            try:
+                branch = vp.branch(
+                    exciter, "nu", (0.6, 2.2), switch=("grazing", "pitchfork"), harmonics=1
+                )
+            except vp.ParameterError:  # the motion does not repeat
+                continue
+            tried += 1
+            left += np.isin(
+                branch.end_reason.values, [BranchEnd.OTHER_SEQUENCE, BranchEnd.LOST]
+            ).any()
+    assert tried == 195
+    assert left <= 6

@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.follower import FIRST_LENGTH
 from vibropipe.continuation.path import LIMIT, Event, Path
-from vibropipe.march.piece_log import CAUSE, CONTACT, ENTER, FORM, FREE, HOME, IMPACT
+from vibropipe.march.piece_log import CAUSE, CONTACT, ENTER, FORM, FREE, HOME, IMPACT, LEAVE, TURN
 from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
@@ -18,6 +18,7 @@ from vibropipe.orbits.branches.tree import Rules
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.edits import edits
+from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import law_from, reference_of
 from vibropipe.orbits.law.law import SECTION, Law, without_events
 from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
@@ -35,6 +36,8 @@ SAME_ORBIT = 1e-6
 SAME_HALVES = 1e-8
 # Shares of the scale of speeds at which a branch with a cusp at its end goes on, and by how many periods each earlier.
 SPEEDS, SPREAD = (1e-4, 1e-3), 0.2
+# Time beside an event of zero speed, in forcing periods, after which the speed is the acceleration times this time.
+ASIDE = 1e-6
 # Laws after which a branch is left: where contacts chatter, others follow ever again.
 MAX_LAWS = 100
 # Least margin that counts as kept: rounding of a zero.
@@ -56,6 +59,8 @@ def follow_laws(
             return path
         after = beyond(path.points[-1])
         if after is None:
+            if _halves_beyond(path.points[-1]):
+                path.events[-1], path.end = path.events[-1]._replace(reason="halved"), "halved"
             return path
         last = len(path.points) - 1
         path.events[-1] = Event("change", "", last)
@@ -95,6 +100,19 @@ def beyond(point: Point) -> Point | None:
         if begun is not None:
             return begun
     return _marched_beyond(point)
+
+
+def _halves_beyond(point: Point) -> bool:
+    """Return whether the orbits beyond the end of a law repeat, or mirror, their half: those of another branch."""
+    curve = point.curve
+    for law, u in _laws_at(point):
+        whole = curve.with_sequence(law)
+        end = whole.nearest(np.concatenate([u.T.ravel(), point.u[-1:]]))
+        for side in () if end is None else (end, end.reversed()):
+            ahead = whole.advance(side, TRIED[0])
+            if ahead is not None and is_kept(ahead) and _repeats(ahead):
+                return True
+    return False
 
 
 def _marched_beyond(point: Point) -> Point | None:
@@ -173,7 +191,7 @@ def begin_at(curve: LawCurve, u: np.ndarray) -> Point | None:
             if ahead is not None and is_kept(ahead) and not _repeats(ahead):
                 nearer = (curve.advance(side, each) for each in CLOSE if each < length)
                 return next((each for each in nearer if each and is_kept(each)), ahead)
-    return None
+    return _away_from(curve, u)
 
 
 def _away_from(curve: LawCurve, u: np.ndarray) -> Point | None:
@@ -189,15 +207,39 @@ def _away_from(curve: LawCurve, u: np.ndarray) -> Point | None:
     slowest = int(begins[np.abs(u[n + begins]).argmin()])
     way = 1.0 if codes[slowest, HOME] == 1 else -1.0
     for share in SPEEDS:
+        speed = share * curve.speed
         moved = u.copy()
-        moved[n + slowest] = way * share * curve.speed
-        moved[slowest] -= SPREAD * share
-        together = np.flatnonzero(np.diff(u[:n]) == 0.0) + 1
-        moved[together[together > slowest + 1]] += share ** (2.0 / 3.0)
+        if codes[slowest : slowest + 3, CAUSE].tolist() == [ENTER, TURN, LEAVE]:
+            # It takes speed and gives it back by friction's two ways: as square roots of the accelerations.
+            before, after = (_speed_beside(curve, u, slowest, each) for each in (-1, 2))
+            moved[slowest] -= speed * ASIDE / before
+            left = speed * float(np.sqrt(after / before))
+            moved[slowest + 2] += left * ASIDE / after
+            moved[n + slowest + 2] = -way * left
+        else:
+            moved[slowest] -= SPREAD * share
+            together = np.flatnonzero(np.diff(u[:n]) == 0.0) + 1
+            moved[together[together > slowest + 1]] += share ** (2.0 / 3.0)
+        moved[n + slowest] = way * speed
         point = curve.settle(moved, n + slowest)
         if point is not None and is_kept(point) and not _repeats(point):
             return point if way * point.tangent[n + slowest] > 0.0 else point.reversed()
     return None
+
+
+def _speed_beside(curve: LawCurve, u: np.ndarray, event: int, pieces: int) -> float:
+    """Return |x'| a moment before (-1) or after an event of zero speed, on the piece that is so many after it."""
+    law, value = curve.sequence, float(u[-1])
+    i = (event + pieces) % len(law.codes)
+    later = law.span if event + pieces < 0 else 0.0
+    time = float(u[event]) + (later - ASIDE if pieces < 0 else ASIDE)
+    return abs(
+        float(
+            state_within(curve.effects, curve.parameters(value), law, i, curve.events_of(u), time)[
+                1
+            ]
+        )
+    )
 
 
 def _repeats(point: Point) -> bool:

@@ -52,6 +52,7 @@ REASONS = {
     "gap": BranchEnd.OTHER_SEQUENCE,
     "speed": BranchEnd.OTHER_SEQUENCE,
     "doubled": BranchEnd.PARENT,
+    "halved": BranchEnd.PARENT,
     "chatter": BranchEnd.CHATTER,
     "rest": BranchEnd.REST,
     "closed": BranchEnd.CLOSED,

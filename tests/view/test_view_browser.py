@@ -187,6 +187,23 @@ def test_a_saved_page_of_both_directions_shows_each(browser, study, results, tmp
     assert_console_is_clean(browser)
 
 
+def test_the_page_of_one_exciter_follows_a_slider_and_says_what_coexists(browser):
+    command = [*PROGRAM, "view", "--no-browser"]
+    with subprocess.Popen(command, stdout=subprocess.PIPE, text=True) as process:
+        try:
+            wait = opened(browser, re.search(r"http\S+", read_until("http", process))[0])
+            assert_fits(browser)
+            assert "3 motions coexist here" in law(browser)
+            moves = "const slider = named('slider_R1'); for (let n = 1; n < 101; n++) slider.value = 0.8 - n / 500"
+            browser.execute_script(BY_NAME + moves)
+            wait.until(lambda b: "What if R₁ = 0.6" in law(b) and "Coexists with 1" in law(b))
+            write_into(browser, "l", "0.001")
+            wait.until(lambda b: "What if l = 0.001" in law(b))
+            assert_console_is_clean(browser)
+        finally:
+            process.kill()
+
+
 def test_a_wrong_token_shows_nothing(browser, address):
     browser.get(f"http://localhost:{urlsplit(address).port}/?bokeh-session-id=wrong")
     assert not browser.execute_script("return window.Bokeh != null")

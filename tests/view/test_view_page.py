@@ -110,7 +110,7 @@ def test_a_spinner_shows_the_motion_that_the_stored_one_settles_on(results):
 
 def test_a_message_is_not_overwritten_by_what_was_to_be_written_before(results):
     waiting = []
-    page = Page(replace(results, first="map"), later=waiting.append)
+    page = new_page(results, "map", later=waiting.append)
     page.point.what_if.spinners["R1"].value = 0.4
     page.point.what_if.spinners["R1"].value = 1.5
     for work in waiting:

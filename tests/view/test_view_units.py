@@ -8,8 +8,8 @@ import pytest
 import vibropipe as vp
 from vibropipe.store import load
 from vibropipe.study import study_of_text
+from vibropipe.view.copies import as_python, as_yaml
 from vibropipe.view.page import Page
-from vibropipe.view.point import as_python, as_yaml
 
 P = math.sqrt(8000.0 / 2.0)
 

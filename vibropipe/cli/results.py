@@ -232,9 +232,19 @@ def verify(
 
 def view(
     results: Annotated[
-        Path,
-        typer.Argument(metavar="RESULTS", help="A study's folder, a .nc file of it, or a study."),
-    ],
+        Path | None,
+        typer.Argument(
+            metavar="RESULTS",
+            help="A study's folder, a .nc file of it, a study, or a YAML file of an exciter alone (default: an "
+            "exciter with three motions).",
+        ),
+    ] = None,
+    exciter: Annotated[
+        str | None,
+        typer.Option(
+            "--exciter", metavar="TEXT", help="One exciter in place of a study: 'l=0.5 nu=2 ...'."
+        ),
+    ] = None,
     folder: ResultsFolder = Path("results"),
     scene: Annotated[
         str | None, typer.Option("--scene", metavar="S", help="Scene to begin with.")
@@ -247,13 +257,34 @@ def view(
         bool, typer.Option("--browser/--no-browser", help="Open the page in the browser.")
     ] = True,
 ) -> None:
-    """Explore a study on a page: point at its maps and see the motion there. Ends with Ctrl-C."""
+    """Explore a study, or one exciter, on a page: point at maps and see the motion there. Ends with Ctrl-C."""
+    if results is not None and exciter is not None:
+        raise typer.BadParameter("must be left out beside RESULTS", param_hint="--exciter")
     from vibropipe.view.results import check_installed
 
     check_installed()
-    from vibropipe.view.results import open_results
+    from vibropipe.view.one_exciter import (
+        EXAMPLE,
+        OPTION,
+        exciter_results,
+        tree_of_file,
+        tree_of_text,
+    )
 
-    opened = open_results(results, folder, scene)
+    text = EXAMPLE if exciter is None else exciter
+    tree = tree_of_text(text) if results is None else tree_of_file(results)
+    if tree is not None:
+        from vibropipe.jobs.progress import show_progress
+
+        for option, value in (("--scene", scene), ("--save", save)):
+            if value is not None:
+                raise typer.BadParameter("needs the results of a study", param_hint=option)
+        with show_progress("exciter", "starts") as progress:
+            opened = exciter_results(tree, str(results or OPTION), progress)
+    elif results is not None:
+        from vibropipe.view.results import open_results
+
+        opened = open_results(results, folder, scene)
     if opened.note:
         typer.echo(opened.note, err=True)
     if save is not None:

@@ -24,6 +24,7 @@ from bokeh.plotting import figure
 
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.border import Borders
+from vibropipe.view.latest import Background, Later, in_thread
 from vibropipe.view.map_panel import MapPanel, flag_colours
 from vibropipe.view.overlays import Overlays, starts_on
 from vibropipe.view.plane import (
@@ -35,10 +36,10 @@ from vibropipe.view.plane import (
     region_lines,
     regions_shown,
 )
-from vibropipe.view.point import Later, PointPanel, values_at
+from vibropipe.view.point import NO_ATTRACTOR, PointPanel, values_at
 from vibropipe.view.results import Results
 from vibropipe.view.slices import CURVES_WIDTH, LEVEL_HEIGHT, UPRIGHT_WIDTH, Slice, shown_series
-from vibropipe.view.what_if import Background, in_thread, solve_anew
+from vibropipe.view.what_if import row_of_start, solve_anew
 from vibropipe.view.words import script, symbol, value_of
 
 REGIONS, ATTRACTORS = "regimes and laws of motion", "attractors"
@@ -62,7 +63,8 @@ class Page:
 
     later : takes work to do after the events that wait, so that a fast mouse costs one answer
     chosen : scene and point to begin with: `scene`, and a number by the name of each dimension
-    background : takes work to do beside the page: a map that is solved anew
+    background : takes work to do beside the page: a map that is solved anew, a change of parameters, other motions
+    rest : seconds that a point is shown before others that coexist are sought
     """
 
     def __init__(
@@ -71,13 +73,14 @@ class Page:
         later: Later = at_once,
         chosen: Mapping[str, str] | None = None,
         background: Background = in_thread,
+        rest: float = 0.0,
     ) -> None:
         self.datasets, self._later, self._background = dict(results.datasets), later, background
         self._is_waiting = self._is_opening = False
         # both numbers in one: a click is one message and costs one answer
         self.crosshair = ColumnDataSource({"x": [0.0], "y": [0.0]}, name="crosshair")
         self.x_axis, self.y_axis = ColumnDataSource({"at": []}), ColumnDataSource({"at": []})
-        self.point = PointPanel(self.solve_map, later)
+        self.point = PointPanel(self.solve_map, later, background, rest)
         names = results.explorable
         self.scene = Select(
             title="scene", options=names, value=results.first or names[0], width=190, name="scene"
@@ -265,6 +268,8 @@ class Page:
         )
         stored = self.plane.row(number_of_row) if number_of_row >= 0 else None
         border = self.borders.sentence(at, point)
+        if stored is None:
+            stored, border = row_of_start(self.plane, *point), NO_ATTRACTOR
         self.point.show(stored, ", ".join(marks), border, link, self._coexisting(at))
 
     def _coexisting(self, at: tuple[int, ...]) -> dict[str, Callable[[], xr.Dataset]]:
@@ -291,12 +296,17 @@ class Page:
             try:
                 solved = solve_anew(plane, changed, on_rows)
             except Exception as error:  # told on the page: nobody else waits for this thread
-                self._later(partial(what_if.fail, str(error)))
+                self._later(partial(self._tell_failure, title, str(error)))
             else:
                 self._later(partial(self._add_scene, title, solved))
 
         what_if.tell("0%")
         self._background(work)
+
+    def _tell_failure(self, title: str, reason: str) -> None:
+        """Say why there is no map."""
+        self.point.what_if.tell("")
+        self.point.tell_failure(title, reason)
 
     def _add_scene(self, name: str, dataset: xr.Dataset) -> None:
         """Add a dataset to the menu of scenes, and show it."""

@@ -2,114 +2,33 @@
 
 from __future__ import annotations
 
-import json
-import math
-from collections.abc import Callable
+from collections.abc import Callable, Mapping
 from functools import partial
 from html import escape
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 from bokeh.layouts import column, row
-from bokeh.models import Button, ColumnDataSource, Div, InlineStyleSheet, Select
+from bokeh.models import Button, ColumnDataSource, Div, InlineStyleSheet, Select, Toggle
 
-from vibropipe.physics.exciter import ParameterError
-from vibropipe.physics.si import eigenfrequency
-from vibropipe.solve.physical import is_physical
-from vibropipe.solve.rebuild import Motion, exciter_of, mass_and_stiffness, motion_of, section_of
-from vibropipe.solve.shown_units import in_si
+from vibropipe.solve.rebuild import Motion, motion_of
+from vibropipe.view.copies import as_python, as_yaml
+from vibropipe.view.latest import Background, Later, Latest
 from vibropipe.view.motion_panel import Drawing, MotionPanel
 from vibropipe.view.plane import Plane
-from vibropipe.view.row_numbers import Line, law_text, lines_of, momentum_lines, table_html
-from vibropipe.view.what_if import WhatIf, steady_row
+from vibropipe.view.row_numbers import (
+    Line,
+    is_same_motion,
+    law_text,
+    lines_of,
+    momentum_lines,
+    motion_name,
+    table_html,
+)
+from vibropipe.view.what_if import WhatIf, attractor_rows, steady_row
 from vibropipe.view.words import script
-from vibropipe.words.parameters import PARAMETERS, PHYSICAL
-from vibropipe.words.units import plain_units
-
-PERIODS = 4
-
-
-def _parameters(row: xr.Dataset) -> dict[str, float]:
-    """Return the parameters of a row that differ from the defaults, in its units."""
-    return {name: float(row[name]) for name in _stated(row)}
-
-
-def _stated(row: xr.Dataset) -> list[str]:
-    """Return the names of the parameters of a row that differ from the defaults."""
-    names = [name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables]
-    values = {name: float(row[name]) for name in dict.fromkeys(names)}
-    is_si = is_physical(row)
-    return [
-        name
-        for name, value in values.items()
-        if (is_si and name in PHYSICAL) or PARAMETERS[name].default != value
-    ]
-
-
-def _start(row: xr.Dataset) -> tuple[float, float]:
-    """Return the stored section in the units of the row, 0 where there is none."""
-    x, v = (float(row[f"{name}_strobe"]) for name in ("displacement", "velocity"))
-    return (x, v) if math.isfinite(x) and math.isfinite(v) else (0.0, 0.0)
-
-
-def as_python(row: xr.Dataset) -> str:
-    """Return code that finds the steady state of a row again, from its section."""
-    given = ", ".join(f"{name}={float(in_si(row[name]))!r}" for name in _stated(row))
-    call = "Exciter.from_physical" if is_physical(row) else "Exciter"
-    exciter = exciter_of(row)
-    x, v = section_of(row, exciter)
-    if not math.isfinite(x + v):
-        x, v = exciter.check_start(None, 0.0)
-    si = mass_and_stiffness(row)
-    lines = [
-        "import vibropipe as vp",
-        "",
-        f"exciter = vp.{call}({given})",
-        f"row = vp.steady_state(exciter, x0={x!r}, v0={v!r})",
-        f"motion = vp.simulate(exciter, tau_end={PERIODS} * exciter.period, x0={x!r}, v0={v!r})",
-    ]
-    if si is not None:
-        lines.append(
-            f"row, motion = (vp.to_physical(each, m={si['m']!r}, C={si['C']!r}) for each in (row, motion))"
-        )
-    return "\n".join(lines) + "\n"
-
-
-def as_yaml(row: xr.Dataset, title: str) -> str:
-    """Return a study of the motion of a row, from its section on."""
-    is_si, (x, v) = is_physical(row), _start(row)
-
-    def written(name: str, value: float, of: str = "") -> str:
-        units = str(row[of or name].attrs.get("units", "1"))
-        unit = f" {plain_units(units)}" if is_si and units != "1" else ""
-        return f"{name}: {value!r}{unit}"
-
-    values = _parameters(row)
-    own = [written(name, value) for name, value in values.items() if is_si and name in PHYSICAL]
-    others = [
-        written(name, value) for name, value in values.items() if not (is_si and name in PHYSICAL)
-    ]
-    start = f"{{{written('x0', x, 'displacement_strobe')}, {written('v0', v, 'velocity_strobe')}}}"
-    length = PERIODS * exciter_of(row).period
-    lines = [f"title: {json.dumps(title, ensure_ascii=False)}"]
-    lines += [f"physical: {{{', '.join(own)}}}"] if own else []
-    lines += [f"exciter: {{{', '.join(others)}}}"] if others else []
-    lines += ["scenes:", "  point:", "    kind: motion", f"    start: {start}"]
-    lines += [
-        f"    tau_end: {_end(length, row)}",
-        "    outputs: [motion, impacts, harmonics, stability]",
-    ]
-    return "\n".join(lines) + "\n"
-
-
-def _end(length: float, row: xr.Dataset) -> str:
-    """Write the end of a motion of a length in tau, in the units of a row."""
-    si = mass_and_stiffness(row)
-    if si is None:
-        return repr(length)
-    return f"{length / eigenfrequency(**si)!r} s"
-
+from vibropipe.words.wording import count
 
 NUMBERS_CSS = """
 .numbers {border-collapse: collapse; font-size: 11px; line-height: 1.25}
@@ -117,11 +36,12 @@ NUMBERS_CSS = """
 .numbers td:nth-child(2) {width: 110px; overflow-wrap: anywhere}
 .law {font-size: 13px; margin: 0}
 """
-STORED = "stored motion"
-NUMBERS_HEIGHT, MENU_HEIGHT = 250, 40
+STORED, SEEK, SEEKING = "motion shown first", "coexisting", "seeking …"
+NUMBERS_HEIGHT = 210
+# Seconds of a change of parameters from which on the page says that the next one is being solved.
+LONG = 0.3
 NO_ATTRACTOR = "No attractor was found from this start."
 SECTION_TEXT = "White points: its Poincaré section, once every forcing period."
-Later = Callable[[Callable[[], None]], Any]
 COPIES = {"yaml": "copy as YAML", "python": "copy as Python", "link": "copy link"}
 
 
@@ -130,15 +50,36 @@ def lines_with_momentum(motion: Motion | None, stored: xr.Dataset) -> list[Line]
     return [*lines_of(stored), *(() if motion is None else momentum_lines(motion))]
 
 
+class Shown(NamedTuple):
+    """What a point shows unless a coexisting motion is chosen; `before` stands before its place."""
+
+    motion: Motion | None
+    row: xr.Dataset
+    before: str
+
+
+def settled(stored: xr.Dataset, changed: dict[str, float]) -> tuple[Motion | None, xr.Dataset]:
+    """Return the motion that a row settles on when parameters change, and its row."""
+    row = steady_row(stored, changed)
+    return motion_of(row), row
+
+
 class PointPanel:
     """The point under the crosshair.
 
     on_solve : called when the map is requested anew
     later : takes work to do once what was sent before is drawn
+    background : takes work to do beside the page
+    rest : seconds that a point is shown before others that coexist are sought
     """
 
-    def __init__(self, on_solve: Callable[[], None], later: Later) -> None:
+    def __init__(
+        self, on_solve: Callable[[], None], later: Later, background: Background, rest: float
+    ) -> None:
         self._later, self._is_choosing = later, False
+        self._settling, self._seeking = Latest(background, later), Latest(background, later, rest)
+        self._base: Shown | None = None
+        self._found = ""  # the sentence on what coexists
         # the row whose law and numbers are still to be written
         self._unwritten: xr.Dataset | None = None
         sheet = InlineStyleSheet(css=NUMBERS_CSS)
@@ -156,8 +97,10 @@ class PointPanel:
         self.pin = Button(label="pin", width=60, name="pin")
         self.pin.on_click(self.toggle_pin)
         self.coexisting = Select(
-            options=[STORED], value=STORED, width=300, visible=False, name="coexisting"
+            options=[STORED], value=STORED, width=205, visible=False, name="coexisting"
         )
+        self.seek = Toggle(label=SEEK, width=85, name="seek")
+        self.seek.on_change("active", lambda attr, old, new: self._seek())
         self.coexisting.on_change("value", lambda attr, old, new: self._choose(new))
         self.copies = ColumnDataSource({name: [""] for name in COPIES})
         copies = [self._copy_button(name) for name in COPIES]
@@ -166,7 +109,7 @@ class PointPanel:
             self.law,
             self.panel.curves,
             row(self.drawing.figure, self.drawing.button, self.pin),
-            row(self.panel.portrait, column(self.coexisting, self.numbers)),
+            row(self.panel.portrait, column(row(self.seek, self.coexisting), self.numbers)),
         )
 
     def _copy_button(self, name: str) -> Button:
@@ -195,14 +138,9 @@ class PointPanel:
         self._later(partial(self._offer, stored, link))
 
     def _offer(self, stored: xr.Dataset | None, link: str) -> None:
-        """Offer coexisting motions in a menu, and texts to be copied."""
+        """Offer texts to be copied."""
         if self.stored is not stored:
             return
-        others = self._others
-        self._is_choosing = True
-        self.coexisting.update(options=[STORED, *others], value=STORED, visible=bool(others))
-        self._is_choosing = False
-        self.numbers.height = NUMBERS_HEIGHT - (MENU_HEIGHT if others else 0)
         self.copies.data = {
             "yaml": ["" if stored is None else as_yaml(stored, f"Point {self._where}")],
             "python": ["" if stored is None else as_python(stored)],
@@ -210,18 +148,73 @@ class PointPanel:
         }
 
     def _choose(self, name: str) -> None:
-        """Show a coexisting motion in place of the stored one."""
-        if self._is_choosing or self.stored is None:
+        """Show a coexisting motion in place of that of the point."""
+        if self._is_choosing or self._base is None:
             return
-        chosen = self._others[name]() if name in self._others else None
-        self._draw(
-            self.motion if chosen is None else motion_of(chosen),
-            self.stored if chosen is None else chosen,
-        )
+        motion, row, before = self._base
+        if name in self._offered:
+            row = self._offered[name]()
+            motion = motion_of(row)
+        self._draw(motion, row, before)
+
+    def _offer_motions(self, others: Mapping[str, Callable[[], xr.Dataset]]) -> None:
+        """Offer motions that coexist in a menu."""
+        self._is_choosing, self._offered = True, others
+        self.coexisting.update(options=[STORED, *others], value=STORED, visible=bool(others))
+        self._is_choosing = False
+
+    def _show_base(self, motion: Motion | None, row: xr.Dataset, before: str = "") -> None:
+        """Show the motion of the point, and tell what coexists with it."""
+        self._base = Shown(motion, row, before)
+        # those of a scene of the study are of its parameters
+        others = {} if before else self._others
+        known = "No other motion was found." if len(others) == 1 else ""
+        if len(others) > 1:
+            known = f"{count(len(others), 'motion')} coexist here: see the menu."
+        self._found = known
+        self._draw(motion, row, before)
+        self._later(partial(self._seek, others))
+
+    def _seek(self, others: Mapping[str, Callable[[], xr.Dataset]] | None = None) -> None:
+        """Look for motions that coexist with that of the point, where the button says so and none are known.
+
+        others : what is known
+        """
+        if others is not None:
+            self._offer_motions(others)
+        base, is_wanted = self._base, self.seek.active and not self._offered
+        self.seek.label = SEEKING if is_wanted and base is not None else SEEK
+        if not is_wanted or base is None:
+            self._seeking.drop()
+            return
+        self._seeking.request(partial(attractor_rows, base.row), partial(self._tell_found, base))
+
+    def _tell_found(self, base: Shown, result: Any) -> None:
+        """Say which motions were found beside that of the point, or why they are not known."""
+        self.seek.label = SEEK
+        if isinstance(result, Exception):
+            self._found = f"Others were not found: {result}"
+        else:
+            n_others = len(result) - any(is_same_motion(base.row, each) for each in result)
+            self._found = (
+                f"No {'other ' if result else ''}attractor was found from scattered starts."
+            )
+            if n_others:
+                self._offer_motions({motion_name(each): partial(_itself, each) for each in result})
+                self._found = f"Coexists with {count(n_others, 'other motion')}: see the menu."
+        self._unwritten = base.row
+        self._tell(base.motion, base.row, base.before)
+
+    def tell_failure(self, what: str, reason: str) -> None:
+        """Say why something is not shown; the motion stays."""
+        self._unwritten = None
+        self.law.text = f'<p class="law"><b>{escape(what)}:</b> {escape(reason)}</p>'
 
     def follow_what_if(self) -> None:
         """Show the stored motion; with changed parameters the one it settles on then, the stored one as a ghost."""
-        self._unwritten = None
+        self._unwritten, self._base = None, None
+        self._settling.drop()
+        self._seek({})
         if self.stored is None:
             self.law.text, self.numbers.text = f'<p class="law">{NO_ATTRACTOR}</p>', ""
             self._draw_motion(None)
@@ -229,15 +222,21 @@ class PointPanel:
         changed = self.what_if.changed
         if not changed:
             self.panel.show(None, "ghost")
-            self._draw(self.motion, self.stored)
+            self._show_base(self.motion, self.stored)
             return
-        try:
-            row = steady_row(self.stored, changed)
-        except ParameterError as error:
-            self.law.text = f'<p class="law"><b>What if {escape(self.what_if.text)}:</b> {escape(str(error))}</p>'
+        text = f"What if {self.what_if.text}"
+        if self._settling.seconds > LONG:
+            self.tell_failure(text, "being solved …")
+        self._settling.request(partial(settled, self.stored, changed), partial(self._settled, text))
+
+    def _settled(self, text: str, result: Any) -> None:
+        """Show what the stored motion settles on, or why it does not."""
+        if isinstance(result, Exception):
+            self.tell_failure(text, str(result))
             return
         self.panel.show(self.motion, "ghost")
-        self._draw(motion_of(row), row, f"What if {self.what_if.text}: ")
+        motion, row = result
+        self._show_base(motion, row, f"{text}: ")
 
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
         """Draw a motion with its numbers."""
@@ -252,6 +251,7 @@ class PointPanel:
         parts = [law_text(shown)]
         if motion is not None and not motion.is_orbit:
             parts.append(SECTION_TEXT)
+        parts += [self._found] if self._found else []
         if not before:
             parts.append(self._border)
         head, tail = escape(before + self._where), escape(" ".join(parts))
@@ -276,6 +276,10 @@ class PointPanel:
         self.panel.show(self.pinned, "pinned")
         if self.stored is not None and self.shown is not None:
             self._draw(self.shown, self.shown.row)
+
+
+def _itself(row: xr.Dataset) -> xr.Dataset:
+    return row
 
 
 def values_at(plane: Plane, at: tuple[int, ...]) -> tuple[float, ...]:

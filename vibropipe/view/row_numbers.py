@@ -37,6 +37,8 @@ SAID = ("regime", "status", "period_multiple", "row_size")
 # Those that have no number where the mass comes to rest.
 IMPACT_COUNTS = ("impacts_per_orbit", "impacts_per_period")
 MAX_ELEMENTS = 6
+# Relative distance of two solutions of one orbit at the section.
+SAME_STATE = 1e-6
 Line = tuple[str, str, str]
 
 
@@ -77,6 +79,26 @@ def times_text(amount: int) -> str:
     """Write how often a support is struck; a number beside its number would be misread."""
     words = ("", "", "", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
     return f"{words[amount]} times" if 2 < amount < len(words) else times(amount)
+
+
+def motion_name(row: xr.Dataset) -> str:
+    """Return the name of an attractor in a menu: its number, its law and its share of the starts."""
+    words, share = REGIME_TEXT[regime_name(int(row["regime"]))], float(row["basin_share"])
+    return f"attractor {int(row['attractor_id'])}: {words}, {share:.0%} of the starts"
+
+
+def is_same_motion(row: xr.Dataset, attractor: xr.Dataset) -> bool:
+    """Return whether a row is an attractor by its state at the section; without an orbit, if the attractor has none."""
+    if int(row["period_multiple"]) != int(attractor["period_multiple"]):
+        return False
+    if int(row["period_multiple"]) == 0:
+        return True
+    is_near = np.ones(attractor.sizes["visit"], bool)
+    for name in ("displacement", "velocity"):
+        visits = attractor[f"poincare_{name}"].values
+        near = SAME_STATE * max(float(np.abs(visits).max()), 1e-300)
+        is_near &= np.abs(visits - float(row[f"{name}_strobe"])) <= near
+    return bool(is_near.any())
 
 
 def _impacts_per_orbit(row: xr.Dataset, m: int) -> NDArray[np.float64]:

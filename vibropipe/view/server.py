@@ -15,10 +15,12 @@ from bokeh.util.token import generate_secret_key, generate_session_id
 
 from vibropipe.view.page import Page
 from vibropipe.view.results import Results
-from vibropipe.view.what_if import steady_row
+from vibropipe.view.what_if import attractor_rows, steady_row
 from vibropipe.words.regimes import Regime
 
 HOST = "127.0.0.1"
+# Seconds that a point is shown before motions that coexist are sought.
+REST = 0.4
 
 
 def make_document(results: Results) -> Callable[[Document], None]:
@@ -28,7 +30,8 @@ def make_document(results: Results) -> Callable[[Document], None]:
         context = document.session_context
         given = {} if context is None else context.request.arguments
         chosen = {name: values[-1].decode() for name, values in given.items()}
-        page = Page(results, document.add_next_tick_callback, chosen)
+        page = Page(results, document.add_next_tick_callback, chosen, rest=REST)
+        page.point.seek.active = True
         document.title = f"{results.title} – vibropipe"
         document.add_root(page.root)
         document.js_on_event(DocumentReady, *page.scripts)
@@ -56,6 +59,7 @@ def answer_once(results: Results) -> None:
     page = Page(results)
     if page.point.stored is not None:
         steady_row(page.point.stored, {})
+        attractor_rows(page.point.stored)
     if not page.plane.of_starts:
         resting = np.argwhere(
             page.plane.at_further(page.plane.dataset["regime"]) == Regime.WITH_REST

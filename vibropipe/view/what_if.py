@@ -3,21 +3,23 @@
 from __future__ import annotations
 
 import re
-import threading
 import warnings
 from collections.abc import Callable
 from dataclasses import replace
+from threading import Lock
 from typing import Any
 
 import numpy as np
 import xarray as xr
 from bokeh.layouts import column
 from bokeh.layouts import row as in_row
-from bokeh.models import Button, Spacer, Spinner, Toggle
+from bokeh.models import Button, Column, Slider, Spacer, Spinner, Toggle
 
 from vibropipe.figures.text import format_number, in_brackets, parameter_names, with_units
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.start import start_at
+from vibropipe.physics.start import start_at, within_room
+from vibropipe.scenes.sweep.quantities import row_at
+from vibropipe.solve.basins.attractors import attractors
 from vibropipe.solve.basins.basins import basins
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import (
@@ -28,14 +30,16 @@ from vibropipe.solve.rebuild import (
     section_of,
     tied_again,
     ties_of,
+    unit_of_row,
     without_units,
 )
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.solve.shown_units import shown_in
 from vibropipe.solve.sweep.sweep import PATIENCE, assemble, grid_of, solve_shard
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
+from vibropipe.view.one_exciter import grid_of_starts
 from vibropipe.view.plane import Plane
-from vibropipe.view.words import symbol
+from vibropipe.view.words import script, symbol
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
 from vibropipe.words.parameters import DEFAULTS, FOLLOWING, FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
@@ -49,15 +53,13 @@ from vibropipe.words.vocabulary import (
     physical_name,
 )
 
-Background = Callable[[Callable[[], None]], None]
 _START = re.compile(r"x0 = (\S+).*, v0 = (\S+)")
 MAP_ANEW = "map anew"
 STEPS = 50  # of a spinner over the size of its value
-
-
-def in_thread(work: Callable[[], None]) -> None:
-    """Do work beside the page."""
-    threading.Thread(target=work, daemon=True).start()
+FINE_STEPS = 400  # of a slider from end to end
+SPINNER_WIDTH = 84
+# Kernels on all cores are called by one thread at a time.
+ALL_CORES = Lock()
 
 
 def unswept(plane: Plane) -> dict[str, xr.DataArray]:
@@ -97,8 +99,41 @@ def steady_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:
     return in_units_of(changed_row(row, changed), steady)
 
 
+def row_of_start(plane: Plane, *start: float) -> xr.Dataset | None:
+    """Return the steady state from a start of a plane that no attractor was found from; None at another phase."""
+    shared = plane.dataset.isel(plane.further).drop_dims(["x0", "v0"]).coords
+    row = xr.Dataset(coords={name: each for name, each in shared.items() if not each.dims})
+    row = row.assign_attrs(plane.dataset.attrs)
+    if float(row["start_phase"]) % 1.0:
+        return None
+    factors = (unit_of_row(row, name) for name in ("displacement", "velocity"))
+    x0, v0 = (value / factor for value, factor in zip(start, factors, strict=True))
+    exciter = exciter_of(row)
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnsolvedWarning)
+        x0 = float(within_room(exciter, x0))
+        solved = steady_state(exciter, x0, v0, outputs=OF_STEADY_STATE, patience=PATIENCE)
+    return in_units_of(row, solved)
+
+
+def attractor_rows(row: xr.Dataset) -> list[xr.Dataset]:
+    """Return the motions that scattered starts of the exciter of a row settle on, each a row in its units."""
+    with ALL_CORES, warnings.catch_warnings():
+        warnings.simplefilter("ignore", UnsolvedWarning)
+        found = in_units_of(row, attractors(exciter_of(row)))
+    return [row_at(found, number).load() for number in range(found.sizes["attractor_id"])]
+
+
 def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
-    """Solve all rows of a plane again with changed parameters; `on_rows` is called as on_rows(done, total)."""
+    """Solve all rows of a plane again with changed parameters; `on_rows` is called as on_rows(done, total).
+
+    Starts that would lie beyond a support are replaced by as many from support to support.
+    """
+    with ALL_CORES:
+        return _solved_anew(plane, changed, on_rows)
+
+
+def _solved_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr.Dataset:
     dataset = changed_row(plane.dataset, changed)
     swept = [str(name) for name in plane.dims if name != DIRECTION]
     one = dataset.isel(dict.fromkeys(plane.dims, 0))
@@ -114,9 +149,12 @@ def solve_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> xr
         for name in swept
     }  # fmt: skip
     if plane.of_starts:
-        starts = {name: over.pop(name) for name in ("x0", "v0")}
+        x0, v0 = (over.pop(name) for name in ("x0", "v0"))
+        exciter = tied_again(one, exciter)
+        if not over and (x0[0] < exciter.lower or x0[-1] > exciter.upper):
+            x0, v0 = grid_of_starts(exciter, x0.size, v0.size)
         solved = basins(
-            exciter, **starts, phase=float(dataset["start_phase"]), over=over or None,
+            exciter, x0, v0, phase=float(dataset["start_phase"]), over=over or None,
             harmonics=dataset.sizes.get("harmonic", 1), progress=on_rows,
         )  # fmt: skip
         return in_units_of(dataset, solved)
@@ -149,8 +187,25 @@ def _swept(
     return assemble([rows], grid)
 
 
+def with_slider(spinner: Spinner) -> Column:
+    """Return a spinner above a slider of the same parameter: over its range, else up to twice its value."""
+    value = spinner.value
+    reach = 2.0 * abs(value) or 1.0
+    low = -reach if spinner.low is None else spinner.low
+    high = reach if spinner.high is None else spinner.high
+    step = 1.0 if spinner.step == 1.0 else (high - low) / FINE_STEPS
+    slider = Slider(
+        start=low, end=high, value=value, step=step, show_value=False, title=None,
+        width=SPINNER_WIDTH, margin=(0, 5, 0, 5), name=f"slider_{spinner.name}",
+    )  # fmt: skip
+    moved = script("slide.js", slider=slider, field=spinner)
+    slider.js_on_change("value", moved)
+    spinner.js_on_change("value", moved)
+    return column(spinner, slider)
+
+
 class WhatIf:
-    """Spinners of the parameters that were not swept, and the button that solves the map anew.
+    """Spinners with sliders of the parameters that were not swept, and the button that solves the map anew.
 
     on_change : called when a spinner changes
     on_solve : called when the map is requested
@@ -176,9 +231,13 @@ class WhatIf:
         arrays, further = unswept(plane), absent(plane)
         self._stored = {name: float(array) for name, array in arrays.items()}
         self.spinners = {name: self._spinner(array) for name, array in arrays.items()}
-        present = [spinner for name, spinner in self.spinners.items() if name not in further]
+        present = [
+            with_slider(spinner) for name, spinner in self.spinners.items() if name not in further
+        ]
         self._first.children = [*present, self.reset, self.button, self.more]
-        self._second.children = [self.spinners[name] for name in further] or [Spacer(width=0)]
+        self._second.children = [with_slider(self.spinners[name]) for name in further] or [
+            Spacer(width=0)
+        ]
         self._set_buttons()
 
     def _spinner(self, array: xr.DataArray) -> Spinner:
@@ -187,11 +246,12 @@ class WhatIf:
         limits = (physical or PARAMETERS.get(name) or PHYSICAL[name]).range
         size = 10.0 ** np.floor(np.log10(abs(value))) if value else 1.0
         step = 0.01 if np.isfinite(limits.high) else float(size) / STEPS * 5
+        step = 1.0 if limits.whole else step
         spinner = Spinner(
             title=in_brackets(symbol(array), array), value=value, step=step,
             low=limits.low if np.isfinite(limits.low) else None,
             high=limits.high if np.isfinite(limits.high) else None,
-            width=84, name=name,
+            width=SPINNER_WIDTH, name=name,
         )  # fmt: skip
         spinner.on_change("value", lambda attr, old, new: self._changed())
         return spinner
@@ -232,11 +292,6 @@ class WhatIf:
         """Show how far the map is; "" when none is solved."""
         self.button.label = f"solving {progress}" if progress else MAP_ANEW
         self.button.disabled = bool(progress) or not self.changed
-
-    def fail(self, reason: str) -> None:
-        """Say why there is no map."""
-        self.tell("")
-        self.button.label = f"{MAP_ANEW}: {reason}"
 
     def _set_buttons(self) -> None:
         self.button.disabled = self.reset.disabled = not self.changed

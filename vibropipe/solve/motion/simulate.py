@@ -12,6 +12,7 @@ from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
 from vibropipe.solve.checks import check_housing, check_whole, span_in_turns
 from vibropipe.solve.motion.motion_dataset import to_dataset
+from vibropipe.solve.motion.ramp import simulate_ramp
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.methods import METHODS
@@ -36,6 +37,7 @@ def simulate(
     effects: Sequence[str] | None = None,
     energy: bool = False,
     housing_v0: float = 0.0,
+    nu_end: float | None = None,
     progress: Progress | None = None,
 ) -> xr.Dataset:
     """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
@@ -75,6 +77,10 @@ def simulate(
         Whether to compute the energy balance from start to end.
     housing_v0 : float
         Velocity of the housing at `tau_start`, where it may slide; its displacement counts from there.
+    nu_end : float, optional
+        Frequency at `tau_end`: the frequency changes linearly from that of the exciter at `tau_start`, a ramp. The
+        phase there is nu tau_start; the amplitudes of the force stay. Computed for rigid supports without dry friction,
+        housing or shaker; `method`, `steps_per_period`, `accuracy`, `effects` and `energy` are then left out.
     progress : callable, optional
         Called repeatedly as progress(done, total), in forcing periods marched; total is 0, unknown, with `accuracy`. A
         motion in closed form never calls it.
@@ -92,6 +98,8 @@ def simulate(
             Rests on a support; `rest_end` is inf without a release before `tau_end`.
         grazing_tau, grazing_support (grazing)
             Contacts of zero velocity.
+        frequency (tau), nu_end
+            With `nu_end`: the frequency at the samples, whose number per period is that of the highest frequency.
         contact_duration, contact_force_max, contact_depth_max (impact)
             With soft supports: duration of each contact, and largest force of the support and depth in it; NaN for an
             impact on a rigid one.
@@ -140,6 +148,17 @@ def simulate(
     """
     x, v = exciter.check_start(x0, v0)
     turns = span_in_turns(exciter, tau_start, tau_end)
+    if nu_end is not None:
+        _check_alone(
+            method=method != "exact" and method,
+            steps_per_period=steps_per_period,
+            accuracy=accuracy,
+            effects=effects,
+            energy=energy,
+        )
+        check_housing(exciter, housing_v0)
+        request = MotionRequest(tau_start, tau_end, x, v, samples_per_period, max_impacts)
+        return warn_unsolved(simulate_ramp(exciter, request, nu_end, progress))
     values, span = exciter.parameters()._asdict(), tau_end - tau_start
     is_exact = method == "exact" and accuracy is None
     # Newmark's energy balance marches the motion with its samples a second time.
@@ -168,6 +187,14 @@ def simulate(
         steps = None if grid is None else grid.steps
         motion = to_dataset(exciter, request, run_motion(exciter, request, grid), steps)
     return warn_unsolved(motion)
+
+
+def _check_alone(**given: Any) -> None:
+    """Raise a ParameterError for the first argument that a ramp does not take."""
+    for name, value in given.items():
+        if value is not None and value is not False:
+            must = "must be left out with nu_end: a ramp is marched by the exact method alone"
+            raise ParameterError(name, value, must=must)
 
 
 def _grid(

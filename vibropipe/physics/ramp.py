@@ -1,0 +1,140 @@
+"""A ramp: a force whose frequency changes linearly in time, so that its phase is quadratic.
+
+With s the time since the start of the ramp, the frequency is nu(s) = nu_0 + a s and the phase nu_0 tau_0 + nu_0 s +
+a s^2/2; the second harmonic has twice that phase, plus phi2.
+"""
+
+from __future__ import annotations
+
+import math
+from typing import NamedTuple
+
+from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.flow import DEGREE, TAYLOR_FACTORS, fastest_rate
+from vibropipe.physics.load import (
+    LOAD_ROUNDING,
+    NEVER,
+    fastest_forcing,
+    force_at,
+    force_bounds,
+    force_slope,
+    force_value,
+)
+from vibropipe.physics.turns import TWO_PI
+
+# Largest product of the fastest rate and a step, and of the root of the rate at which the highest frequency changes.
+# The powers of the force and of the motion are those of a majorant, Z' = rate Z + F exp(rate s + a s^2/2). On a circle
+# of 40 steps about the start it is at most exp(18) (|z| + 16 F / rate), so all that the polynomial leaves out is below
+# exp(18) 40^-16 / (1 - 1/40) < 1.6e-18 of (|z| + 16 F / rate): below the rounding of the polynomial.
+REACH_OF_RATE, REACH_OF_CHANGE = 0.4, 0.05
+
+
+class Ramp(NamedTuple):
+    """A frequency that changes linearly, from `nu` at s = 0; `turn` is the phase there, in turns."""
+
+    nu: float
+    change: float
+    turn: float
+
+
+@jit_inline
+def frequency_at(ramp, s):
+    """Return the frequency at a time s after the start."""
+    return ramp.nu + ramp.change * s
+
+
+@jit_inline
+def turn_at(ramp, s):
+    """Return the phase, in turns, at a time s after the start."""
+    return ramp.turn + s * (ramp.nu + 0.5 * ramp.change * s) / TWO_PI
+
+
+def longest_step(e, p, change: float) -> float:
+    """Return the longest step in tau that one polynomial covers to rounding.
+
+    p : with the highest frequency of the ramp; change : of the frequency per unit of time.
+    """
+    fastest = fastest_forcing(p, e.second_harmonic)
+    step: float = REACH_OF_RATE / fastest_rate(fastest, p.h)
+    if change != 0.0:
+        step = min(step, REACH_OF_CHANGE / math.sqrt(abs(change) * fastest / p.nu))
+    return step
+
+
+@jit
+def taylor_on_ramp(c, y, w, force, load, h, nu, change, dt) -> None:
+    """Fill c so that y(s + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, eq. (5) on a ramp.
+
+    Parameters
+    ----------
+    c : ndarray, shape (DEGREE + 1,)
+    y, w : float
+        Displacement and velocity at s.
+    force : Force
+        At s; without a second harmonic its parts are 0.
+    load : float
+        Constant load.
+    h, nu, change, dt : float
+        Damping, frequency at s, its change per unit of time, and the step.
+
+    Notes
+    -----
+    The sine S and the cosine C of a phase with rate W + A theta obey S' = (W + A theta) C, C' = -(W + A theta) S.
+    """
+    d2, hd = dt * dt, h * dt
+    rate, bend = nu * dt, change * dt * dt
+    s, co, s_before, c_before = force.sine, force.cosine, 0.0, 0.0
+    s2, co2, s2_before, c2_before = force.sine_2, force.cosine_2, 0.0, 0.0
+    c[0] = y
+    c[1] = w * dt
+    c[2] = 0.5 * d2 * ((s + s2 + load) - h * w - y)
+    for n in range(1, DEGREE - 1):
+        s, co, s_before, c_before = (
+            (rate * co + bend * c_before) / n,
+            -(rate * s + bend * s_before) / n,
+            s,
+            co,
+        )
+        s2, co2, s2_before, c2_before = (
+            2.0 * (rate * co2 + bend * c2_before) / n,
+            -2.0 * (rate * s2 + bend * s2_before) / n,
+            s2,
+            co2,
+        )
+        c[n + 2] = (d2 * (s + s2 - c[n]) - hd * (n + 1) * c[n + 1]) * TAYLOR_FACTORS[n]
+
+
+@jit
+def release_wait_on_ramp(e, p, ramp, sigma, load, s, span) -> float:
+    """Return the time from s to the release of a mass sticking to a support; `NEVER` if it is not within `span`.
+
+    Parameters
+    ----------
+    e, p : Effects, Parameters
+        p with the highest frequency of the ramp.
+    ramp : Ramp
+    sigma, load : float
+        The load on the mass is sigma times the force, plus load.
+    s, span : float
+        Time since the start of the ramp, and to its end.
+
+    Notes
+    -----
+    As `release_wait_of_second`: no release is passed, since the curvature of the load is at most that of the parabola.
+    """
+    second = e.second_harmonic
+    force, _rate, curvature = force_bounds(p)
+    curvature += abs(ramp.change) * (abs(p.f) + 2.0 * abs(p.f2))
+    rounding = LOAD_ROUNDING * (force + abs(load))
+    wait = 0.0
+    while wait < span:
+        at = force_at(p, sigma, turn_at(ramp, s + wait), second)
+        value = force_value(at, second) + load
+        slope = frequency_at(ramp, s + wait) * force_slope(at, second)
+        rises = slope > 0.0 and slope * slope > 4.0 * curvature * rounding
+        if value > rounding or (value >= -rounding and rises):
+            return wait
+        press = max(-value, rounding)
+        root = math.sqrt(slope * slope + 2.0 * curvature * press)
+        wait += 2.0 * press / (root + slope) if slope > 0.0 else (root - slope) / curvature
+    return NEVER

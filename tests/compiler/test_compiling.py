@@ -13,7 +13,7 @@ from vibropipe.compiler.sources import PACKAGE, source_hash
 PRINTS_NAMES = """
 import sys
 from vibropipe.compiler.cache import on_compiling
-on_compiling.append(lambda name: print("compiling", name, file=sys.stderr))
+on_compiling.append(lambda name, took: print("compiled" if took else "compiling", name, file=sys.stderr))
 """
 FIRST_CALL = """
 from vibropipe.physics.load import force_at
@@ -135,7 +135,9 @@ def test_processes_that_need_one_function_compile_it_once(tmp_path):
     ]
     outputs = [process.communicate() for process in processes]
     assert sorted(out.split() for out, _ in outputs) == [["0", "1"], ["1", "0"], ["1", "0"]]
-    assert "".join(err for _, err in outputs) == "compiling physics.load.force_at\n"
+    assert "".join(err for _, err in outputs) == (
+        "compiling physics.load.force_at\ncompiled physics.load.force_at\n"
+    )
 
 
 @pytest.mark.skipif(not hasattr(os, "fork"), reason="needs forked processes")

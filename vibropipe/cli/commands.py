@@ -28,6 +28,9 @@ from vibropipe.cli.options import (
 from vibropipe.cli.results import compare, new, run, show, table, verify, view
 from vibropipe.words.methods import METHODS
 
+# Seconds from which on the end of a compilation is told.
+LONG_COMPILATION = 2.0
+
 app = typer.Typer(
     help="Simulate vibro-impact exciters and map their steady states over parameter ranges.",
     no_args_is_help=True,
@@ -58,9 +61,14 @@ def _options(
     from vibropipe.compiler.cache import on_compiling
 
     # in place of that of an earlier command of this process
-    on_compiling[:] = [
-        lambda kernel: typer.echo(f"compiling {kernel}, once for this version", err=True)
-    ]
+    on_compiling[:] = [_tell_compiling]
+
+
+def _tell_compiling(kernel: str, seconds: float | None) -> None:
+    if seconds is None:
+        typer.echo(f"compiling {kernel}, once for this version", err=True)
+    elif seconds >= LONG_COMPILATION:
+        typer.echo(f"compiled {kernel} in {seconds:.0f} s", err=True)
 
 
 @app.command()

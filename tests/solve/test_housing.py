@@ -332,6 +332,24 @@ def test_a_symmetric_orbit_does_not_progress() -> None:
     assert float(steady.housing_slip_share) > 0.1
 
 
+def test_a_housing_that_turns_at_impacts_alone_keeps_a_shift_of_its_velocity() -> None:
+    """A mirror-symmetric exciter may so progress, on orbits that differ by the velocity of the housing alone."""
+    exciter = vp.Exciter(
+        nu=1.3, f=0.8, h=0.1, l=0.5, R1=0.6, R2=0.6,
+        mass_ratio=0.6, housing_friction_1=0.15, housing_friction_2=0.15,
+    )  # fmt: skip
+    steady = vp.steady_state(exciter, outputs=["stability"])
+    assert abs(complex(steady.floquet_multiplier[0]) - 1.0) < 1e-9
+    assert not bool(steady.stable)
+    section = np.array([float(steady[name]) for name in SECTION])
+    span = 20 * 2 * math.pi / exciter.nu
+    for shift in (0.0, 0.02):
+        start = section + np.array([0.0, 0.0, shift])
+        end = ends_of(exciter, span, *start)
+        assert np.abs(end[:3] - start).max() < 1e-12
+        assert abs(end[3] / span - float(steady.housing_velocity_mean) - shift) < 1e-12
+
+
 def test_mirrored_exciters_progress_the_other_way() -> None:
     over = {"nu": np.linspace(1.5, 2.5, 5)}
     sweep = vp.sweep(FORCED, over=over, outputs=["stability"])

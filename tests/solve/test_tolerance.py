@@ -147,6 +147,14 @@ def test_the_yield_of_a_linear_motion_has_its_closed_form():
     assert float(spread.displacement_mean_yield) == 1.0
     assert float(spread.law_yield) == 1.0
     assert "share of scattered parts" in spread.displacement_amplitude_yield.attrs["long_name"]
+    # The bound sorts parts without error, by the amplitude or by f; damping is the same in all and sorts none.
+    assert spread.attrs["foretold_by"] in {"f", "displacement_amplitude_1"}
+    assert float(spread.f_sort_threshold) == pytest.approx(0.201, abs=5e-6)
+    assert float(spread.displacement_amplitude_sort_threshold[0]) == pytest.approx(
+        gain * 0.201, abs=1e-5
+    )
+    assert float(spread.f_sort_area) == 0.0
+    assert float(spread.f_sort_wrong) <= 1 / 2048
 
 
 def test_the_yield_is_that_of_a_sweep_over_the_parameter():

@@ -14,19 +14,28 @@ from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
-from vibropipe.solve.design.goals import Bound, bounds_of_parts
+from vibropipe.solve.design.goals import bounds_of_parts
+from vibropipe.solve.design.sorting import sorting_variables, yield_variables
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.gradient import values_and_jacobian
 from vibropipe.solve.rows.label import Variables
-from vibropipe.solve.rows.named import SMOOTH, Named, harmonics_of, labels, named, outputs_of
+from vibropipe.solve.rows.named import (
+    SMOOTH,
+    Named,
+    gathered,
+    harmonics_of,
+    labels,
+    named,
+    outputs_of,
+)
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
 from vibropipe.solve.with_units import are_with_units, plain_goals, plain_mapping, plain_values
 from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
 from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
-from vibropipe.words.vocabulary import STEADY, describe, quantity
+from vibropipe.words.vocabulary import STEADY, describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -103,7 +112,12 @@ def tolerance(
         the samples with another law of motion (regime, m, p1, p2), with the 95 % confidence interval for as many
         random ones; law_change_corners: share of those corners and ends. With `subject_to` there are yield, yield_low,
         yield_high, the share of the samples that keep the law and all bounds, with its interval, law_yield, the share
-        that keeps the law, and <name>_yield, that which keeps each bound.
+        that keeps the law, and <name>_yield, that which keeps each bound. Where parts fail, each quantity and each
+        scattered parameter has a sorting rule: <name>_sort_threshold, above or below which a part is taken as good (NaN
+        where none is better than taking all or none), <name>_sort_area, the share of the pairs of a good and a bad
+        part in which the good one has the larger value (from 0.5 on good parts lie above), and <name>_sort_wrong,
+        <name>_sort_wrong_low, <name>_sort_wrong_high, the share of other parts, the second half of the samples, that
+        it sorts wrongly, with its 95 % interval. The attribute `foretold_by` names the best, or says that none is.
 
     Raises
     ------
@@ -157,37 +171,12 @@ def tolerance(
     spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
     if bounds:
         spread |= yield_variables(bounds, points, point.laws[0], samples, exciter.l)
+        sorting, best = sorting_variables(
+            bounds, point, points, samples, spread_names(harmonics, point.variables), [*sigma]
+        )
+        spread |= sorting
+        dataset = dataset.assign_attrs(foretold_by=best)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
-
-
-def yield_variables(
-    bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
-) -> Variables:
-    """Return the shares of the first n points that keep a law of motion and bounds, together and each; half is l."""
-    law_kept = points.has_law(law)[:n]
-    each = np.array(
-        [
-            bound.kept_by(bound.quantity.values(points.variables, points.parameters), half)[:n]
-            for bound in bounds
-        ]
-    )
-    all_kept = law_kept & each.all(axis=0)
-    share, low, high = shares(np.array([all_kept.sum()]), n)
-    whole = {
-        "yield": share[0],
-        "yield_low": low[0],
-        "yield_high": high[0],
-        "law_yield": law_kept.mean(),
-    }
-    variables: Variables = {name: ((), np.array(value)) for name, value in whole.items()}
-    for bound, kept in zip(bounds, each, strict=True):
-        name = bound.quantity
-        (_, *dims), values = points.variables[name.variable]
-        empty = (tuple(dims), np.full(values.shape[1:], np.nan))
-        if not name.part:
-            _, shares_kept = variables.setdefault(f"{name.variable}_yield", empty)
-            shares_kept[() if name.number is None else name.number - 1] = kept.mean()
-    return variables
 
 
 def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[str, float]:
@@ -319,18 +308,6 @@ def _largest(moved: np.ndarray) -> np.ndarray:
     is_known = np.isfinite(moved)
     worst = np.where(is_known, np.abs(moved), 0.0).max(axis=0)
     return np.where(is_known.any(axis=0), worst, np.nan)
-
-
-def gathered(
-    names: Sequence[Named], values: np.ndarray, suffix: str, dims: tuple[str, ...]
-) -> Variables:
-    """Return columns (q, ...) of quantities as variables, the parts of a vector over its dimension, then `dims`."""
-    variables = {}
-    for variable in dict.fromkeys(name.variable for name in names):
-        part = values[[n for n, name in enumerate(names) if name.variable == variable]]
-        inner = quantity(variable).dims
-        variables[f"{variable}_{suffix}"] = ((*inner, *dims), part if inner else part[0])
-    return variables
 
 
 def with_spread(

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import difflib
 import re
-from collections.abc import Iterable
+from collections.abc import Iterable, Sequence
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -209,3 +209,15 @@ def harmonics_of(names: Iterable[Named], least: int = 1) -> int:
         if dim in dims
     ]
     return max([least, *needed])
+
+
+def gathered(
+    names: Sequence[Named], values: np.ndarray, suffix: str, dims: tuple[str, ...]
+) -> Variables:
+    """Return columns (q, ...) of quantities as variables, the parts of a vector over its dimension, then `dims`."""
+    variables = {}
+    for variable in dict.fromkeys(name.variable for name in names):
+        part = values[[n for n, name in enumerate(names) if name.variable == variable]]
+        inner = quantity(variable).dims
+        variables[f"{variable}_{suffix}"] = ((*inner, *dims), part if inner else part[0])
+    return variables

@@ -1,0 +1,173 @@
+"""What scattered parts keep: the yield, and which single quantity of a finished part foretells that it is good."""
+
+from __future__ import annotations
+
+from collections.abc import Sequence
+from typing import NamedTuple
+
+import numpy as np
+
+from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.basins.attractors import shares
+from vibropipe.solve.design.goals import Bound
+from vibropipe.solve.rows.label import Variables
+from vibropipe.solve.rows.named import Named, gathered, named
+from vibropipe.solve.rows.points import Points
+
+# What is stored of a sorting rule, in the order of its fields.
+SORTING = ("sort_threshold", "sort_area", "sort_wrong", "sort_wrong_low", "sort_wrong_high")
+HALF = Parameters._fields.index("l")
+
+
+class SortingRule(NamedTuple):
+    """Parts are good on one side of a threshold of one quantity.
+
+    Attributes
+    ----------
+    threshold : float
+        In units of the quantity; NaN where no threshold sorts better than to take or to refuse all parts.
+    area : float
+        Share of the pairs of a good and a bad part in which the good one has the larger value, ties counting half
+        (area under the curve of the receiver). From 0.5 on, good parts lie above the threshold, else below.
+    wrong, wrong_low, wrong_high : float
+        Share of parts that were not used for the threshold and that it sorts wrongly, with its 95 % interval.
+    """
+
+    threshold: float
+    area: float
+    wrong: float
+    wrong_low: float
+    wrong_high: float
+
+
+def sorting_rule(values: np.ndarray, kept: np.ndarray) -> SortingRule:
+    """Return the rule by one quantity with the fewest parts sorted wrongly.
+
+    The first half of the parts gives area and threshold, the second half the share sorted wrongly: a share of the
+    parts that the threshold was fitted to would be too small.
+
+    Parameters
+    ----------
+    values : (n,) float array
+        The quantity of each part; NaN where the part has none, which counts as bad.
+    kept : (n,) bool array
+        Whether a part keeps the specification. Both halves have to have good and bad parts.
+    """
+    half = len(kept) // 2
+    known = np.isfinite(values[:half])
+    area = area_under_curve(values[:half][known], kept[:half][known])
+    sign = -1.0 if area < 0.5 else 1.0
+    scores = np.where(np.isfinite(values), sign * values, -np.inf)
+    cut = _best_cut(scores[:half], kept[:half])
+    count = ((scores[half:] > cut) != kept[half:]).sum()
+    share, low, high = shares(np.array([count]), len(kept) - half)
+    threshold = sign * cut if np.isfinite(cut) else np.nan
+    return SortingRule(threshold, area, float(share[0]), float(low[0]), float(high[0]))
+
+
+def area_under_curve(values: np.ndarray, kept: np.ndarray) -> float:
+    """Return the share of pairs (good, bad) whose good part is larger, from ranks; 0.5 without such pairs."""
+    from scipy.stats import rankdata
+
+    good, bad = int(kept.sum()), int((~kept).sum())
+    if not good * bad:
+        return 0.5
+    above: float = rankdata(values)[kept].sum() - 0.5 * good * (good + 1)
+    return float(above / (good * bad))
+
+
+def _best_cut(scores: np.ndarray, kept: np.ndarray) -> float:
+    """Return where parts above are best taken as good: between two scores, or at -inf (all) or inf (none)."""
+    order = np.argsort(scores)
+    ordered, good = scores[order], kept[order]
+    # Wrong with the n lowest refused: the good ones among them, and the bad ones above.
+    wrong = np.append(0, np.cumsum(good)) + np.append(np.cumsum(~good[::-1])[::-1], 0)
+    cuts = np.concatenate([[-np.inf], 0.5 * (ordered[1:] + ordered[:-1]), [np.inf]])
+    # No cut lies between equal scores, nor in parts without a value.
+    is_cut = np.concatenate([[True], ordered[1:] > ordered[:-1], [True]])
+    is_cut[1:-1] &= np.isfinite(cuts[1:-1])
+    return float(cuts[is_cut][np.argmin(wrong[is_cut])])
+
+
+def foretells(rule: SortingRule, kept: np.ndarray) -> bool:
+    """Return whether a rule sorts surely fewer parts wrongly than taking all of them, or none, would."""
+    tested = kept[len(kept) // 2 :]
+    lesser = min(int(tested.sum()), int((~tested).sum()))
+    _, low, _ = shares(np.array([lesser]), len(tested))
+    return bool(rule.wrong_high < low[0])
+
+
+def can_sort(kept: np.ndarray) -> bool:
+    """Return whether both halves of the parts have good and bad ones."""
+    half = len(kept) // 2
+    return all(part.any() and not part.all() for part in (kept[:half], kept[half:]))
+
+
+def yield_variables(
+    bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
+) -> Variables:
+    """Return the shares of the first n points that keep a law of motion and bounds, together and each; half is l."""
+    each, all_kept = kept_parts(bounds, points, law, n, half)
+    law_kept = points.has_law(law)[:n]
+    share, low, high = shares(np.array([all_kept.sum()]), n)
+    whole = {
+        "yield": share[0],
+        "yield_low": low[0],
+        "yield_high": high[0],
+        "law_yield": law_kept.mean(),
+    }
+    variables: Variables = {name: ((), np.array(value)) for name, value in whole.items()}
+    for bound, kept in zip(bounds, each, strict=True):
+        name = bound.quantity
+        (_, *dims), values = points.variables[name.variable]
+        empty = (tuple(dims), np.full(values.shape[1:], np.nan))
+        if not name.part:
+            _, shares_kept = variables.setdefault(f"{name.variable}_yield", empty)
+            shares_kept[() if name.number is None else name.number - 1] = kept.mean()
+    return variables
+
+
+def kept_parts(
+    bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return which of the first n points keep each bound (bounds, n), and which all of them and a law (n,)."""
+    each = np.array(
+        [
+            bound.kept_by(bound.quantity.values(points.variables, points.parameters), half)[:n]
+            for bound in bounds
+        ]
+    )
+    return each, points.has_law(law)[:n] & each.all(axis=0)
+
+
+def sorting_variables(
+    bounds: Sequence[Bound],
+    point: Points,
+    points: Points,
+    n: int,
+    names: Sequence[Named],
+    scattered: Sequence[str],
+) -> tuple[Variables, str]:
+    """Return the sorting rules of the first n points, and the name of the best one.
+
+    There is one for each quantity of `names` and each parameter that is scattered.
+    """
+    kept = kept_parts(bounds, points, point.laws[0], n, float(point.parameters[0, HALF]))[1]
+    if not can_sort(kept):
+        return {}, "no rule: too few parts fail, or too few do not"
+    parameters = [named(name, "quantity") for name in scattered]
+    rules = {}
+    for name in (*names, *parameters):
+        own = name.values(point.variables, point.parameters)[0]
+        # Phases are compared on the turn of the nominal part.
+        moved = name.difference(name.values(points.variables, points.parameters)[:n], own)
+        rules[name] = sorting_rule(own + moved, kept)
+    variables: Variables = {}
+    for column, suffix in enumerate(SORTING):
+        table = np.array([rules[name][column] for name in names])
+        variables |= gathered(names, table, suffix, ())
+        variables |= {
+            f"{each.name}_{suffix}": ((), np.array(rules[each][column])) for each in parameters
+        }
+    best = min(rules, key=lambda name: rules[name].wrong)
+    return variables, best.name if foretells(rules[best], kept) else "no single quantity"

@@ -11,7 +11,7 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import support_at
-from vibropipe.march.grid import Instant, force_at_step, stays_between
+from vibropipe.march.grid import Instant, force_at_step, stays_between, whole_step
 from vibropipe.march.log import COMPUTED, POLYNOMIALS, STEPS, is_full, log_impact
 from vibropipe.march.state import (
     FLIGHT,
@@ -208,15 +208,6 @@ def step_forcing(e, grid, frame, step):
 
 
 @jit_inline
-def apply_map(a11, a12, a21, a22, y, w, forcing_y, forcing_w):
-    """Return (y, w) after a step.
-
-    The forcing is added to the term of w first, so the latency from y to the next y is two operations.
-    """
-    return a11 * y + (a12 * w + forcing_y), a21 * y + (a22 * w + forcing_w)
-
-
-@jit_inline
 def coast(e, p, grid, state, end, log, c, events_left):
     """Take whole steps of the exact method in flight and through regular impacts, until another event may happen.
 
@@ -243,10 +234,12 @@ def coast(e, p, grid, state, end, log, c, events_left):
         if tries_double and remaining > 1:
             next_step = step + 1 if step + 1 < grid.steps else 0
             double_y, double_w = step_forcing(e, grid, frame, next_step)
-            double_y, double_w = apply_map(
+            double_y, double_w = whole_step(
                 a11, a12, a21, a22, forcing_y, forcing_w, double_y, double_w
             )
-            y1, w1 = apply_map(double_11, double_12, double_21, double_22, y, w, double_y, double_w)
+            y1, w1 = whole_step(
+                double_11, double_12, double_21, double_22, y, w, double_y, double_w
+            )
             if stays_between(grid, frame, departs, y, w, y1, w1, 2.0):
                 y, w, departs = y1, w1, 0
                 n_steps += 2
@@ -255,7 +248,7 @@ def coast(e, p, grid, state, end, log, c, events_left):
                 if step >= grid.steps:
                     step, period = step - grid.steps, period + 1
                 continue
-        y1, w1 = apply_map(a11, a12, a21, a22, y, w, forcing_y, forcing_w)
+        y1, w1 = whole_step(a11, a12, a21, a22, y, w, forcing_y, forcing_w)
         if not stays_between(grid, frame, departs, y, w, y1, w1, 1.0):
             if n_impacts >= events_left or is_full(log):
                 break

@@ -245,7 +245,7 @@ def force_at_step(grid, step):
 def whole_step(a11, a12, a21, a22, y, w, forcing_y, forcing_w):
     """Return (y, w) after a step; forcing_y, forcing_w : contributions of force and load.
 
-    The terms without y are added first, since they do not wait for the step before.
+    The forcing is added to the term of w first, so the latency from y to the next y is two operations.
     """
     return a11 * y + (a12 * w + forcing_y), a21 * y + (a22 * w + forcing_w)
 

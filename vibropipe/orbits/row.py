@@ -62,6 +62,35 @@ def aperiodic_regime(kind):
     return UNRESOLVED if kind == DRIFTING else APERIODIC_REGIME
 
 
+@jit_inline
+def write_orbit(e, p, steady, log, c, work, largest, out, row, first) -> None:
+    """Write what a closed orbit shows that its log and its states determine; arguments as for `march_row`.
+
+    work : `room.new_work`; largest : (2,), updated with the largest impact velocities.
+    """
+    impacts, rests = out.impacts[row], out.rests[row]
+    count_contacts(log, steady.end, impacts, rests, largest)
+    out.regime[row] = regime_of(impacts, rests)
+    out.period_multiple[row] = steady.m
+    out.frequency[row] = p.nu / steady.m
+    write_harmonics(e, p, steady, log, c, work, out.amplitudes, out.subharmonics, row)
+    write_energy(e, p, steady, log, c, work, out, row)
+    write_smoothness(log, out.grazes, out.releases, row)
+    write_housing(log.pieces, p, steady, out.housing, row)
+    write_impacts(
+        log, steady.m, out.impact_count, out.impact_position, out.impact_velocity,
+        out.impact_support, row, first,
+    )  # fmt: skip
+
+
+@jit_inline
+def write_closing(steady, largest, out, row) -> None:
+    """Write how well a steady state closes, its multipliers, and its `largest` impact velocities, (2,)."""
+    out.residual[row] = steady.residual
+    write_multipliers(steady.first, steady.second, out.multipliers, row, steady.third)
+    write_largest(largest, out.impacts[row], out.impact_velocity_max, row)
+
+
 @jit
 def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     """Solve a row by marching.
@@ -100,7 +129,6 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     if out.housing.size > 0 and p.mass_ratio > 0.0:
         velocity = out.housing[row, STROBE]
     state = start_state(log.pieces, e, p, grid, 0.0, x, v, velocity)
-    impacts, rests = out.impacts[row], out.rests[row]
     window = window_of(p, out, row, first, room.sums, room.work)
     steady = find_steady_state(
         e, p, grid, state, log, c, max_periods, patience, window, room.sections
@@ -118,34 +146,15 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         x, v = state_xv(p, steady.state)
         solve_without_contact(e, p, x, v, out, row, first, c)
     elif steady.kind == PERIODIC:
-        count_contacts(log, steady.end, impacts, rests, largest)
+        write_orbit(e, p, steady, log, c, room.work, largest, out, row, first)
         count_grazings(log, out.grazings[row])
-        out.regime[row] = regime_of(impacts, rests)
-        out.period_multiple[row] = steady.m
-        out.frequency[row] = p.nu / steady.m
-        write_harmonics(e, p, steady, log, c, room.work, out.amplitudes, out.subharmonics, row)
         if out.exponent.size > 0:
-            write_orbit_exponent(orbit_exponent(p, steady, impacts), out.exponent, row)
-        write_energy(e, p, steady, log, c, room.work, out, row)
-        write_smoothness(log, out.grazes, out.releases, row)
-        write_housing(log.pieces, p, steady, out.housing, row)
-        write_impacts(
-            log,
-            steady.m,
-            out.impact_count,
-            out.impact_position,
-            out.impact_velocity,
-            out.impact_support,
-            row,
-            first,
-        )
+            write_orbit_exponent(orbit_exponent(p, steady, out.impacts[row]), out.exponent, row)
     else:
         out.regime[row] = aperiodic_regime(steady.kind)
         out.window_periods[row] = int(window.start[2])
     if steady.kind != UNDAMPED:
-        out.residual[row] = steady.residual
-        write_multipliers(steady.first, steady.second, out.multipliers, row, steady.third)
-        write_largest(largest, impacts, out.impact_velocity_max, row)
+        write_closing(steady, largest, out, row)
     x, v = state_xv(p, steady.state)
     out.section[row, 0], out.section[row, 1] = x, v
     if out.housing.size > 0:

@@ -23,7 +23,7 @@ _SINHC = (1.0, 1 / 6, 1 / 120, 1 / 5040, 1 / 362880, 1 / 39916800, 1 / 622702080
 
 
 @jit
-def _exponential(z: complex) -> complex:
+def exponential(z: complex) -> complex:
     """Return exp(z)."""
     size = math.exp(z.real)
     return complex(size * math.cos(z.imag), size * math.sin(z.imag))
@@ -34,11 +34,11 @@ def _exponential_difference(a: complex, b: complex, t: float, forced: complex) -
     """Return the divided difference (exp(a t) - exp(b t)) / (a - b), also where a is b; forced is exp(a t)."""
     half = 0.5 * t * (a - b)
     if abs(half) > SERIES_REACH:
-        return divide(forced - _exponential(b * t), a - b)
+        return divide(forced - exponential(b * t), a - b)
     square, total = half * half, complex(0.0, 0.0)
     for n in range(len(_SINHC) - 1, -1, -1):
         total = total * square + _SINHC[n]
-    return t * _exponential(0.5 * t * (a + b)) * total
+    return t * exponential(0.5 * t * (a + b)) * total
 
 
 @jit

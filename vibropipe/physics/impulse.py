@@ -16,7 +16,7 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.forced_flow import force_response
+from vibropipe.physics.forced_flow import exponential, force_response
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.stiffness import piece_rate
 
@@ -130,16 +130,9 @@ def _two_nodes(one: complex, other: complex, t: float) -> complex:
             # By its parts: a division of complex numbers may raise.
             more = delta * total
             total = complex(1.0 + more.real / (n + 2), more.imag / (n + 2))
-        return 0.5 * t * t * _exponential(one * t) * total
+        return 0.5 * t * t * exponential(one * t) * total
     change = other - one
-    return divide(_exponential(other * t) - _exponential(one * t) * (1.0 + delta), change * change)
-
-
-@jit
-def _exponential(z: complex) -> complex:
-    """Return exp(z)."""
-    size = math.exp(z.real)
-    return complex(size * math.cos(z.imag), size * math.sin(z.imag))
+    return divide(exponential(other * t) - exponential(one * t) * (1.0 + delta), change * change)
 
 
 @jit
@@ -208,7 +201,7 @@ def square_motion(
     if abs(dynamic) > RESONANT * stiffness or share <= RESONANT:
         rest = complex(response.real - square.ds - damping * square.s, response.imag - w * square.s)
         return divide(rest, dynamic)
-    twice = divide(t * _exponential(near * t) - s, near - far)
+    twice = divide(t * exponential(near * t) - s, near - far)
     first = divide(_two_nodes(near, iw, t) - twice, iw - far)
     return divide(first - square.s, iw - far)
 

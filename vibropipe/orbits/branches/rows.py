@@ -1,4 +1,7 @@
-"""Outputs of the points of a branch: each orbit is known by its impacts, so nothing is marched."""
+"""Outputs of the points of a branch: each orbit is known by its impacts, so nothing is marched.
+
+An orbit by linear pieces is known by its law: it is marched once, from its section.
+"""
 
 from __future__ import annotations
 
@@ -17,18 +20,19 @@ from vibropipe.orbits.branches.sequence import (
     return_derivative,
 )
 from vibropipe.orbits.closed_form import solve_linear, write_forces_of_flight
-from vibropipe.orbits.outputs import (
-    count_contacts,
-    regime_of,
-    write_energy,
-    write_harmonics,
-    write_impacts,
-    write_largest,
-    write_multipliers,
+from vibropipe.orbits.housing import STROBE, strobe_of
+from vibropipe.orbits.housing_jacobian import coupling_of
+from vibropipe.orbits.law.marching import march_orbit
+from vibropipe.orbits.return_map import (
+    gap_difference,
+    momentum_change,
+    multipliers_of,
+    return_map_jacobian,
 )
 from vibropipe.orbits.room import new_work
-from vibropipe.orbits.row import row_parameters
+from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters, write_closing, write_orbit
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
+from vibropipe.orbits.shooting import motion_norm
 from vibropipe.orbits.verdict import PERIODIC
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import fly_freely
@@ -121,25 +125,65 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
         v = -restitution_at(p, log.support[last]) * log.velocity[last]
         x, v, _e11, _e12, _e21, _e22 = fly_freely(p, log.position[last] - m, 0.0, x, v)
         state = State(0, 0, 0.0, 0, x, v, FLIGHT, 0.0, None)
-        first_multiplier, second = orbit_multipliers(p, m, supports, u)
+        first, second = orbit_multipliers(p, m, supports, u)
         closing = closing_residual(p, m, supports, u, residual, none)
         steady = SteadyState(
-            PERIODIC, OK, m, state, state, closing, 0, first_multiplier, second, NO_CHAOS,
-            second,
+            PERIODIC, OK, m, state, state, closing, 0, first, second, NO_CHAOS, complex(0.0, 0.0)
         )  # fmt: skip
-        impacts, rests = out.impacts[row], out.rests[row]
         residual[0], residual[1] = 0.0, 0.0
-        count_contacts(log, state, impacts, rests, residual)
-        write_largest(residual, impacts, out.impact_velocity_max, row)
-        out.residual[row] = closing
-        out.regime[row] = regime_of(impacts, rests)
-        out.period_multiple[row] = m
-        out.frequency[row] = p.nu / m
-        write_multipliers(first_multiplier, second, out.multipliers, row)
-        write_harmonics(e, p, steady, log, c, work, out.amplitudes, out.subharmonics, row)
-        write_energy(e, p, steady, log, c, work, out, row)
-        write_impacts(
-            log, m, out.impact_count, out.impact_position, out.impact_velocity, out.impact_support,
-            row, row * n,
-        )  # fmt: skip
+        write_orbit(e, p, steady, log, c, work, residual, out, row, row * n)
+        write_closing(steady, residual, out, row)
         out.section[row, 0], out.section[row, 1] = x, v
+
+
+@jit
+def write_piece_point(e, p, section, m, march_room, work, largest, out, row, first) -> None:
+    """Write the orbit from a section as a row, its impacts from index `first` on; arguments as `write_piece_points`."""
+    log, c, _grid_room = march_room
+    x, v, velocity = section[0], section[1], 0.0
+    if e.housing is not None and p.mass_ratio > 0.0:
+        velocity = section[2]
+    out.section[row, 0], out.section[row, 1] = x, v
+    state, end, status = march_orbit(e, p, 0.0, x, v, velocity, m, march_room)
+    out.status[row] = status
+    if status != OK:
+        out.regime[row] = UNRESOLVED
+        return
+    dy, dw = gap_difference(e, p, end, state)
+    norm = motion_norm(p, state, log)
+    change = abs(dy) + abs(dw)
+    if e.housing is not None:
+        change += abs(momentum_change(e, p, end, state))
+    closing = change / norm if norm > 0.0 else 0.0
+    derivative = return_map_jacobian(e, p, log, state, end, m)
+    one, two, three = multipliers_of(derivative, coupling_of(log.pieces))
+    steady = SteadyState(PERIODIC, OK, m, state, end, closing, 0, one, two, NO_CHAOS, three)
+    largest[0], largest[1] = 0.0, 0.0
+    write_orbit(e, p, steady, log, c, work, largest, out, row, first)
+    write_closing(steady, largest, out, row)
+    if out.housing.size > 0:
+        out.housing[row, STROBE] = strobe_of(p, state.housing, v)
+
+
+@jit_allocating
+def write_piece_points(e, parameters, m, sections, march_room, out) -> None:
+    """Write the orbits of the points of one branch as rows.
+
+    Parameters
+    ----------
+    e : Effects
+    parameters : (points, parameters) float
+    m : int
+        Period multiple.
+    sections : (points, 2 or 3) float
+        States at the section, as `march_pieces`, counted from the equilibrium.
+    march_room
+        As for `march_orbit`.
+    out : RowResults
+        Results, a row for each point; outputs without entries are not computed.
+    """
+    work, largest, first = new_work(out), np.zeros(2), FIRST
+    for row in range(parameters.shape[0]):
+        p, section = row_parameters(parameters, row), sections[row]
+        write_piece_point(e, p, section, m, march_room, work, largest, out, row, first)
+        first += out.impact_count[row]

@@ -22,7 +22,7 @@ MAX_HOPS, MAX_NEWTON = 2000, 20
 
 
 @jit
-def landing_of(e, p, law, i, t, w, c):
+def landing_of(e, p, law, i, t, w):
     """Return the time in forcing periods from the departure of a chatter to its end, and how long its first flight is.
 
     The flights are those of the exact motion until they are so short that the rest is a geometric series. The length

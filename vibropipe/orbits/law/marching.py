@@ -27,6 +27,22 @@ MAX_ROWS = 3_000_000
 
 
 @jit
+def march_orbit(e, p, turns, x, v, velocity, m, march_room):
+    """Log the motion of m periods from a state at a phase; return its first and last `State`, and the status.
+
+    velocity : of a housing that may slide; march_room : log, work array of `march`, and `new_grid_room`
+    """
+    log, c, grid_room = march_room
+    grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
+    clear_log(log)
+    begun = start_state(log.pieces, e, p, grid, turns, x, v, velocity)
+    allow_work(log, MAX_ROW_WORK)
+    end = grid_time(turns + m, grid.steps)
+    end_state, status = march(e, p, grid, begun, end, log, None, c, 10_000_000)
+    return begun, end_state, status
+
+
+@jit
 def march_pieces(e, p, turns, state, m, march_room) -> bool:
     """Log the motion of m periods from a state at a phase; return whether it could be marched.
 
@@ -36,14 +52,7 @@ def march_pieces(e, p, turns, state, m, march_room) -> bool:
     velocity = 0.0
     if e.housing is not None:
         velocity = state[2]
-    log, c, grid_room = march_room
-    grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
-    clear_log(log)
-    begun = start_state(log.pieces, e, p, grid, turns, state[0], state[1], velocity)
-    end = grid_time(turns + m, grid.steps)
-    allow_work(log, MAX_ROW_WORK)
-    _end, status = march(e, p, grid, begun, end, log, None, c, 10_000_000)
-    return status == OK
+    return march_orbit(e, p, turns, state[0], state[1], velocity, m, march_room)[2] == OK
 
 
 class Marcher:

@@ -97,7 +97,7 @@ def fill_margins(e, p, law, u, c, margins) -> None:
         if not turns > 0.0:
             continue
         if e.rest is not None and law.codes[i, FORM] == RESTING:
-            of_rest(e.rest, e, p, law, i, start, turns, c, margins)
+            of_rest(e.rest, e, p, law, i, start, turns, margins)
         elif e.friction is not None and law.codes[i, FORM] == HELD:
             of_held(e.friction, e, p, law, i, start.y, start.t, turns, margins)
         else:
@@ -195,11 +195,11 @@ def of_held(effect, e, p, law, i, y, t, turns, margins) -> None:
 
 
 @jit
-def of_rest(effect, e, p, law, i, start, turns, c, margins) -> None:
+def of_rest(effect, e, p, law, i, start, turns, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
     if effect is None:
         return
-    landing, share = landing_of(e, p, law, i, start.t, start.w, c)
+    landing, share = landing_of(e, p, law, i, start.t, start.w)
     note(margins, SPAN, turns - landing, i, CHATTER, start.t)
     note(margins, SPAN, LONG_HOP - share, i, CHATTER, start.t)
     if landing < turns:

@@ -235,7 +235,7 @@ def is_short(e: Effects, begun: _Event, p: Any) -> bool:
     home = int(begun.codes[HOME])
     speed = (p.R1 if home == 1 else p.R2) * abs(begun.own)
     law = Law(begun.codes[np.newaxis], 1.0, 0)
-    _landing, share = landing_of(e, p, law, 0, begun.at, speed, np.empty(0))
+    _landing, share = landing_of(e, p, law, 0, begun.at, speed)
     return bool(share < COUNTED)
 
 

@@ -35,13 +35,15 @@ def pull_of(p, way) -> float:
 @jit
 def pull_by(way, k) -> float:
     """Return the derivative of `pull_of` by parameter k."""
-    if k in (LOAD, HOUSING_LOAD):
-        return 1.0
-    if k == HOUSING_FRICTION_1:
-        return -1.0 if way > 0 else 0.0
-    if k == HOUSING_FRICTION_2:
-        return 1.0 if way < 0 else 0.0
-    return 0.0
+    return 1.0 if k in (LOAD, HOUSING_LOAD) else 0.0 - friction_by(way, k)
+
+
+@jit
+def friction_by(way, k) -> float:
+    """Return the derivative of `ground_friction` by parameter k, of a housing that slides."""
+    if way > 0:
+        return 1.0 if k == HOUSING_FRICTION_1 else 0.0
+    return -1.0 if way < 0 and k == HOUSING_FRICTION_2 else 0.0
 
 
 @jit

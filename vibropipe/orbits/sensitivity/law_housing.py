@@ -9,7 +9,7 @@ from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.housing import GROUND, LOADS
 from vibropipe.orbits.law.law import WAY
 from vibropipe.orbits.law.momentum import momentum_rate
-from vibropipe.orbits.law.sliding import pull_by, way_of
+from vibropipe.orbits.law.sliding import friction_by, pull_by, way_of
 from vibropipe.orbits.law.states import Momentum, momentum_after, sign_of
 from vibropipe.orbits.sensitivity.law_orbit import (
     PLACE,
@@ -20,8 +20,6 @@ from vibropipe.orbits.sensitivity.law_orbit import (
     fill_departure,
 )
 from vibropipe.physics.derivatives import (
-    HOUSING_FRICTION_1,
-    HOUSING_FRICTION_2,
     HOUSING_LOAD,
     LOAD,
     MASS_RATIO,
@@ -38,14 +36,6 @@ AT_SECTION, MEAN, SHARE = range(3)
 def share_by(p, k) -> float:
     """Return the derivative of c by parameter k."""
     return 1.0 / ((1.0 + p.mass_ratio) * (1.0 + p.mass_ratio)) if k == MASS_RATIO else 0.0
-
-
-@jit
-def friction_by(way, k) -> float:
-    """Return the derivative of `ground_friction` by parameter k, of a housing that slides."""
-    if way > 0:
-        return 1.0 if k == HOUSING_FRICTION_1 else 0.0
-    return -1.0 if k == HOUSING_FRICTION_2 else 0.0
 
 
 @jit

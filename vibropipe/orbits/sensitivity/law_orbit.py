@@ -10,7 +10,7 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating
+from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.march.piece_log import (
     AT,
     BEGIN,
@@ -264,27 +264,29 @@ def vary_orbit(e, p, pieces, m, closing, columns):
 @jit
 def fill_arrival(e, p, orbit, i, changes) -> None:
     """Fill the derivatives (3, k) of the state just before event i, in its frame."""
-    state, du = arrival(e, p, orbit.law, i, orbit.u), orbit.du[i]
+    state = arrival(e, p, orbit.law, i, orbit.u)
     for j in range(orbit.columns.size):
         by = arrival_by(e, p, orbit.law, i, orbit.u, orbit.columns[j])
-        changes[TIME, j] = state.timed * du[0, j]
-        changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + by
-        changes[RATE, j] = state.w_1 * du[1, j]
-        if e.housing is not None:
-            changes[RATE, j] += state.w_2 * du[2, j]
+        _fill_change(e, state, orbit.du[i], j, by, 0.0, changes)
 
 
 @jit
 def fill_departure(e, p, orbit, i, changes) -> None:
     """Fill the derivatives (3, k) of the state just after event i, in the frame of its piece."""
-    state, du = departure(e, p, orbit.law, i, orbit.u), orbit.du[i]
+    state = departure(e, p, orbit.law, i, orbit.u)
     for j in range(orbit.columns.size):
         y, w = departure_by(e, p, orbit.law, i, orbit.u, orbit.columns[j])
-        changes[TIME, j] = state.timed * du[0, j]
-        changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + y
-        changes[RATE, j] = state.w_1 * du[1, j] + w
-        if e.housing is not None:
-            changes[RATE, j] += state.w_2 * du[2, j]
+        _fill_change(e, state, orbit.du[i], j, y, w, changes)
+
+
+@jit_inline
+def _fill_change(e, state, du, j, y, w, changes) -> None:
+    """Fill the derivatives of a state by column j, from those of its unknowns and, at fixed ones, y and w."""
+    changes[TIME, j] = state.timed * du[0, j]
+    changes[PLACE, j] = state.y_0 * du[0, j] + state.y_1 * du[1, j] + y
+    changes[RATE, j] = state.w_1 * du[1, j] + w
+    if e.housing is not None:
+        changes[RATE, j] += state.w_2 * du[2, j]
 
 
 @jit

@@ -7,9 +7,9 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_nogil
-from vibropipe.march.grid import exact_steps, grid_in_room, grid_time, new_grid_room
-from vibropipe.march.log import GRAZINGS, allow_work, clear_log, new_log
-from vibropipe.march.loop import OK, march
+from vibropipe.march.grid import new_grid_room
+from vibropipe.march.log import GRAZINGS, new_log
+from vibropipe.march.loop import OK
 from vibropipe.march.piece_log import (
     CAUSE,
     CONTACT,
@@ -24,10 +24,11 @@ from vibropipe.march.piece_log import (
     TURN,
     PieceLog,
 )
-from vibropipe.march.piece_state import coefficients, start_state
+from vibropipe.march.piece_state import coefficients
 from vibropipe.orbits.contacts import write_contacts
 from vibropipe.orbits.housing import STROBE
 from vibropipe.orbits.law.law import is_contact
+from vibropipe.orbits.law.marching import march_orbit
 from vibropipe.orbits.law.states import arrival, hold_force
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
@@ -52,26 +53,8 @@ from vibropipe.physics.derivatives import F2, LOAD, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.friction import jumps_at_slip
-from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate
-
-
-@jit
-def march_orbit(e, p, x, v, m, march_room, velocity=0.0) -> bool:
-    """Log the orbit of m periods that begins at (x, v); return whether it could be marched and grazes nothing.
-
-    march_room : log, work array of `march`, and `new_grid_room`
-    velocity : of a housing that may slide
-    """
-    log, c, grid_room = march_room
-    grid = grid_in_room(e, p, exact_steps(e, p), grid_room)
-    clear_log(log)
-    state = start_state(log.pieces, e, p, grid, 0.0, x, v, velocity)
-    allow_work(log, MAX_ROW_WORK)
-    end = grid_time(float(m), grid.steps)
-    _end, status = march(e, p, grid, state, end, log, None, c, 10_000_000)
-    return status == OK and log.counts[GRAZINGS] == 0
 
 
 @jit
@@ -224,7 +207,8 @@ def write_row(e, values, march_room, out, row, first) -> None:
     velocity = 0.0
     if e.housing is not None and p.mass_ratio > 0.0:
         velocity = out.housing[row, STROBE]
-    if not march_orbit(e, p, x, v, m, march_room, velocity):
+    _begun, _end, status = march_orbit(e, p, 0.0, x, v, velocity, m, march_room)
+    if status != OK or march_room[0].counts[GRAZINGS] > 0:
         return
     for j in range(first, first + out.impact_count[row]):
         speed = max(speed, abs(out.impact_velocity[j]))

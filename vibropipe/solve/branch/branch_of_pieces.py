@@ -9,10 +9,10 @@ import numpy as np
 
 from vibropipe.march.log import limit_work
 from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.rows import write_piece_points
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.marching import CAPACITY, Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
-from vibropipe.orbits.law.rows import write_piece_points
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces

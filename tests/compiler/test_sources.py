@@ -99,7 +99,7 @@ def test_a_solving_process_imports_hashed_modules_only():
         [sys.executable, "-c", SOLVING], capture_output=True, text=True, check=True, env=os.environ
     )
     imported = set(done.stdout.split())
-    assert "vibropipe.solve.accuracy.row_errors" in imported
+    assert "vibropipe.solve.accuracy.orbit_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
     codes = "measurements", "bifurcations", "designs", "proofs"
     named = {f"vibropipe.words.{name}" for name in codes}

@@ -92,7 +92,7 @@ def test_no_solver_can_raise(functions: dict[str, Any]) -> None:
         "solve.rows.many.solve_piece", "solve.rows.many._sample",
         "march.loop.march_repeatedly",
         "march.grid.exact_grid", "march.grid.newmark_grid", "orbits.quadrature.add_energy",
-        "solve.motion.conservative_motion._sample", "solve.motion.linear_motion._sample", "physics.conservative.arc",
+        "solve.motion.closed_motion._sample", "solve.motion.closed_motion._sample_linear", "physics.conservative.arc",
         "orbits.law.steps.solve",
         "continuation.newton.predict", "orbits.branches.rows.write_points",
     ):  # fmt: skip

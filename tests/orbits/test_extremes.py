@@ -11,8 +11,8 @@ from hypothesis import given
 from hypothesis import strategies as st
 from textbook import Flight
 
-from vibropipe.orbits.extremes import flight_extremes
 from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.boundary.closed_flights import flight_extremes
 
 
 def test_a_free_motion_turns_at_its_amplitude() -> None:

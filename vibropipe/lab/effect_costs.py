@@ -30,7 +30,8 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.physics.effects import Effects, all_effects, effect_names, effects_of
-from vibropipe.solve.motion.run import closed_form_solver, run_motion
+from vibropipe.solve.motion.closed_motion import closed_form_solver
+from vibropipe.solve.motion.run import run_motion
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.rows.many import solve_piece
 from vibropipe.solve.rows.row_results import ORBIT_LOG_CAPACITY, new_impact_buffer, new_rows

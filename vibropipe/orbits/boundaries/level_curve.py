@@ -11,8 +11,7 @@ import numpy as np
 from vibropipe.continuation.curve import Point, Zero
 from vibropipe.continuation.path import Event, Mark, Step
 from vibropipe.march.piece_log import CAUSE, HOME
-from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.following import BoundaryFollower
+from vibropipe.orbits.boundaries.curve import BoundaryFollower, Box
 from vibropipe.orbits.boundaries.law_curve import DIFFERENCE, LawBoundary
 from vibropipe.orbits.boundaries.seeds import settled
 from vibropipe.orbits.boundaries.system import LEVELS

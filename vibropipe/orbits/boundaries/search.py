@@ -9,8 +9,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event, both_ways, joined
-from vibropipe.orbits.boundaries.curve import BoundaryCurve, Box, forms
-from vibropipe.orbits.boundaries.following import BoundaryFollower, followed
+from vibropipe.orbits.boundaries.curve import BoundaryCurve, BoundaryFollower, Box, followed, forms
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, LevelFollower, level_curves
 from vibropipe.orbits.boundaries.seeds import begin
 from vibropipe.orbits.branches.curve import is_no_motion

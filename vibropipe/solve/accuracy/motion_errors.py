@@ -25,8 +25,9 @@ from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.load import fastest_of_row
 from vibropipe.physics.start import within_room
 from vibropipe.solve.accuracy.rounding import rounding_errors
+from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.motion_dataset import to_variables
-from vibropipe.solve.motion.run import MotionRequest, MotionResult, closed_form_solver, run_motion
+from vibropipe.solve.motion.run import MotionRequest, MotionResult, run_motion
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import ENERGIES, EVENTS
 

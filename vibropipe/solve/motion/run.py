@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
@@ -17,7 +16,6 @@ from vibropipe.march.state import REST, STUCK
 from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
-from vibropipe.physics.conservative import arc, is_conservative
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Exciter, ParameterError
@@ -28,11 +26,9 @@ from vibropipe.physics.limits import (
     SAMPLES_PER_PERIOD,
     max_march_steps,
 )
-from vibropipe.physics.linear import stays_off_supports
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
-from vibropipe.solve.motion import linear_motion as linear
-from vibropipe.solve.motion.conservative_motion import contacts, positions
+from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
 from vibropipe.solve.motion.energy import work_of_flights, work_of_steps
 from vibropipe.solve.motion.housing import housing_of
@@ -106,10 +102,6 @@ class MotionResult(NamedTuple):
     after: np.ndarray
     energy_terms: np.ndarray | None = None
     housing: np.ndarray | None = None
-
-
-# Contacts, and displacement and velocity at the samples and at the end.
-Solution = tuple[Contacts, np.ndarray, np.ndarray]
 
 
 def run_motion(
@@ -195,56 +187,6 @@ def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> Mot
         # The first sample is the requested start: on a support, the state before the impact.
         run.displacement[0], run.velocity[0] = request.x, request.v
     return run
-
-
-def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[..., Solution] | None:
-    """Return the function that solves a motion in closed form, or None if it has to be marched.
-
-    A conservative motion and one that reaches no support have a closed form.
-
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-
-    Returns
-    -------
-    callable or None
-        f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
-    """
-    p, x, effects = exciter.parameters(), request.x - exciter.load, request.effects
-    if effects.friction is not None or effects.housing is not None:
-        return None
-    is_rigid = effects.soft is None and effects.watched is None
-    if is_rigid and is_conservative(p, x, request.v):
-        return _conservative
-    phase = request.tau_start * exciter.nu / (2 * math.pi) % 1.0
-    return _linear if stays_off_supports(p, x, request.v, phase) else None
-
-
-def _linear(
-    exciter: Exciter, request: MotionRequest, turns: tuple[float, float], after: np.ndarray
-) -> Solution:
-    """Return a motion that reaches no support."""
-    start, end = turns
-    after = np.append(after, end - start)
-    xs, vs = linear.positions(exciter.parameters(), request.x, request.v, start % 1.0, after)
-    if end == start:
-        xs[-1], vs[-1] = request.x, request.v
-    return contacts_of(drain_log(new_log(1, 1)), 1.0), xs, vs
-
-
-def _conservative(
-    exciter: Exciter, request: MotionRequest, _turns: tuple[float, float], after: np.ndarray
-) -> Solution:
-    """Return a conservative motion."""
-    x, v, span = request.x, request.v, request.tau_end - request.tau_start
-    motion = arc(exciter.parameters(), x, v)
-    xs, vs = positions(motion, np.append(after * exciter.period, span))
-    impacts = contacts(motion, span, x, v, exciter.upper, exciter.lower)
-    for name in ("impact_tau", "grazing_tau"):
-        impacts[name] += request.tau_start
-    return impacts, np.clip(xs, exciter.lower, exciter.upper), vs
 
 
 def _check_steps(request: MotionRequest, periods: float, per_period: int) -> None:

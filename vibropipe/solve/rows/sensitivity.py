@@ -2,15 +2,16 @@
 
 from __future__ import annotations
 
+import math
 from itertools import product
 from typing import Any
 
 import numpy as np
 
+from vibropipe.compiler import jit, jit_nogil
 from vibropipe.orbits.housing import GROUND, LOADS, MEAN
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.sensitivity.law_housing import MEAN as DRIFT
-from vibropipe.orbits.sensitivity.polar import polar_derivatives
 from vibropipe.physics.derivatives import NU, differentiated_by
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.restitution import SUPPORTS, damping_derivatives, is_contact_damping
@@ -22,6 +23,8 @@ from vibropipe.words.vocabulary import PARAMETER, SENSITIVITY_SUFFIX, row_dims
 
 # Quantities of a housing that have derivatives, by the columns of `RowResults.d_housing`.
 OF_HOUSING = ("housing_velocity_strobe", "housing_velocity_mean", "housing_slip_share")
+# Share of the largest amplitude, or of its derivative, below which an amplitude, or a derivative, is rounding.
+ROUNDING = 1e-13
 Variables = dict[str, tuple[tuple[str, ...], np.ndarray]]
 
 # Parameters of derivatives by their number: those of every combination of effects differ in it.
@@ -265,3 +268,47 @@ def _polar(values: np.ndarray, derivatives: np.ndarray) -> tuple[np.ndarray, np.
     amplitude, phase = np.empty(derivatives.shape), np.empty(derivatives.shape)
     polar_derivatives(values, derivatives, amplitude, phase)
     return amplitude, phase
+
+
+@jit
+def largest_modulus(values: np.ndarray) -> float:
+    """Return the largest modulus of complex values (n,), without regard to NaN."""
+    largest = 0.0
+    for value in values:
+        size = abs(value)
+        largest = size if size > largest else largest
+    return largest
+
+
+@jit_nogil
+def polar_derivatives(
+    values: np.ndarray, derivatives: np.ndarray, amplitude: np.ndarray, phase: np.ndarray
+) -> None:
+    """Fill the derivatives of 2 |X| and arg X.
+
+    Where X is zero within rounding the phase has no derivative, and the amplitude one only if that of X is zero.
+
+    Parameters
+    ----------
+    values : (rows, n) complex
+        X.
+    derivatives : (rows, n, parameters) complex
+        Of X.
+    amplitude, phase : (rows, n, parameters) float
+        Filled.
+    """
+    for row in range(values.shape[0]):
+        rounding = ROUNDING * largest_modulus(values[row])
+        for q in range(values.shape[1]):
+            x = values[row, q]
+            size = abs(x)
+            for k in range(derivatives.shape[2]):
+                d = derivatives[row, q, k]
+                if size <= rounding:
+                    steepest = largest_modulus(derivatives[row, :, k])
+                    stays = abs(d) <= ROUNDING * steepest
+                    amplitude[row, q, k], phase[row, q, k] = 0.0 if stays else math.nan, math.nan
+                else:
+                    turned = x.conjugate() * d
+                    amplitude[row, q, k] = 2.0 * turned.real / size
+                    phase[row, q, k] = turned.imag / (size * size)

@@ -42,7 +42,7 @@ def steady_state(
     harmonics : int
         Number of harmonics, from 1 to 1000.
     accuracy : float, optional
-        Adds `error`, one error estimate for all quantities (`vibropipe.solve.accuracy.row_errors`); if it exceeds
+        Adds `error`, one error estimate for all quantities (`vibropipe.solve.accuracy.orbit_errors`); if it exceeds
         `accuracy`, the status is `inaccurate`.
     effects : sequence of str, optional
         Effects of the kernel, as for `sweep`.

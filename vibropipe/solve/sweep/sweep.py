@@ -16,7 +16,7 @@ from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.physics.ties import Ties, stated_names
 from vibropipe.solve.accuracy.method_choice import check_accuracy
-from vibropipe.solve.accuracy.row_errors import row_errors, with_error
+from vibropipe.solve.accuracy.orbit_errors import row_errors, with_error
 from vibropipe.solve.checks import (
     check_accuracy_of_housing,
     check_follow,
@@ -89,7 +89,7 @@ def sweep(
         Any of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, poincare, lyapunov,
         sensitivity; others are neither computed nor stored.
     accuracy : float, optional
-        Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.row_errors`); rows beyond it have
+        Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.orbit_errors`); rows beyond it have
         status `inaccurate`.
     effects : sequence of str, optional
         Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic

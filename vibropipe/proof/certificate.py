@@ -158,7 +158,7 @@ class Certificate:
             self.why = Why.PARTS
             return None
         centre = self._examine(test, Box(box.centre), orbit.u)
-        if centre.refuted and self._is_counterexample(box, centre):
+        if centre.refuted and self._is_counterexample(centre):
             return None
         if not centre.orbit.tube:
             self.why = Why.EXISTENCE
@@ -206,11 +206,11 @@ class Certificate:
                 for u, slopes in zip(orbit.u, orbit.slopes, strict=True)
             ]
             point = self._examine(examine, Box(orbit.box.at(c)), guess)
-            if point.refuted and self._is_counterexample(orbit.box, point):
+            if point.refuted and self._is_counterexample(point):
                 return True
         return False
 
-    def _is_counterexample(self, box: Box, point: Part) -> bool:
+    def _is_counterexample(self, point: Part) -> bool:
         """Return whether a refuted point is one of doubles within the box and belongs to the family of the start."""
         values = {name: self._inside(name, point.orbit.box.centre[name]) for name in self.within}
         off = {name: arb(value) - self.nominal[name] for name, value in values.items()}

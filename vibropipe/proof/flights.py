@@ -12,7 +12,6 @@ from vibropipe.proof.balls import (
     ONE,
     TURN,
     Number,
-    acb,
     ball_of,
     complex_of,
     entire,
@@ -139,10 +138,3 @@ class Flights:
     def force(self, time: Number) -> Number:
         """Return the force at a time in forcing periods."""
         return sum((imag_of(a * self.turned(time, k)) for k, a in self.forces), self.nu * 0)
-
-
-def amplitude_factor(p: Flights, k: int) -> Number | None:
-    """Return 1 - w^2 + i h w at w = k nu; None where it may vanish, at h = 0 and w = 1."""
-    w = p.nu * k
-    stiffness = complex_of(1 - w * w, p.h * w)
-    return None if acb(ball_of(stiffness)).contains(acb(0)) else stiffness

@@ -81,11 +81,11 @@ def prove_orbit(
             outcome = Outcome(verdict, start.why, counterexample=known if is_refuted else {})
         tubes = [displacement_bounds(part.orbit, stretches) for part in outcome.parts]
         dataset = _orbit_dataset(given, within, harmonics, claim, outcome)
-        return _with_tube(dataset, given.m, tubes, stretches) if stretches else dataset
+        return _with_tube(dataset, tubes, stretches) if stretches else dataset
 
 
 def _with_tube(
-    dataset: xr.Dataset, m: int, tubes: Sequence[tuple[list[float], list[float]]], stretches: int
+    dataset: xr.Dataset, tubes: Sequence[tuple[list[float], list[float]]], stretches: int
 ) -> xr.Dataset:
     """Add bounds of the displacement, those of all parts, over stretches of the orbit."""
     nothing = np.full(stretches, np.nan)
@@ -179,7 +179,7 @@ def prove_every(
     with ctx.workprec(BITS):
         nominal = balls_of(exciter)
         found = all_orbits(nominal, law, harmonics, limit)
-        orbits = [_of_orbit(part, nominal["l"], harmonics) for part in found.parts]
+        orbits = [_of_orbit(part, nominal["l"]) for part in found.parts]
     n = law[1] + law[2]
     sizes = {"orbit": len(orbits), "impact": n, "harmonic": harmonics}
     dims: dict[str, tuple[str, ...]] = {"impact_support": ("impact",), "impact_period": ("impact",)}
@@ -208,7 +208,7 @@ def _orbit_dataset(
     half_width = arb(given.exciter.l)
     if within:
         half_width = half_width + arb(within.get("l", 0.0))
-    parts = [_of_orbit(part, half_width, harmonics) for part in outcome.parts]
+    parts = [_of_orbit(part, half_width) for part in outcome.parts]
     supports, n = np.array(given.supports, np.int8), len(given.supports)
     sizes = {"impact": n, "harmonic": harmonics}
     variables: dict[str, Any] = {
@@ -240,7 +240,7 @@ def _orbit_dataset(
     return _described(given.exciter, variables, harmonics, attrs, **coords)
 
 
-def _of_orbit(part: Part, half_width: Any, harmonics: int) -> dict[str, Any]:
+def _of_orbit(part: Part, half_width: Any) -> dict[str, Any]:
     """Return bounds of a proved orbit, its law and its radius of uniqueness."""
     orbit, values = part.orbit, part.values
     assert values is not None

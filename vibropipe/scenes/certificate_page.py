@@ -33,6 +33,14 @@ NOT_CLAIMED = (
     "Not claimed: that no other motion coexists, that the motion settles on this one from a given start, and that the "
     "equations describe the machine."
 )
+# Quantities of the table, with what they are called.
+BOUNDED = (
+    ("displacement_mean", "mean displacement"),
+    ("spectral_radius", "largest multiplier, modulus"),
+    ("displacement_amplitude", "amplitude of harmonic {}"),
+    ("impact_velocity", "velocity before impact {}"),
+    ("impact_phase", "phase of impact {}"),
+)
 
 
 def has_certificate(dataset: xr.Dataset) -> bool:
@@ -243,7 +251,7 @@ def bounds_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if proof is None or not is_proved(proof):
         return None
     rows = []
-    for name, label in bounded(proof):
+    for name, label in BOUNDED:
         low, high = (proof[f"{name}_{end}"] for end in ("low", "high"))
         lows, highs = (np.ravel(each.values) for each in (low, high))
         for n, (a, b) in enumerate(zip(lows, highs, strict=True)):
@@ -264,17 +272,6 @@ def bounds_table(scene: str, dataset: xr.Dataset) -> Table | None:
         scene=scene,
         picture=CERTIFICATE,
     )
-
-
-def bounded(proof: xr.Dataset) -> list[tuple[str, str]]:
-    """Return the quantities of the table, with what they are called."""
-    return [
-        ("displacement_mean", "mean displacement"),
-        ("spectral_radius", "largest multiplier, modulus"),
-        ("displacement_amplitude", "amplitude of harmonic {}"),
-        ("impact_velocity", "velocity before impact {}"),
-        ("impact_phase", "phase of impact {}"),
-    ]
 
 
 CERTIFICATE_PICTURE = Picture(

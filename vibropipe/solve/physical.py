@@ -22,12 +22,13 @@ from vibropipe.solve.shown_units import (
     checked_units,
     dimension_of,
     display_units_of,
+    tidied,
     units_as_text,
     units_of,
 )
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
-from vibropipe.words.units import DIMENSIONS, tidy
+from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import (
     PARAMETER,
     PHYSICAL_NAMES,
@@ -202,7 +203,7 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     """
     if name in MASS_RATIOS:
         with np.errstate(divide="ignore"):
-            return _tidy(numbers["m"] / np.asarray(values))
+            return tidied(numbers["m"] / np.asarray(values))
     try:
         dimension = quantity(name).dimension
     except KeyError:
@@ -210,7 +211,7 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     factor = unit_factors(**numbers).get(dimension, 1.0)
     if factor == 1.0:
         return values
-    return _tidy(values * factor) if name in GIVEN else values * factor
+    return tidied(values * factor) if name in GIVEN else values * factor
 
 
 def unit_factors(m: float, C: float) -> dict[str, float]:
@@ -229,12 +230,6 @@ def unit_factors(m: float, C: float) -> dict[str, float]:
         "power": C * p,
         "impulse": C / p,
     }
-
-
-def _tidy(values: Any) -> np.ndarray:
-    """Return an array with each number as `tidy` returns it."""
-    different, where = np.unique(np.asarray(values), return_inverse=True)
-    return np.array([tidy(float(value)) for value in different])[where].reshape(np.shape(values))
 
 
 def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr.Variable:

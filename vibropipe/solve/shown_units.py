@@ -189,7 +189,7 @@ class Shown:
             values = variable.to_base_variable().data * shown_factor(unit)  # lazy data stay lazy
         return (
             variable.dims,
-            _tidied(np.asarray(values)) if split_suffix(name)[0] in GIVEN else values,
+            tidied(values) if split_suffix(name)[0] in GIVEN else values,
             attrs,
         )
 
@@ -224,9 +224,9 @@ def _words_of_cycles(attrs: Mapping[str, Any]) -> dict[str, str]:
     }
 
 
-def _tidied(values: np.ndarray) -> np.ndarray:
+def tidied(values: Any) -> np.ndarray:
     """Return values that a user may have written without the roundings of their conversion (`tidy`)."""
-    different, where = np.unique(values, return_inverse=True)
+    different, where = np.unique(np.asarray(values), return_inverse=True)
     return np.array([tidy(float(value)) for value in different])[where].reshape(np.shape(values))
 
 

@@ -107,7 +107,7 @@ def draw_overlay(
         )
     if name == "displacement":
         draw_distance(main, free[0])
-    write_key(figure, free, forced)
+    write_key(figure, forced)
     return figure
 
 
@@ -241,7 +241,7 @@ def x_label(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
     return in_brackets(text, axis)
 
 
-def write_key(figure: Figure, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> None:
+def write_key(figure: Figure, forced: Sequence[xr.Dataset]) -> None:
     """Write above the first panel which colour is which motion, by the parameters in which they differ."""
     entries = [("grey: free motion", GREY)]
     names = ("blue", "orange, dashed")

@@ -96,7 +96,7 @@ def draw_branches(
         panel(ax, "abcdefgh"[position % 8] if number > 1 else "", each.label, indent=-1.1)
         ax.tick_params(labelbottom=position == number - 1 and not bars)
     if bars:
-        drawn.append(draw_bars(figure, bars, colours, limits, number > 1))
+        drawn.append(draw_bars(figure, bars, colours, limits))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
     top = (LEFT / WIDE - 0.01, 1.0 - note_height(note) / height)
@@ -123,7 +123,6 @@ def draw_bars(
     bars: Mapping[float, list[tuple[float, float]]],
     colours: Mapping[Any, str],
     limits: tuple[float, float],
-    has_letters: bool,
 ) -> Axes:
     """Draw where at least two motions are stable, a row of bars for each value of the further parameter."""
     ax = axes(figure, LEFT, LOW, WIDTH, BAR_CM * len(bars))

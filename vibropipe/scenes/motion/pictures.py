@@ -100,7 +100,7 @@ def draw_together(
             "forcing periods" if is_forced(dataset) else axis_label(dataset[clock(dataset)])
         )
         plane.set_xlabel(axis_label(dataset["displacement"], width=int(width / DIGIT)))
-        write_head(figure, left, top, head)
+        write_head(figure, left, head)
     figure.align_ylabels(figure.axes[:3])
     return figure
 
@@ -128,8 +128,8 @@ def head_lines(
     return lines
 
 
-def write_head(figure: Figure, left: float, top: float, lines: Sequence[str]) -> None:
-    """Write lines above a column whose panels end at a height, the first one bold."""
+def write_head(figure: Figure, left: float, lines: Sequence[str]) -> None:
+    """Write lines above a column, the first one bold."""
     high = float(figure.get_figheight()) * CM_PER_INCH
     for number, text in enumerate(lines):
         height = high - 0.35 - number * LINE

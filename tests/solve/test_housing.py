@@ -10,9 +10,9 @@ from typing import Any
 import numpy as np
 import pytest
 from comparisons import REFERENCE
+from helpers.reference_housing import HousingReferenceSolver
 
 import vibropipe as vp
-from vibropipe.lab.reference_housing import HousingReferenceSolver
 from vibropipe.words.status import Status
 
 ENTRIES = json.loads((REFERENCE / "housing.json").read_text())

@@ -9,9 +9,9 @@ from decimal import Decimal
 
 import numpy as np
 import pytest
+from helpers.reference_housing import HousingReferenceSolver
 
 import vibropipe as vp
-from vibropipe.lab.reference_housing import HousingReferenceSolver
 from vibropipe.lab.reference_solver import ReferenceSolver
 
 PUSHES = {"contact_1": "no_pull", "contact_2": "no_pull"}

@@ -1,4 +1,4 @@
-"""What moves beside the mass of a reference solution: nothing, unless `reference_housing` says otherwise."""
+"""What moves beside the mass of a reference solution: nothing, unless a subclass says otherwise."""
 
 from __future__ import annotations
 

@@ -31,7 +31,7 @@ MIN_HOP = Decimal("1e-32")
 MAX_EVENTS = 200_000
 # Direction of increasing penetration at each support.
 SIDE = {1: 1, 2: -1}
-# An event of what else moves (`reference_housing`), beside supports and the turn, 0, of the mass.
+# An event of what else moves (`MassAlone`), beside supports and the turn, 0, of the mass.
 OTHER = -2
 # The force of a support that only pushes falls to zero, or rises from it.
 FORCE = -3

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import functools
 import math
 import warnings
 from collections.abc import Collection
@@ -13,7 +12,6 @@ from vibropipe.physics.parameter_error import ParameterError as ParameterError
 from vibropipe.physics.parameter_error import (
     check_keywords,
     number_within,
-    required,
     si_value,
 )
 from vibropipe.physics.plausible import unit_warning
@@ -29,7 +27,7 @@ from vibropipe.physics.si import (
     non_dimensional,
 )
 from vibropipe.physics.start import checked_start, support_positions
-from vibropipe.physics.stated import Unstated, Written
+from vibropipe.physics.stated import Unstated, Written, telling_keywords
 from vibropipe.words.parameters import (
     DEFAULTS,
     FOLLOWING,
@@ -51,22 +49,6 @@ if TYPE_CHECKING:
     from vibropipe.words.exciter import OfExciter
 
 
-def _telling_keywords(cls: type[Exciter]) -> type[Exciter]:
-    """Return the class, whose call says of an unknown keyword what could be meant, and what is missing."""
-    init = cls.__init__
-
-    @functools.wraps(init)
-    def checked(self: Exciter, *args: Any, **given: Any) -> None:
-        check_keywords(given, tuple(PARAMETERS))
-        if not args and "l" not in given:
-            allowed = PARAMETERS["l"].range.text
-            raise ParameterError("l", None, allowed, required(allowed), got="")
-        init(self, *args, **given)
-
-    cls.__init__ = checked  # type: ignore[method-assign]
-    return cls
-
-
 def _fields() -> list[Any]:
     """Return the fields of an exciter: the required parameter first; those left out are numbers once it is made."""
     defaults = {**DEFAULTS, **dict.fromkeys(FOLLOWING)}
@@ -80,7 +62,7 @@ else:
     _OfRecords = make_dataclass("_OfRecords", _fields(), frozen=True)
 
 
-@_telling_keywords
+@telling_keywords
 @dataclass(frozen=True)
 class Exciter(_OfRecords, Written):
     """One set of parameters of eqs. (5), (6), all non-dimensional; the defaults mean "effect absent".

@@ -91,3 +91,21 @@ def check_together(
         k, h = (numbers.get(PHYSICAL[name].non_dimensional, 0.0) for name in (C, H))
         if not is_contact_damping(h, restitution[R], k):
             raise ParameterError(H, given[H], must=TWICE_DAMPED.format(R=R, k=C, h=H))
+
+
+def unit_factors(m: float, C: float) -> dict[str, float]:
+    """Return the SI values of the units of non-dimensional quantities with lengths in metres."""
+    p = eigenfrequency(m, C)
+    return {
+        "time": 1.0 / p,
+        "frequency": p,
+        "rate": p,
+        "velocity": p,
+        "acceleration": p**2,
+        "force": C,
+        "stiffness": C,
+        "damping": math.sqrt(m) * math.sqrt(C),
+        "energy": C,
+        "power": C * p,
+        "impulse": C / p,
+    }

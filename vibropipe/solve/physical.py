@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 import re
 from collections.abc import Mapping
 from dataclasses import replace
@@ -12,7 +11,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
-from vibropipe.physics.si import eigenfrequency
+from vibropipe.physics.si import unit_factors
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import (
@@ -212,24 +211,6 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     if factor == 1.0:
         return values
     return tidied(values * factor) if name in GIVEN else values * factor
-
-
-def unit_factors(m: float, C: float) -> dict[str, float]:
-    """Return the SI values of the units of non-dimensional quantities with lengths in metres."""
-    p = eigenfrequency(m, C)
-    return {
-        "time": 1.0 / p,
-        "frequency": p,
-        "rate": p,
-        "velocity": p,
-        "acceleration": p**2,
-        "force": C,
-        "stiffness": C,
-        "damping": math.sqrt(m) * math.sqrt(C),
-        "energy": C,
-        "power": C * p,
-        "impulse": C / p,
-    }
 
 
 def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr.Variable:

@@ -10,9 +10,8 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
-from vibropipe.physics.si import eigenfrequency, non_dimensional
+from vibropipe.physics.si import eigenfrequency, non_dimensional, unit_factors
 from vibropipe.solve.design.goals import CURVE
-from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import named
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import MINUS, UnitError, to_si

@@ -16,12 +16,12 @@ from vibropipe.physics.si import (
     WITHIN_MASS,
     eigenfrequency,
     non_dimensional,
+    unit_factors,
 )
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused, unknown
 from vibropipe.scenes.keys.ties import own_names
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE
-from vibropipe.solve.physical import unit_factors
 from vibropipe.solve.rows.named import named
 from vibropipe.study.tables import PHASE
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS

@@ -10,8 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import si_value
-from vibropipe.physics.si import eigenfrequency
-from vibropipe.solve.physical import unit_factors
+from vibropipe.physics.si import eigenfrequency, unit_factors
 from vibropipe.solve.rows.named import named
 from vibropipe.solve.with_units import plain_mapping, plain_name, plain_values, si_of_dimension
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL

@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import itertools
+
 import numpy as np
 import pytest
+from scipy.interpolate import CubicSpline
 
 import vibropipe as vp
 
@@ -94,13 +97,85 @@ def test_what_creeping_costs() -> None:
     assert "efficiency" not in fixed
 
 
-def test_impulses_of_both_bodies_and_harmonics_that_are_not_known() -> None:
+def coefficients(
+    tau: np.ndarray, values: np.ndarray, w: np.ndarray, cuts: np.ndarray
+) -> np.ndarray:
+    """Return 2/T times the integrals of values exp(-i w tau), by splines of samples between `cuts`, from 0 to T."""
+    nodes, weights = np.polynomial.legendre.leggauss(3)
+    total = np.zeros(w.size, complex)
+    for start, end in itertools.pairwise(cuts):
+        inside = (tau > start + 1e-9) & (tau < end - 1e-9)
+        spline = CubicSpline(tau[inside], values[inside])
+        edges = np.concatenate([[start], tau[inside], [end]])
+        middle, half = 0.5 * (edges[1:] + edges[:-1]), 0.5 * np.diff(edges)
+        for node, weight in zip(nodes, weights, strict=True):
+            at = middle + half * node
+            total += (spline(at) * half * weight * np.exp(-1j * w[:, None] * at)).sum(axis=1)
+    return 2.0 * total / cuts[-1]
+
+
+COMMON = {"l": 0.375, "nu": 1.2, "f": 1.0, "h": 0.1, "R1": 0.6, "R2": 0.6, "mass_ratio": 0.44}
+RUBS = {"housing_friction_1": 0.05, "housing_friction_2": 0.2}
+HARMONICS_OF = {
+    "rigid": random_exciter(np.random.default_rng(4), 0.0, 0.0),
+    "often held": random_exciter(np.random.default_rng(15), 0.0, 0.0),
+    "soft": random_exciter(np.random.default_rng(6), 150.0, 0.0),
+    "friction": random_exciter(np.random.default_rng(4), 0.0, 0.05),
+    # the second harmonic is the natural frequency of sliding, where the closed form has no digits
+    "resonant": vp.Exciter(**{**COMMON, **RUBS, "h": 1e-5, "nu": 0.6}),
+    "no friction": vp.Exciter(**COMMON),
+}
+
+
+@pytest.mark.parametrize("name", HARMONICS_OF)
+def test_harmonics_of_the_force_are_those_of_the_motion(name: str) -> None:
+    exciter = HARMONICS_OF[name]
+    row = vp.steady_state(exciter, outputs=("harmonics", "frame"))
+    m = int(row.period_multiple)
+    assert m > 0
+    found = (row.frame_force_amplitude * np.exp(1j * row.frame_force_phase)).values
+    x0, v0 = (float(row[f"{of}_strobe"]) for of in ("displacement", "velocity"))
+    motion = vp.simulate(
+        exciter, m * exciter.period, x0, v0, samples_per_period=20_000,
+        housing_v0=float(row.housing_velocity_strobe),
+    )  # fmt: skip
+    tau, x, v, force, velocity = (
+        motion[of].values for of in ("tau", "displacement", "velocity", "force", "housing_velocity")
+    )
+    w, struck = exciter.nu * row.harmonic.values, motion.impact_tau.values
+    cuts = np.concatenate([[0.0], struck, [m * exciter.period]])
+    # The mass takes the opposite of the force, by parts; a soft support that begins to damp is a kink of its velocity.
+    by_momentum = -1j * w * coefficients(tau, v + velocity, w, cuts)
+    assert np.allclose(found, by_momentum, rtol=0.0, atol=1e-8 if exciter.k1 else 1e-9)
+    if exciter.k1 or exciter.friction:
+        return
+    R = np.where(motion.impact_support == 1, exciter.R1, exciter.R2)
+    impulses = (1 + R) * motion.impact_velocity.values / (1 + exciter.mass_ratio)
+    by_forces = coefficients(tau, x + exciter.h * v - force, w, cuts)
+    by_forces += 2.0 / cuts[-1] * (impulses * np.exp(-1j * w[:, None] * struck)).sum(axis=1)
+    assert np.allclose(found, by_forces, rtol=0.0, atol=1e-9)
+
+
+def test_harmonics_of_the_force_of_a_heavy_housing() -> None:
+    exciter = {**COMMON, "nu": 1.6, "delta": 0.02}
+
+    def force(mass_ratio: float, **rubs: float) -> np.ndarray:
+        row = vp.steady_state(
+            vp.Exciter(**{**exciter, "mass_ratio": mass_ratio}, **rubs), outputs=["frame"]
+        )
+        return (row.frame_force_amplitude * np.exp(1j * row.frame_force_phase)).values
+
+    first, second = ((force(ratio, **RUBS) - force(0.0)) / ratio for ratio in (1e-4, 1e-5))
+    assert abs(first).max() > 1.0
+    assert np.allclose(first, second, rtol=1e-3)
+
+
+def test_impulses_of_both_bodies() -> None:
     exciter = random_exciter(np.random.default_rng(2), 0.0, 0.0)
     row = vp.steady_state(exciter, outputs=("impacts", "frame"))
     R = np.where(row.impact_support == 1, exciter.R1, exciter.R2)
     expected = (1 + R) * abs(row.impact_velocity) / (1 + exciter.mass_ratio)
     assert np.allclose(row.impact_impulse, expected, rtol=1e-14)
-    assert np.isnan(row.frame_force_amplitude).all()
     soft = random_exciter(np.random.default_rng(3), 150.0, 0.0)
     contacts = vp.steady_state(soft, outputs=("impacts", "frame"))
     assert np.isnan(contacts.impact_impulse[contacts.impact_support == 1]).all()

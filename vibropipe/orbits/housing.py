@@ -4,23 +4,35 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import (
+    AT,
+    HOME,
     LARGEST,
+    P_END,
+    P_START,
     PIECES,
     SPAN,
     X_END,
     X_START,
+    Y_END,
+    Y,
 )
+from vibropipe.orbits.forces import Integrals
+from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.pieces import end_of_piece, integral_of_piece, integrate_piece
+from vibropipe.physics.contact import to_displacement
 from vibropipe.physics.housing import (
     MOVES,
     STANDS,
     Housing,
     ground_friction,
+    momentum_rate,
     momentum_share,
     stopped,
     total_load,
     velocity_of,
 )
 from vibropipe.physics.load import forcing_period
+from vibropipe.physics.turns import phase_factor, phase_integral
 
 # Columns of `RowResults.housing`.
 # The last is the momentum of both bodies at the start of a window.
@@ -67,6 +79,67 @@ def write_housing(pieces, p, steady, housing, row) -> None:
         totals[MEAN], totals[LARGEST_SPEED], totals[SLIP_SHARE] = 0.0, 0.0, 0.0
         add_housing_period(pieces, p, steady.state, steady.end, totals)
         close_housing(p, steady.m, totals)
+
+
+@jit
+def add_housing_harmonics(pieces, e, p, out, direct) -> None:
+    """Add the integrals of X'' exp(-i k nu tau) over all logged pieces, impacts included, to out[k].
+
+    Parameters
+    ----------
+    pieces : PieceLog or None
+    e : Effects
+    p : Parameters
+    out : (harmonics + 1,) complex
+        In units of X'' times forcing periods; or without entries.
+    direct : (harmonics + 1,) complex
+        Work array.
+    """
+    if pieces is not None and out.size > 0:
+        add_accelerations(pieces.housing, pieces, e, p, out, direct)
+
+
+@jit
+def add_accelerations(log, pieces, e, p, out, direct) -> None:
+    """Add what `add_housing_harmonics` does; log : `pieces.housing`.
+
+    The integral is i k nu times the one of X' = P - c x', which is zero where the housing is held: the impulses of
+    impacts are its jumps. By parts P needs its ends and its constant rate, x' its ends and the integral of x.
+    """
+    if log is None:
+        return
+    period, share = forcing_period(p), momentum_share(p)
+    for i in range(pieces.counts[PIECES]):
+        if log.way[i] == STANDS:
+            continue
+        is_accurate = True
+        for k in range(out.size):
+            direct[k] = 0.0
+            is_accurate = is_accurate and integral_of_piece(e, p, pieces, i, k, ONE_PERIOD)[1]
+        if not is_accurate:
+            sums = Integrals(pieces.energy, pieces.energy[:0])
+            integrate_piece(e, p, pieces, i, ONE_PERIOD, direct[: out.size], sums)
+        start, end = pieces.values[i, AT], end_of_piece(p, pieces, i)
+        x_start = to_displacement(p, pieces.codes[i, HOME], pieces.values[i, Y])
+        x_end = to_displacement(p, pieces.codes[i, HOME], pieces.values[i, Y_END])
+        rate = momentum_rate(p, log.way[i])
+        for k in range(out.size):
+            first, last = phase_factor(k * start), phase_factor(k * end)
+            whole, is_accurate = integral_of_piece(e, p, pieces, i, k, ONE_PERIOD)
+            whole, w = whole if is_accurate else direct[k], k * p.nu
+            out[k] += rate * phase_integral(k, start, end) + share * w * w * whole
+            momentum = log.values[i, P_END] * last - log.values[i, P_START] * first
+            moved = x_end * last - x_start * first
+            out[k] -= (momentum + complex(0.0, share * w) * moved) / period
+
+
+@jit
+def write_housing_harmonics(pieces, e, p, m, direct, harmonics, row) -> None:
+    """Write those of X'' of a closed orbit of m periods into harmonics[row], (rows, n) or without entries."""
+    if harmonics.size > 0:
+        add_housing_harmonics(pieces, e, p, harmonics[row], direct)
+        for k in range(harmonics.shape[1]):
+            harmonics[row, k] *= 1.0 / m
 
 
 @jit

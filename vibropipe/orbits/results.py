@@ -18,8 +18,9 @@ class RowResults(NamedTuple):
     for each impact, and none where all supports are rigid. `energy` has sums over the orbit, or over the window of a
     motion without one: work of the force, losses by damping, at support 1 and 2, with soft supports or friction by
     friction, and the change of the stored energy. `forces` has the sums of `orbits.quadrature`, and `housing` the
-    columns of `orbits.housing`, without entries where none may slide; `d_housing` has the derivatives of the velocity
-    at the section, of the mean velocity, and of the share of sliding.
+    columns of `orbits.housing`, without entries where none may slide; `housing_harmonics` has the Fourier coefficients
+    of its acceleration, impacts included, at the multiples of nu, and `d_housing` the derivatives of the velocity at
+    the section, of the mean velocity, and of the share of sliding.
     """
 
     regime: np.ndarray
@@ -61,4 +62,5 @@ class RowResults(NamedTuple):
     e_impacts: np.ndarray
     contacts: np.ndarray
     housing: np.ndarray
+    housing_harmonics: np.ndarray
     d_housing: np.ndarray

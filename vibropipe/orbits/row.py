@@ -13,7 +13,13 @@ from vibropipe.march.grid import exact_steps, grid_in_room
 from vibropipe.march.loop import OK
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.closed_form import solve_conservative, solve_linear, write_forces_of_flight
-from vibropipe.orbits.housing import STROBE, continue_housing, strobe_of, write_housing
+from vibropipe.orbits.housing import (
+    STROBE,
+    continue_housing,
+    strobe_of,
+    write_housing,
+    write_housing_harmonics,
+)
 from vibropipe.orbits.outputs import (
     count_contacts,
     count_grazings,
@@ -77,6 +83,7 @@ def write_orbit(e, p, steady, log, c, work, largest, out, row, first) -> None:
     write_energy(e, p, steady, log, c, work, out, row)
     write_smoothness(log, out.grazes, out.releases, row)
     write_housing(log.pieces, p, steady, out.housing, row)
+    write_housing_harmonics(log.pieces, e, p, steady.m, work[0], out.housing_harmonics, row)
     write_impacts(
         log, steady.m, out.impact_count, out.impact_position, out.impact_velocity,
         out.impact_support, row, first,

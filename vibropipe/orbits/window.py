@@ -21,6 +21,7 @@ from vibropipe.orbits.housing import (
     MEAN,
     SLIP_SHARE,
     START,
+    add_housing_harmonics,
     add_housing_period,
     momentum_of,
 )
@@ -72,6 +73,8 @@ class Window(NamedTuple):
         Sums of the forces (`RowResults`).
     housing : (rows, N_COLUMNS) float
         Sums of a housing that may slide, or without entries.
+    housing_harmonics : (rows, harmonics + 1) complex
+        Sums of its acceleration, or without entries.
     """
 
     amplitudes: np.ndarray
@@ -94,6 +97,7 @@ class Window(NamedTuple):
     energies: np.ndarray
     forces: np.ndarray
     housing: np.ndarray
+    housing_harmonics: np.ndarray
 
 
 @jit
@@ -146,6 +150,7 @@ def window_of(p, out, row, first, sums, work):
         out.energy,
         out.forces,
         out.housing,
+        out.housing_harmonics,
     )
 
 
@@ -168,6 +173,8 @@ def clear_window(window) -> None:
         window.direct[k] = 0.0
         if window.amplitudes.size > 0:
             window.amplitudes[window.row, k] = 0.0
+        if window.housing_harmonics.size > 0:
+            window.housing_harmonics[window.row, k] = 0.0
 
 
 @jit
@@ -199,6 +206,9 @@ def add_period(e, p, window, start, end, log, c) -> None:
         add_to_window(log.pieces, e, p, window, start, end, log, c)
     if window.housing.size > 0:
         add_housing_period(log.pieces, p, start, end, window.housing[window.row])
+    if window.housing_harmonics.size > 0:
+        harmonics = window.housing_harmonics[window.row]
+        add_housing_harmonics(log.pieces, e, p, harmonics, window.direct)
     if window.energies.size > 0:
         add_energies_to_window(log.pieces, e, p, window, start, end, log, c)
 

@@ -63,6 +63,9 @@ def close_window(pieces, e, p, window, end, growth) -> None:
         window.rests[side] /= periods
     if window.housing.size > 0:
         close_housing(p, periods, window.housing[window.row])
+    if window.housing_harmonics.size > 0:
+        for k in range(window.housing_harmonics.shape[1]):
+            window.housing_harmonics[window.row, k] *= 1.0 / periods
     x, v = state_xv(p, end)
     if window.energies.size > 0:
         change = _stored_energy(e, p, x, v, window.start[0], window.start[1])

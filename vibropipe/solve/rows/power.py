@@ -96,22 +96,34 @@ def label_frame(
     multiples = np.arange(1, rows.amplitudes.shape[1])
     exponent = p["wear_exponent"]
     wear = mean_over_impacts(rows, lambda speed, row: speed ** exponent[row])
-    # A force that does not push off the frame is not known apart from one that does; the harmonics are those of x, not
-    # of the mass, where the housing moves.
+    # A force that does not push off the frame is not known apart from one that does.
     is_known = known_on_frame(parameters)
-    is_fixed = (is_known * np.where(p["mass_ratio"] > 0.0, np.nan, 1.0))[:, None]
+    amplitude, phase = _harmonics(values, rows, multiples * nu[:, None])
     frame = {
         "frame_force_mean": load - acceleration,
         "frame_force_rms": is_known * np.sqrt(np.maximum(mean_square, 0.0)),
         "frame_force_max": is_known * forces[:, FORCE_MAX],
-        "frame_force_amplitude": is_fixed
-        * (multiples * nu[:, None]) ** 2
-        * values["displacement_amplitude"],
-        "frame_force_phase": is_fixed * values["displacement_phase"],
+        "frame_force_amplitude": is_known[:, None] * amplitude,
+        "frame_force_phase": is_known[:, None] * phase,
         "impulse_per_period": forces[:, IMPULSE : IMPULSE + 2] / periods[:, None],
         "wear_rate": per_time(values["impacts_per_period"] * wear, nu),
     }
     return frame | {"impact_impulse": _impulses(rows, parameters)}
+
+
+def _harmonics(
+    values: Mapping[str, np.ndarray], rows: RowResults, w: np.ndarray
+) -> tuple[np.ndarray, np.ndarray]:
+    """Return amplitudes and phases of the force on the frame; w : angular frequencies (rows, harmonics)."""
+    amplitude, phase = w**2 * values["displacement_amplitude"], values["displacement_phase"]
+    if rows.housing_harmonics.size == 0:
+        return amplitude, phase
+    acceleration = rows.housing_harmonics[:, 1:]
+    slides = acceleration != 0.0
+    force = w**2 * rows.amplitudes[:, 1:] - acceleration
+    return np.where(slides, 2.0 * np.abs(force), amplitude), np.where(
+        slides, np.angle(force), phase
+    )
 
 
 def known_on_frame(parameters: np.ndarray) -> np.ndarray:

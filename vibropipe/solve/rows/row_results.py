@@ -72,6 +72,7 @@ def new_rows(
     outputs = computed(outputs)
     energies = N_ENERGIES if effects.housing is not None else 6 if pieces else 5
     requested = {name: name in outputs for name in OUTPUTS}
+    sliding = n if effects.housing is not None else 0
     has_forces = requested["power"] or requested["frame"]
 
     def zeros(*shape: int, dtype: type = float, when: str | None = None) -> np.ndarray:
@@ -110,7 +111,8 @@ def new_rows(
         e_row=np.empty((0, COLUMNS)),
         e_impacts=np.empty((0, 2)),
         contacts=np.empty((0, 0)),
-        housing=np.zeros((n if effects.housing is not None else 0, N_COLUMNS)),
+        housing=np.zeros((sliding, N_COLUMNS)),
+        housing_harmonics=np.zeros((sliding if requested["frame"] else 0, harmonics + 1), complex),
         **new_derivatives(
             n,
             harmonics,

@@ -58,6 +58,7 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.energy,
         rows.forces,
         rows.housing,
+        rows.housing_harmonics,
     ):
         values[unsolved[: len(values)]] = np.nan
     no_orbit = rows.period_multiple == 0

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -11,12 +13,17 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
+from vibropipe.physics.exciter import Parameters
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, tables
-from vibropipe.scenes.design.workshop import percent, shown_tolerance
+from vibropipe.scenes.design.workshop import percent, shown_tolerance, sorting_text
 from vibropipe.scenes.registry import kind_of
+from vibropipe.solve.design.sorting import NO_RULE
+from vibropipe.solve.physical import in_units
+from vibropipe.solve.rows.points import clipped, solve_points
 from vibropipe.study import StudyError, load_study
+from vibropipe.words.vocabulary import describe
 
 STUDY = """
 title: Wanted
@@ -31,6 +38,18 @@ scenes:
     allow: {displacement_mean: 0.005}
     samples: 32
     designs: 2
+"""
+FAILING = """
+title: Scattered too far
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7, R2: 0.7}
+scenes:
+  loose:
+    kind: design
+    vary: {delta: [-0.3, 0.3]}
+    subject_to: {impact_velocity_max_1: "< 0.95", displacement_mean: "> -0.1"}
+    tolerance: {delta: 0.02, R1: 0.03}
+    samples: 32
+    designs: 1
 """
 PHYSICAL = """
 title: Wanted
@@ -100,6 +119,62 @@ def test_needed_tolerances_hold_at_random_corners(dataset):
         assert np.array_equal(orbit.impacts_per_orbit, best.impacts_per_orbit)
         assert abs(float(orbit.displacement_mean) + 0.1) <= 0.005
         assert float(orbit.impact_velocity_max.sel(support=1)) <= 0.8
+
+
+def test_the_sorting_rule_in_the_report_sorts_random_parts(tmp_path):
+    scene = load(tmp_path, FAILING).scenes["loose"]
+    dataset = kind_of(scene).solve(scene)
+    best = dataset.attrs["foretold_by"]
+    assert best == "impact_velocity_max_1"
+    text = answers({"loose": dataset})["loose"][0].rest
+    rule = re.search(
+        r"Of finished parts, those whose largest impact velocity at support 1 is below ([\d.]+) count as good; "
+        r"([\d.]+) to ([\d.]+) % of all are then sorted wrongly\.",
+        text,
+    )
+    cut, low, high = map(float, rule.groups())
+    generator, n = np.random.default_rng(8), 1500
+    exciter = vp.Exciter(**scene.resolved_exciter())
+    rows = np.tile(np.array(exciter.numbers()), (n, 1))
+    for name, sigma in (("delta", 0.02), ("R1", 0.03)):
+        column = Parameters._fields.index(name)
+        rows[:, column] = float(dataset[name].values.ravel()[0])
+        rows[1:, column] += sigma * generator.standard_normal(n - 1)
+    parts = solve_points(clipped(rows), (None, 0.0), ("impacts", "stability", "harmonics"), 1)
+    speed = parts.variables["impact_velocity_max"][1][:, 0]
+    mean = parts.variables["displacement_mean"][1]
+    good = (speed <= 0.95) & (mean >= -0.1) & parts.has_law(parts.laws[0])
+    told = [(speed, cut, low, high)]
+    # Another quantity: not the one of the bound that most parts break.
+    fields = ("threshold", "area", "wrong_low", "wrong_high")
+    limit, area, *ends = (float(dataset[f"displacement_mean_sort_{f}"].squeeze()) for f in fields)
+    assert area > 0.5
+    told.append((-mean, -limit, 100 * ends[0], 100 * ends[1]))
+    for values, cut, low, high in told:
+        wrong = 100 * ((values < cut) != good).mean()
+        room = 4 * np.sqrt(wrong * (100 - wrong) / n)
+        assert low - room < wrong < high + room
+        assert high < 100 * (1 - good.mean())  # to take all parts is worse
+    nothing = dataset.assign_attrs(foretold_by="no single quantity")
+    rest = answers({"loose": nothing})["loose"][0].rest
+    assert rest.endswith("No single measured quantity foretells which parts do.")
+
+
+def test_the_sorting_rule_of_a_study_with_units_is_told_in_them():
+    rule = {"threshold": -1.01, "area": 0.9, "wrong_low": 0.012, "wrong_high": 0.0231}
+    plain = xr.Dataset({f"f_sort_{name}": ("design", [each, 0.5]) for name, each in rule.items()})
+    plain = describe(plain.assign_coords(f=("design", [-1.0, -1.1])))
+    found = vp.to_physical(plain.assign_attrs(foretold_by="f; nu"), "2 kg", "8 N/mm")
+    assert sorting_text(in_units(found, "kN")) == (
+        "Of finished parts of design 1, those whose amplitude of excitation is above −8.08 kN count as good; "
+        "1.2 to 2.4 % of all are then sorted wrongly."
+    )
+
+
+def test_without_failing_parts_the_report_has_no_rule(dataset):
+    assert dataset.attrs["foretold_by"] == "; ".join([NO_RULE] * 2)
+    assert not [name for name in dataset if "_sort_" in name]
+    assert "finished parts" not in answers({"shifted": dataset})["shifted"][0].rest
 
 
 @pytest.mark.parametrize("name", ["sketch", "designs", "tornado", "sensitivities"])

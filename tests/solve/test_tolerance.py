@@ -7,6 +7,7 @@ from statistics import NormalDist
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 
@@ -155,6 +156,44 @@ def test_the_yield_of_a_linear_motion_has_its_closed_form():
     )
     assert float(spread.f_sort_area) == 0.0
     assert float(spread.f_sort_wrong) <= 1 / 2048
+
+
+def test_sorting_rules_with_units_are_those_without():
+    exciter = vp.Exciter.from_physical(
+        m="2 kg", C="8 N/mm", H="25 N s/m", F="-8 kN", omega="10 Hz", l="500 mm", R2=0.7
+    )
+    p = np.sqrt(8000 / 2)
+    given = {"omega": f"{0.002 * p} rad/s", "F": f"{0.002 * 8000} N"}
+    bound = float(vp.steady_state(exciter).impact_velocity_max[0])
+    bounds = [{"impact_velocity_max_1": end} for end in (f"< {bound * p} m/s", f"< {bound}")]
+    found = vp.tolerance(exciter, given, samples=256, subject_to=bounds[0])
+    plain = vp.tolerance(
+        replace(exciter, nu=exciter.nu),
+        {"nu": 0.002, "f": 0.002},
+        samples=256,
+        subject_to=bounds[1],
+    )
+    assert 0.1 < float(found["yield"]) < 0.9
+    for name, same, size in (
+        ("omega", "nu", p), ("F", "f", 8000), ("impact_velocity_max", "impact_velocity_max", p),
+    ):  # fmt: skip
+        ours, theirs = found[f"{name}_sort_threshold"], plain[f"{same}_sort_threshold"]
+        assert np.allclose(ours, theirs * size, rtol=1e-9, equal_nan=True)
+        assert np.array_equal(found[f"{name}_sort_wrong"], plain[f"{same}_sort_wrong"])
+    assert found.omega_sort_threshold.attrs["units"] == "rad s-1"
+    assert "nu_sort_threshold" not in found
+
+
+def test_what_foretells_is_named_as_the_dataset_names_it():
+    plain = xr.Dataset(
+        {"mass_ratio_sort_threshold": 0.4, "mass_ratio_sort_area": 0.9},
+        attrs={"foretold_by": "nu; displacement_phase_3; no single quantity"},
+    )
+    found = vp.to_physical(plain, "2 kg", "8 N/mm")
+    assert found.attrs["foretold_by"] == "omega; displacement_phase_3; no single quantity"
+    # The part with the larger m/M has the smaller mass M of the housing.
+    assert float(found.M_sort_threshold) == pytest.approx(5.0)
+    assert float(found.M_sort_area) == pytest.approx(0.1)
 
 
 def test_the_yield_is_that_of_a_sweep_over_the_parameter():

@@ -38,6 +38,7 @@ from vibropipe.words.vocabulary import (
     physical_name,
     physical_quantity,
     quantity,
+    split_suffix,
 )
 
 if TYPE_CHECKING:
@@ -200,7 +201,10 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     numbers : mapping of str to float
         m and C in SI.
     """
-    if name in MASS_RATIOS:
+    base, suffix = split_suffix(name)
+    if base in MASS_RATIOS and suffix == "_sort_area":
+        return 1.0 - np.asarray(values)  # the part with the larger ratio has the smaller mass
+    if base in MASS_RATIOS and suffix in ("", "_sort_threshold"):
         with np.errstate(divide="ignore"):
             return tidied(numbers["m"] / np.asarray(values))
     try:
@@ -290,6 +294,8 @@ def _text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
         return _GOAL.sub(lambda match: match[1] + _goal_in_si(match[1], match[2], numbers), text)
     if name in ("boundary", "vary") and isinstance(text, str):
         return " ".join(map(physical_name, text.split()))
+    if name == "foretold_by":
+        return "; ".join(map(physical_name, text.split("; ")))
     if name == "follow" and isinstance(text, str):
         parameter, space, direction = text.partition(" ")
         return physical_name(parameter) + space + direction

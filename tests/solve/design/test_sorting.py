@@ -3,11 +3,21 @@
 from __future__ import annotations
 
 from statistics import NormalDist
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
 
-from vibropipe.solve.design.sorting import area_under_curve, can_sort, foretells, sorting_rule
+from vibropipe.solve.design.sorting import (
+    NONE,
+    area_under_curve,
+    can_sort,
+    foretells,
+    over_designs,
+    sorting_rule,
+    sorting_variables,
+)
+from vibropipe.solve.rows.named import named
 
 N = 40_000
 
@@ -26,16 +36,16 @@ def test_two_normal_distributions_have_their_closed_form(kept, sign):
     area = NormalDist().cdf(2**0.5)
     assert rule.area == pytest.approx(area if sign > 0 else 1 - area, abs=0.01)
     assert rule.wrong_low < NormalDist().cdf(-1.0) < rule.wrong_high
-    assert foretells(rule, kept)
+    assert foretells(rule.wrong_high, kept)
 
 
 def test_a_quantity_without_influence_foretells_nothing(kept):
     rule = sorting_rule(np.random.default_rng(3).normal(size=N), kept)
     assert rule.area == pytest.approx(0.5, abs=0.01)
-    assert not foretells(rule, kept)
+    assert not foretells(rule.wrong_high, kept)
     constant = sorting_rule(np.full(N, 0.3), kept)
     assert np.isnan(constant.threshold)
-    assert not foretells(constant, kept)
+    assert not foretells(constant.wrong_high, kept)
 
 
 def test_the_threshold_is_the_best_of_all_and_the_area_that_of_all_pairs():
@@ -57,6 +67,46 @@ def test_a_part_without_the_quantity_counts_as_bad():
     assert rule.wrong == 0.0
 
 
-def test_rules_need_good_and_bad_parts_in_both_halves():
-    assert can_sort(np.array([True, False, True, False]))
-    assert not can_sort(np.array([True, False, True, True]))
+def test_rules_need_as_many_good_and_bad_parts_as_show_that_they_sort():
+    def bad(in_first, in_second, n=500):
+        kept = np.ones(2 * n, bool)
+        kept[:in_first] = False
+        kept[n : n + in_second] = False
+        return kept
+
+    assert can_sort(bad(1, 20))
+    assert can_sort(~bad(1, 20))
+    assert not can_sort(bad(0, 20))
+    # Four of 500 bad parts are within the interval of a rule that sorts all of 500 right.
+    assert not can_sort(bad(20, 4))
+    assert not can_sort(np.array([True, False, True, False]))
+
+
+def test_the_best_rule_is_that_of_the_parts_that_do_not_judge_it():
+    # Of two quantities one sorts the first half alone, the other the second alone: the better share is luck.
+    kept = np.random.default_rng(6).random(800) < 0.5
+    is_second = np.arange(800) >= 400
+    noise = np.random.default_rng(7).normal(size=(2, 800))
+    amplitudes = np.stack(
+        [np.where(is_second, noise[0], kept), np.where(is_second, kept, noise[1])], axis=1
+    )
+    names = [named(f"displacement_amplitude_{n}", "names") for n in (1, 2)]
+
+    def points(values):
+        variables = {"displacement_amplitude": (("row", "harmonic"), values)}
+        return SimpleNamespace(variables=variables, parameters=np.zeros((len(values), 15)))
+
+    def best(values):
+        return sorting_variables(names, [], points(values[:1]), points(values), kept)[1]
+
+    assert best(amplitudes) == NONE
+    both = np.where(is_second[:, None], kept[:, None], amplitudes)
+    assert best(both) == "displacement_amplitude_1"
+
+
+def test_designs_without_a_rule_have_nan_beside_one_with():
+    rule = {"f_sort_area": ((), np.array(0.3))}
+    nothing, found = over_designs([{}, rule])
+    assert found is rule
+    assert np.isnan(nothing["f_sort_area"][1])
+    assert over_designs([{}, {}]) == [{}, {}]

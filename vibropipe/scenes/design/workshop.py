@@ -11,7 +11,8 @@ import xarray as xr
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Answer, Table
-from vibropipe.scenes.design.data import has_tolerances, has_yield, numbers, wanted_parts
+from vibropipe.scenes.design.data import has_tolerances, has_yield, numbers, part_of, wanted_parts
+from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.wording import series
 
@@ -162,6 +163,7 @@ def makeable(dataset: xr.Dataset) -> Answer:
     n, made = low.size, int((low >= MADE).sum())
     parts = f"at least {percent(MADE)} of the parts"
     keep = f"scattered by the {scatter_words(dataset)}, keep {kept_words(dataset)}."
+    keep = " ".join(filter(None, [keep, sorting_text(dataset)]))
     if (dataset["yield_high"].values < MADE).all():
         lead = f"None of {n} designs can be made." if n > 1 else "The design cannot be made."
         return Answer(lead, f"Fewer than {percent(MADE)} of the parts of each, {keep}")
@@ -173,6 +175,28 @@ def makeable(dataset: xr.Dataset) -> Answer:
     else:
         lead = f"{made} of {n} designs can be made."
     return Answer(lead, f"A{parts[1:]} of each, {keep}")
+
+
+def sorting_text(dataset: xr.Dataset) -> str:
+    """Write which quantity of a finished part of the first design foretells that it is good; empty without a rule."""
+    best = str(dataset.attrs.get("foretold_by", NO_RULE)).split("; ")[0]
+    if best == NO_RULE:
+        return ""
+    whose = " of design 1" if dataset.sizes["design"] > 1 else ""
+    part = part_of(dataset, best)
+    if part is None:
+        return f"No single measured quantity foretells which parts{whose} do."
+    threshold, area, low, high = (
+        part.of(dataset, f"_{name}").isel(design=0)
+        for name in ("sort_threshold", "sort_area", "sort_wrong_low", "sort_wrong_high")
+    )
+    side = "above" if float(area) >= 0.5 else "below"
+    value = with_units(threshold, format_number(float(threshold), NOMINAL_DIGITS))
+    wrong = f"{percent(float(low)).removesuffix(' %')} to {percent(float(high), up=True)}"
+    return (
+        f"Of finished parts{whose}, those whose {part.words(dataset)} is {side} {value} count as good; {wrong} of all "
+        "are then sorted wrongly."
+    )
 
 
 def nearest_limit_text(dataset: xr.Dataset) -> str:

@@ -22,8 +22,9 @@ from vibropipe.solve.design.scatter import (
     kept_goals,
     variables_of_yield,
 )
+from vibropipe.solve.design.scattered_parts import box
 from vibropipe.solve.design.search import Candidate, Samples
-from vibropipe.solve.design.tolerance import box
+from vibropipe.solve.design.sorting import over_designs, sorting_variables
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.named import SENSITIVITY, harmonics_of
 from vibropipe.solve.rows.points import clipped, points_dataset, solve_points
@@ -172,16 +173,22 @@ def design_dataset(
         dataset = dataset.assign_coords(quantile=list(QUANTILES))
     if not problem.tolerance:
         return describe(dataset)
-    spreads = []
+    spreads, rules = [], []
     for row, each in enumerate(all_judged):
+        point = points.take(slice(row, row + 1))
         spreads.append(
             spread.spread_variables(
-                parameters[row], points.take(slice(row, row + 1)), problem.tolerance,
-                PARTS, spread.WORST, harmonics, each.points,
+                parameters[row], point, problem.tolerance, PARTS, spread.WORST, harmonics, each.points,
             )
         )  # fmt: skip
+        names = spread.spread_names(harmonics, point.variables)
+        kept = np.asarray(each.kept.all(axis=0))
+        rules.append(sorting_variables(names, [*problem.tolerance], point, each.points, kept))
         steps.add()
-    return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
+    sortings = over_designs([variables for variables, _ in rules])
+    whole = [one | other for one, other in zip(spreads, sortings, strict=True)]
+    dataset = dataset.assign_attrs(foretold_by="; ".join(best for _, best in rules))
+    return spread.with_spread(dataset, whole, problem.tolerance, ("design",))
 
 
 def tolerances(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:

@@ -14,6 +14,7 @@ from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
+from vibropipe.solve.design.scattered_parts import moved_rows
 from vibropipe.solve.design.search import Candidate, checked
 from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
 from vibropipe.solve.rows.points import Points, clipped, solve_points
@@ -83,7 +84,7 @@ class Judged(NamedTuple):
 def judged(problem: Problem, candidate: Candidate) -> Judged:
     """Return a design among parts whose parameters scatter, each marched from the start."""
     base = problem.parameters(candidate.share[None])[0]
-    rows = spread.moved_rows(base, problem.scatter, PARTS, spread.WORST)
+    rows = moved_rows(base, problem.scatter, PARTS, spread.WORST)
     plain = [bound.quantity for bound in problem.goals.bounds if not bound.quantity.derived]
     wanted = {*outputs_of(plain), *(spread.OUTPUTS if problem.tolerance else ())}
     points = solve_points(

@@ -7,7 +7,6 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.design.goals import Bound
 from vibropipe.solve.rows.label import Variables
@@ -16,7 +15,8 @@ from vibropipe.solve.rows.points import Points
 
 # What is stored of a sorting rule, in the order of its fields.
 SORTING = ("sort_threshold", "sort_area", "sort_wrong", "sort_wrong_low", "sort_wrong_high")
-HALF = Parameters._fields.index("l")
+# What stands in place of the name of the quantity that foretells, if none does, or if too few parts differ.
+NONE, NO_RULE = "no single quantity", "no rule: too few parts fail, or too few do not"
 
 
 class SortingRule(NamedTuple):
@@ -31,6 +31,9 @@ class SortingRule(NamedTuple):
         (area under the curve of the receiver). From 0.5 on, good parts lie above the threshold, else below.
     wrong, wrong_low, wrong_high : float
         Share of parts that were not used for the threshold and that it sorts wrongly, with its 95 % interval.
+    fitted : float
+        Share sorted wrongly of the parts that the threshold is fitted to. Rules are chosen by it, since the interval of
+        the least of several shares would be too low.
     """
 
     threshold: float
@@ -38,6 +41,7 @@ class SortingRule(NamedTuple):
     wrong: float
     wrong_low: float
     wrong_high: float
+    fitted: float
 
 
 def sorting_rule(values: np.ndarray, kept: np.ndarray) -> SortingRule:
@@ -59,10 +63,11 @@ def sorting_rule(values: np.ndarray, kept: np.ndarray) -> SortingRule:
     sign = -1.0 if area < 0.5 else 1.0
     scores = np.where(np.isfinite(values), sign * values, -np.inf)
     cut = _best_cut(scores[:half], kept[:half])
-    count = ((scores[half:] > cut) != kept[half:]).sum()
-    share, low, high = shares(np.array([count]), len(kept) - half)
+    wrong = (scores > cut) != kept
+    share, low, high = shares(np.array([wrong[half:].sum()]), len(kept) - half)
     threshold = sign * cut if np.isfinite(cut) else np.nan
-    return SortingRule(threshold, area, float(share[0]), float(low[0]), float(high[0]))
+    fitted = float(wrong[:half].mean())
+    return SortingRule(threshold, area, float(share[0]), float(low[0]), float(high[0]), fitted)
 
 
 def area_under_curve(values: np.ndarray, kept: np.ndarray) -> float:
@@ -89,25 +94,26 @@ def _best_cut(scores: np.ndarray, kept: np.ndarray) -> float:
     return float(cuts[is_cut][np.argmin(wrong[is_cut])])
 
 
-def foretells(rule: SortingRule, kept: np.ndarray) -> bool:
-    """Return whether a rule sorts surely fewer parts wrongly than taking all of them, or none, would."""
+def foretells(wrong_high: float, kept: np.ndarray) -> bool:
+    """Return whether at most this share of wrong parts is surely fewer than by taking all of them, or none."""
     tested = kept[len(kept) // 2 :]
     lesser = min(int(tested.sum()), int((~tested).sum()))
     _, low, _ = shares(np.array([lesser]), len(tested))
-    return bool(rule.wrong_high < low[0])
+    return bool(wrong_high < low[0])
 
 
 def can_sort(kept: np.ndarray) -> bool:
-    """Return whether both halves of the parts have good and bad ones."""
-    half = len(kept) // 2
-    return all(part.any() and not part.all() for part in (kept[:half], kept[half:]))
+    """Return whether a rule can be fitted to the first half of the parts, and one without error shown by the second."""
+    fitted = kept[: len(kept) // 2]
+    _, _, high = shares(np.array([0]), len(kept) - len(fitted))
+    return bool(fitted.any() and not fitted.all() and foretells(high[0], kept))
 
 
 def yield_variables(
-    bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
+    bounds: Sequence[Bound], points: Points, law: np.ndarray, each: np.ndarray, all_kept: np.ndarray
 ) -> Variables:
-    """Return the shares of the first n points that keep a law of motion and bounds, together and each; half is l."""
-    each, all_kept = kept_parts(bounds, points, law, n, half)
+    """Return the shares of the first points that keep a law of motion and bounds, together and each (`kept_parts`)."""
+    n = len(all_kept)
     law_kept = points.has_law(law)[:n]
     share, low, high = shares(np.array([all_kept.sum()]), n)
     whole = {
@@ -141,26 +147,35 @@ def kept_parts(
 
 
 def sorting_variables(
-    bounds: Sequence[Bound],
-    point: Points,
-    points: Points,
-    n: int,
     names: Sequence[Named],
     scattered: Sequence[str],
+    point: Points,
+    points: Points,
+    kept: np.ndarray,
 ) -> tuple[Variables, str]:
-    """Return the sorting rules of the first n points, and the name of the best one.
+    """Return the sorting rules of a design, and the name of the best one; none where they cannot be shown.
 
-    There is one for each quantity of `names` and each parameter that is scattered.
+    Parameters
+    ----------
+    names : sequence of Named
+        Quantities that have a rule, all parts of each.
+    scattered : sequence of str
+        Parameters that have a rule.
+    point : Points
+        The design, one point.
+    points : Points
+        Its scattered parts, and others after them.
+    kept : (n,) bool array
+        Which of the first n points are good.
     """
-    kept = kept_parts(bounds, points, point.laws[0], n, float(point.parameters[0, HALF]))[1]
     if not can_sort(kept):
-        return {}, "no rule: too few parts fail, or too few do not"
+        return {}, NO_RULE
     parameters = [named(name, "quantity") for name in scattered]
     rules = {}
     for name in (*names, *parameters):
         own = name.values(point.variables, point.parameters)[0]
         # Phases are compared on the turn of the nominal part.
-        moved = name.difference(name.values(points.variables, points.parameters)[:n], own)
+        moved = name.difference(name.values(points.variables, points.parameters)[: len(kept)], own)
         rules[name] = sorting_rule(own + moved, kept)
     variables: Variables = {}
     for column, suffix in enumerate(SORTING):
@@ -169,5 +184,14 @@ def sorting_variables(
         variables |= {
             f"{each.name}_{suffix}": ((), np.array(rules[each][column])) for each in parameters
         }
-    best = min(rules, key=lambda name: rules[name].wrong)
-    return variables, best.name if foretells(rules[best], kept) else "no single quantity"
+    best = min(rules, key=lambda name: rules[name].fitted)
+    return variables, best.name if foretells(rules[best].wrong_high, kept) else NONE
+
+
+def over_designs(rules: Sequence[Variables]) -> list[Variables]:
+    """Return the rules of each design with NaN of those that have none, if any has."""
+    known = next(filter(None, rules), {})
+    nothing = {
+        name: (dims, np.full(values.shape, np.nan)) for name, (dims, values) in known.items()
+    }
+    return [each or dict(nothing) for each in rules]

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import itertools
 from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
@@ -15,7 +14,8 @@ from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.design.goals import bounds_of_parts
-from vibropipe.solve.design.sorting import sorting_variables, yield_variables
+from vibropipe.solve.design.scattered_parts import moved_rows
+from vibropipe.solve.design.sorting import kept_parts, sorting_variables, yield_variables
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.gradient import values_and_jacobian
@@ -52,8 +52,6 @@ SAMPLES, SAMPLES_LIMITS = 4096, (16, 10**7)
 # Standard deviations that the worst case reaches to.
 WORST = 3.0
 ESTIMATES, SIDES = ("first_order", "samples"), ("below", "above")
-# Corners of the worst case are tried as long as there are at most so many parameters.
-MAX_CORNERS = 10
 
 
 def tolerance(
@@ -117,7 +115,9 @@ def tolerance(
         where none is better than taking all or none), <name>_sort_area, the share of the pairs of a good and a bad
         part in which the good one has the larger value (from 0.5 on good parts lie above), and <name>_sort_wrong,
         <name>_sort_wrong_low, <name>_sort_wrong_high, the share of other parts, the second half of the samples, that
-        it sorts wrongly, with its 95 % interval. The attribute `foretold_by` names the best, or says that none is.
+        it sorts wrongly, with its 95 % interval. The attribute `foretold_by` names the best by the first half; it is
+        "no single quantity" where that sorts the second no better than taking all or none, and "no rule: ..." where so
+        few parts fail, or do not, that no rule could be shown to.
 
     Raises
     ------
@@ -170,11 +170,11 @@ def tolerance(
     points = from_start(moved_rows(base, sigma, samples, reach))
     spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
     if bounds:
-        spread |= yield_variables(bounds, points, point.laws[0], samples, exciter.l)
-        sorting, best = sorting_variables(
-            bounds, point, points, samples, spread_names(harmonics, point.variables), [*sigma]
-        )
-        spread |= sorting
+        each, kept = kept_parts(bounds, points, point.laws[0], samples, exciter.l)
+        spread |= yield_variables(bounds, points, point.laws[0], each, kept)
+        names = spread_names(harmonics, point.variables)
+        rules, best = sorting_variables(names, [*sigma], point, points, kept)
+        spread |= rules
         dataset = dataset.assign_attrs(foretold_by=best)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
 
@@ -200,16 +200,6 @@ def spread_names(harmonics: int, variables: Variables) -> list[Named]:
         if variable in variables
         for label in labels(variable, harmonics)
     ]
-
-
-def moved_rows(base: np.ndarray, sigma: Mapping[str, float], n: int, reach: float) -> np.ndarray:
-    """Return rows of parameters around one (p,): n scattered ones, then the ends and corners of the worst case."""
-    columns = [Parameters._fields.index(name) for name in sigma]
-    deviations = np.array(list(sigma.values()))
-    moves = np.vstack([scattered(len(sigma), n), box(len(sigma), reach)]) * deviations
-    rows = np.tile(base, (len(moves), 1))
-    rows[:, columns] += moves
-    return rows
 
 
 def spread_variables(
@@ -273,26 +263,6 @@ def spread_variables(
     for suffix, values in by_suffix.items():
         variables |= gathered(names, values, suffix, dims[suffix])
     return variables
-
-
-def scattered(k: int, n: int) -> np.ndarray:
-    """Return n normal deviates (n, k) of low discrepancy."""
-    from scipy.special import ndtri
-    from scipy.stats import qmc
-
-    sequence = qmc.Sobol(k, scramble=False)
-    # The first point of the sequence is a corner, at minus infinity.
-    sequence.fast_forward(1)
-    deviates: np.ndarray = ndtri(sequence.random(n))
-    return deviates
-
-
-def box(k: int, reach: float) -> np.ndarray:
-    """Return the ends of each axis (below and above in turn) and the corners of a box, (n, k)."""
-    axes = np.repeat(np.eye(k), 2, axis=0) * np.tile([-1.0, 1.0], k)[:, None]
-    if 1 < k <= MAX_CORNERS:
-        axes = np.vstack([axes, np.array(list(itertools.product((-1.0, 1.0), repeat=k)))])
-    return reach * axes
 
 
 def _std(moved: np.ndarray) -> np.ndarray:

@@ -14,6 +14,7 @@ _FACE = {
     "steady_state": "vibropipe.solve.rows.steady",
     "sweep": "vibropipe.solve.sweep.sweep",
     "branch": "vibropipe.solve.branch.branch",
+    "motor": "vibropipe.solve.branch.motor",
     "attractors": "vibropipe.solve.basins.attractors",
     "basins": "vibropipe.solve.basins.basins",
     "boundary": "vibropipe.solve.boundary.boundary",
@@ -48,6 +49,7 @@ __all__ = [
     "design",
     "identify",
     "load",
+    "motor",
     "one_sided_orbit",
     "one_sided_orbit_boundaries",
     "open_study",
@@ -81,6 +83,7 @@ if TYPE_CHECKING:
     )
     from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.branch.branch import branch
+    from vibropipe.solve.branch.motor import motor
     from vibropipe.solve.design.face import design
     from vibropipe.solve.design.tolerance import tolerance
     from vibropipe.solve.fit.identify import identify

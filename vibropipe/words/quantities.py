@@ -47,6 +47,7 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     },
     "meeting_kind": _members(Meeting),
     "meeting_ends": {"goes_on": 0, "ends": 1},
+    "jump_way": {"lowered": 0, "raised": 1},
     "design_result": _members(DesignResult),
     "tolerance_result": _members(ToleranceResult),
     "fit_result": _members(FitResult),

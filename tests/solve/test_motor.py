@@ -1,0 +1,174 @@
+"""Speeds that a motor of limited power keeps, against closed forms and against the motor's own equation of motion."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+from numpy.polynomial import Polynomial
+from scipy.integrate import solve_ivp
+
+import vibropipe as vp
+
+OUTPUTS = ["stability", "power", "sensitivity"]
+H, F = 0.1, 0.3
+STALL, NO_LOAD = 0.55, 2.2
+MOTOR = {"no_load": NO_LOAD, "stall": STALL}
+
+
+@pytest.fixture(scope="module")
+def linear():
+    """Return the branch of a motion that strikes no support."""
+    return vp.branch(vp.Exciter(nu=0.6, h=H, f=F, l=50.0), "nu", (0.2, 2.9), outputs=OUTPUTS)
+
+
+def real_roots(polynomial):
+    return sorted(z.real for z in polynomial.roots() if abs(z.imag) < 1e-9 and 0.2 < z.real < 2.9)
+
+
+NU = Polynomial([0.0, 1.0])
+DENOMINATOR = (1 - NU**2) ** 2 + H**2 * NU**2
+LINE = STALL * (1 - NU / NO_LOAD)
+
+
+def linear_torque(nu):
+    return H * nu * F**2 / 2 / DENOMINATOR(nu)
+
+
+def test_speeds_without_impacts_are_roots_of_a_polynomial(linear):
+    found = vp.motor(linear, MOTOR)
+    roots = real_roots(LINE * DENOMINATOR - H * F**2 / 2 * NU)
+    assert len(roots) == 3
+    np.testing.assert_allclose(found.nu, roots, rtol=0, atol=1e-11)
+    np.testing.assert_allclose(found.motor_torque, LINE(found.nu.values), rtol=1e-11)
+    assert found.speed_is_stable.values.tolist() == [1, 0, 1]
+    assert found.stable.values.tolist() == [1, 1, 1]
+
+
+def test_sommerfeld_jumps_are_at_tangencies(linear):
+    found = vp.motor(linear, MOTOR)
+    slope = H * F**2 / 2 * (DENOMINATOR - NU * DENOMINATOR.deriv())
+    tangent = np.array(real_roots(slope + STALL / NO_LOAD * DENOMINATOR**2))
+    added = linear_torque(tangent) - LINE(tangent)
+    np.testing.assert_allclose(found.jump_nu, tangent[::-1], rtol=0, atol=1e-9)
+    np.testing.assert_allclose(found.jump_torque, added[::-1], rtol=0, atol=1e-12)
+    assert found.jump_way.values.tolist() == [0, 1]
+    for torque, way, lost, to in zip(
+        *(found[name].values for name in ("jump_torque", "jump_way", "jump_nu", "jump_to_nu")),
+        strict=True,
+    ):
+        ends = real_roots((LINE + torque) * DENOMINATOR - H * F**2 / 2 * NU)
+        expected = [root for root in ends if abs(root - lost) > 1e-3]
+        np.testing.assert_allclose([to], expected, rtol=0, atol=1e-9)
+        assert (to > lost) == bool(way)
+
+
+def test_a_speed_past_the_range_is_not_known():
+    branch = vp.branch(vp.Exciter(nu=0.6, h=H, f=F, l=50.0), "nu", (0.2, 2.5), outputs=OUTPUTS)
+    assert np.isnan(vp.motor(branch, MOTOR).jump_to_nu.values[1])
+
+
+def test_points_of_torque_are_joined_by_lines(linear):
+    points = [(0.5, 0.4), (0.7, 0.3), (1.02, 0.4), (1.5, 0.002)]
+    found = vp.motor(linear, points)
+    speeds = np.linspace(0.5, 1.5, 200_001)
+    excess = linear_torque(speeds) - np.interp(speeds, *np.transpose(points))
+    at = np.flatnonzero(excess[:-1] * excess[1:] < 0)
+    np.testing.assert_allclose(found.nu, speeds[at], rtol=0, atol=1e-5)
+    assert found.speed_is_stable.values.tolist() == [int(excess[i + 1] > excess[i]) for i in at]
+    np.testing.assert_allclose(
+        found.motor_torque, np.interp(found.nu, *np.transpose(points)), rtol=1e-10
+    )
+    assert vp.motor(linear, [(1.8, 5.0), (2.5, 4.0)]).sizes["crossing"] == 0
+
+
+def test_with_units():
+    exciter = vp.Exciter.from_physical(
+        m="2 kg", C="8 N/mm", H="12 N s/m", F="60 N", l="100 mm", omega="50 rad/s"
+    )
+    branch = vp.branch(exciter, "omega", ("30 rad/s", "120 rad/s"), outputs=OUTPUTS)
+    found = vp.motor(branch, {"no_load": "18 Hz", "stall": "4 N m"})
+    w = found.omega.values
+    power = 12.0 * (60.0 * w) ** 2 / 2 / ((8e3 - 2 * w**2) ** 2 + (12 * w) ** 2)
+    np.testing.assert_allclose(found.motor_torque, power / w, rtol=1e-10)
+    np.testing.assert_allclose(4 * (1 - w / (36 * np.pi)), power / w, rtol=1e-9)
+    assert found.motor_torque.units == "N m"
+    assert found.jump_omega.units == found.jump_to_omega.units == "rad s-1"
+    bare = vp.motor(branch, {"no_load": 36 * np.pi, "stall": 4.0})
+    np.testing.assert_array_equal(found.jump_torque, bare.jump_torque)
+    with pytest.raises(vp.ParameterError, match=r"torque\.stall"):
+        vp.motor(branch, {"no_load": "18 Hz", "stall": "4 kg"})
+
+
+def test_with_impacts_the_motor_runs_to_the_speed_found():
+    exciter = vp.Exciter(nu=1.5, h=0.1, f=0.5, l=1.0, delta=0.2, R1=0.6, R2=0.6)
+    branch = vp.branch(exciter, "nu", (1.3, 2.0), v0=2.0, outputs=OUTPUTS)
+    found = vp.motor(branch, {"no_load": 3.0, "stall": 0.4})
+    assert found.impacts_per_period.values.tolist() == [[1.0, 1.0]] * 2
+    assert found.speed_is_stable.values.tolist() == [1, 0]
+    speed = float(found.nu[0])
+    at = vp.Exciter(**{**vars(exciter), "nu": speed})
+    orbit = vp.steady_state(at, v0=2.0, outputs=["power"])
+    assert abs(float(orbit.power_input) / speed - 0.4 * (1 - speed / 3)) < 1e-9
+    stable = branch.isel(point=branch.stable.values == 1)
+    for near in (1.5, 1.7):
+        row = stable.isel(point=int(np.argmin(abs(stable.nu.values - near))))
+        start = [float(row[name]) for name in ("displacement_strobe", "velocity_strobe", "nu")]
+        assert run_of_motor(exciter, 0.4, 3.0, *start) == pytest.approx(speed, abs=4e-3)
+
+
+def run_of_motor(exciter, stall, no_load, x, v, speed, inertia=50.0, end=1000.0):
+    """Return the mean speed at the end of a run of the exciter with its motor, whose speed is free."""
+
+    def rates(_tau, y):
+        x, v, phase, w = y
+        force = exciter.f * np.sin(phase)
+        torque = stall * (1 - w / no_load) - force * v / w
+        return [v, force - exciter.h * v - x, w, torque / inertia]
+
+    def above(_tau, y):
+        return y[0] - exciter.upper
+
+    def below(_tau, y):
+        return y[0] - exciter.lower
+
+    above.terminal = below.terminal = True
+    above.direction, below.direction = 1, -1
+    y, tau, taus, speeds = np.array([x, v, 0.0, speed]), 0.0, [], []
+    while tau < end:
+        run = solve_ivp(
+            rates, (tau, end), y, events=[above, below], rtol=1e-7, atol=1e-9, max_step=1.0
+        )
+        tau, y = run.t[-1], run.y[:, -1].copy()
+        y[1] *= -exciter.R1
+        taus.append(run.t)
+        speeds.append(run.y[3])
+    tau, w = np.concatenate(taus), np.concatenate(speeds)
+    late = tau > 0.8 * end
+    return np.trapezoid(w[late], tau[late]) / np.ptp(tau[late])
+
+
+@pytest.mark.parametrize(
+    ("torque", "says"),
+    [
+        ({"stall": 1.0}, "no_load: speed"),
+        ({"no_load": 2.0, "stall": 0.0}, "torque.stall: must be above 0"),
+        ({"no_load": 2.0, "stall": "1 N m"}, "has no units"),
+        ([(1.0, 2.0)], "two or more pairs"),
+        ([(1.0, 2.0), (1.0, 3.0)], "increasing speed"),
+        ("fast", "two or more pairs"),
+        (3.0, "two or more pairs"),
+    ],
+)
+def test_bad_torques_are_refused(linear, torque, says):
+    with pytest.raises(vp.ParameterError, match=says):
+        vp.motor(linear, torque)
+
+
+def test_other_datasets_are_refused(linear):
+    exciter = vp.Exciter(nu=0.6, h=H, f=F, l=50.0)
+    with pytest.raises(vp.ParameterError, match=r"vp\.branch along nu"):
+        vp.motor(vp.steady_state(exciter), MOTOR)
+    with pytest.raises(vp.ParameterError, match="along nu"):
+        vp.motor(vp.branch(exciter, "f", (0.2, 0.4), outputs=OUTPUTS), MOTOR)
+    with pytest.raises(vp.ParameterError, match="without power_input_sensitivity"):
+        vp.motor(linear.drop_vars("power_input_sensitivity"), MOTOR)

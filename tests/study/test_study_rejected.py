@@ -529,8 +529,8 @@ scenes:
 @pytest.mark.parametrize(
     ("change", "told"),
     [
-        (("[b]", "[c]"), "scenes.a.figure.together[0]: must be another motion with samples (b), got 'c'"),
-        (("[b]", "[a]"), "scenes.a.figure.together[0]: must be another motion with samples (b), got 'a'"),
+        (("[b]", "[c]"), "scenes.a.figure.together[0]: must be another motion with samples, not a ramp (b), got 'c'"),
+        (("[b]", "[a]"), "scenes.a.figure.together[0]: must be another motion with samples, not a ramp (b), got 'a'"),
         (("[line]", "[wide]"), "scenes.free.figure.together[0]: must be a backbone over amplitude, or a sweep of the "
          "frequency and at most one more parameter, with harmonics (line), got 'wide'"),
         (("tau_bar: [1, 2]", "tau_bar: [1, 2], figure: {together: [free]}"),

@@ -65,8 +65,9 @@ BARE, QUANTITIES = (
 # Keys of a scene without quantities beneath; `exciter` and `physical` are read together.
 OTHERS = ("exciter", "physical", "ties", "figure", "solver", "title", "caption", "kind")
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
+RAMP = "ramp"
 # Mappings by parameter: grids, where a branch begins and ends, ranges, standard deviations, and limits of a proof.
-VARIED = ("over", "along", "vary", "tolerance", "within")
+VARIED = ("over", "along", "vary", "tolerance", "within", RAMP)
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
 COLUMNS = {**NAMES, TIME: TAU}
@@ -80,6 +81,7 @@ STAND_INS: dict[str, Any] = {
     "vary": [STAND_IN, 2 * STAND_IN],
     "tolerance": STAND_IN,
     "within": STAND_IN,
+    RAMP: {"from": STAND_IN, "to": 2 * STAND_IN, "within": STAND_IN},
 }
 
 _BOUND = re.compile(r"([<>])=?([^<>,]+)")
@@ -258,7 +260,7 @@ class _Reader:
             return value  # the model says which lists are taken
         n_problems = len(self.problems)
         numbers = self.numbers(key, value, path)
-        if len(self.problems) == n_problems or of == "along":
+        if len(self.problems) == n_problems or of in ("along", RAMP):
             return numbers
         n_values = len(value) if isinstance(value, list) and of != "vary" else 2
         return [STAND_IN * (n + 1) for n in range(n_values)] if is_grid else STAND_IN
@@ -266,8 +268,12 @@ class _Reader:
     def numbers(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
         """Return numbers without units, in their lists and mappings; `hint` goes before others of a fault."""
         if isinstance(value, dict):
+            # beside the ends of a ramp, `within` is its length
+            lengths = {"within": "tau_end"} if _last_key(path[:-1]) == RAMP else {}
             return {
-                part: self.numbers(key, inner, (*path, part)) if part in QUANTITIES else inner
+                part: self.numbers(lengths.get(part, key), inner, (*path, part))
+                if part in QUANTITIES
+                else inner
                 for part, inner in value.items()
             }
         if isinstance(value, list):

@@ -35,6 +35,8 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "support": {"support_1": 1, "support_2": 2},
     "chaos": _members(Chaos),
     "stable": {"unstable": 0, "stable": 1},
+    "settled_from": {"ramp": 0, "rest": 1},
+    "settled_same": {"unknown": -1, "other": 0, "same": 1},
     "admissible": {"inadmissible": 0, "admissible": 1},
     "passed": _members(Passed),
     "bifurcation_kind": _members(Bifurcation),

@@ -178,8 +178,9 @@ class BaseScene(StudyModel):
         """Return the keys that the data of the scene depend on, with defaults filled in, and their `meaning`."""
         keys = {name: plain(getattr(self, name)) for name in type(self).model_fields}
         keys = {name: value for name, value in keys.items() if name not in NO_DATA}
-        if not keys.get("prove"):  # as of scenes before there were proofs
-            keys.pop("prove", None)
+        for name in ("prove", "ramp"):  # as of scenes before there were proofs and ramps
+            if not keys.get(name):
+                keys.pop(name, None)
         for name in ("outputs", "effects"):
             if keys.get(name) is not None:
                 keys[name] = sorted(keys[name])

@@ -82,7 +82,8 @@ def check_together(scene: BaseScene) -> Iterator[Problem]:
         grids[name].any() if name in grids else name in changed or given.get(name, 0.0) != 0.0
         for name in FORCES
     )
-    if is_forced and "nu" not in names:
+    # a ramp has a frequency of its own, and says if it lacks one
+    if is_forced and "nu" not in names and not getattr(scene, "ramp", {}):
         yield frequency_required(("exciter", "nu"))
     for R, k, h in PAIRED:
         has_loss = R in varied or given.get(R, 1.0) < 1.0
@@ -271,7 +272,7 @@ def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Ite
 
 
 TOGETHER = Check(
-    (*EXCITER, ("over",), ("along",), ("vary",), ("measured",)),
+    (*EXCITER, ("over",), ("along",), ("vary",), ("measured",), ("ramp",)),
     check_together,
 )
 TIES = Check((*EXCITER, ("ties",), ("over",), ("along",), ("vary",)), check_ties)

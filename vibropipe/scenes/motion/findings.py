@@ -15,11 +15,15 @@ from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.certificate_page import certificate_answer
 from vibropipe.scenes.motion.captions import seen_text
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import held_name
 from vibropipe.words.wording import count, series
 
 DIGITS = 4  # significant digits
 MAX_LISTED = 2  # velocities of a cell
+SAME = FLAGS["settled_same"]
+OF_LAW = ("regime", "period_multiple", "impacts_per_orbit", "rests_per_orbit")
 
 
 def struck(dataset: xr.Dataset, support: int) -> list[float]:
@@ -62,7 +66,7 @@ def answers(datasets: Datasets) -> Answers:
     if len(datasets) == 1:
         ((name, dataset),) = datasets.items()
         found = [
-            motion_answer(dataset),
+            ramp_answer(dataset) or motion_answer(dataset),
             certificate_answer(dataset),
             *exponent_answers(datasets),
             hardest_answer(datasets),
@@ -70,6 +74,7 @@ def answers(datasets: Datasets) -> Answers:
         return {name: [answer for answer in found if answer][:MAX_ANSWERS]}
     found = [
         steady_answer(datasets),
+        *ramp_answers(datasets),
         *map(certificate_answer, datasets.values()),
         *exponent_answers(datasets),
         hardest_answer(datasets),
@@ -93,6 +98,52 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
             f"its mean displacement is {mean}" if tail else f"Its mean displacement is {mean}"
         )
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
+
+
+def ramp_headline(dataset: xr.Dataset) -> str:
+    """Write whether a ramp ends in the motion that starts from rest, as a sentence without its full stop."""
+    same = int(dataset["settled_same"])
+    if same == SAME["unknown"]:
+        return "The ramp and the start from rest do not both end in an orbit"
+    if same == SAME["same"]:
+        return "The ramp ends in the motion that starts from rest at the same frequency"
+    law = [dataset[f"settled_{name}"].values for name in OF_LAW]
+    if all((each[0] == each[1]).all() for each in law):
+        return "The ramp ends in another motion than from rest, which strikes as often"
+    return "The ramp ends in another motion than the one from rest at the same frequency"
+
+
+def ramp_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return what a ramp ends in, held at its last frequency, beside what starts from rest there."""
+    if "settled_same" not in dataset:
+        return None
+    after, rest = (settled_text(dataset, n) for n in (0, 1))
+    end = dataset[held_name(dataset, "nu_end")]
+    held = f"Held at {value_text(end, end)} after the ramp, {after}"
+    return Answer(
+        f"{ramp_headline(dataset)}.",
+        f"{held}." if after == rest else f"{held}; from rest there, {rest}.",
+    )
+
+
+def ramp_answers(datasets: Datasets) -> list[Answer]:
+    """Return the ramps of several motions that end in another motion than from rest."""
+    ramps = {name: data for name, data in datasets.items() if "settled_same" in data}
+    if not ramps:
+        return []
+    other = [name for name, data in ramps.items() if int(data["settled_same"]) == SAME["other"]]
+    if not other:
+        return [Answer("No ramp is known to end in another motion than the one from rest.")]
+    return [Answer(f"A ramp ends in another motion than the one from rest in {names_text(other)}.")]
+
+
+def settled_text(dataset: xr.Dataset, number: int) -> str:
+    """Write what the motion settles on after a ramp (0) or from rest (1), as a clause."""
+    one = dataset.isel(settled_from=number)
+    names = {f"settled_{name}": name for name in OF_LAW}
+    text = orbit_text(one.drop_vars([*OF_LAW, "window_periods"], errors="ignore").rename(names))
+    text = text.removeprefix("In the steady state ")
+    return text[:1].lower() + text[1:]
 
 
 def orbit_text(dataset: xr.Dataset) -> str:

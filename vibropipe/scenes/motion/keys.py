@@ -39,6 +39,7 @@ from vibropipe.scenes.keys.problems import KeyPath, Problem
 from vibropipe.scenes.keys.proofs import PROVE, ProveKey, proof_seconds, prove_key, with_picture
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import Name, NumberOrUnit, NumberRange, TextRule
+from vibropipe.scenes.motion.ramp_keys import RAMP, RampEnds, RampKey
 from vibropipe.words.outputs import MOTION_DEFAULT, OF_ORBIT
 
 SECONDS_PER_STEP = 10e-9
@@ -50,14 +51,23 @@ class MotionFigure(FigureOptions):
 
     pictures: Annotated[
         list[
-            Literal["panels", "impacts", "portrait", "section", "spectrum", "energy", "certificate"]
+            Literal[
+                "panels",
+                "impacts",
+                "ramp",
+                "portrait",
+                "section",
+                "spectrum",
+                "energy",
+                "certificate",
+            ]
         ],
         AfterValidator(each_once),
     ] = Field(
         default=[],
-        description="Pictures: curves over tau, impact velocities over tau, the phase portrait, the Poincaré section, "
-        "the spectrum, the energy or the certificate (default: curves or impact velocities, as fits; of a scene with "
-        "`prove` the certificate, too).",
+        description="Pictures: curves over tau, impact velocities over tau, displacements over the frequency of a "
+        "ramp, the phase portrait, the Poincaré section, the spectrum, the energy or the certificate (default: curves "
+        "or impact velocities, as fits; with `ramp` the ramp; with `prove` the certificate, too).",
     )
     together: Annotated[list[Name], Field(max_length=5), AfterValidator(each_once)] = Field(
         default=[],
@@ -93,6 +103,12 @@ class MotionScene(TiedScene, ForcedScene):
         description="Transient left out of the record, in forcing periods; tau counts from the start.",
     )
     start: Start = Field(default_factory=Start, description="State at tau = 0.")
+    ramp: RampKey = Field(
+        default={},
+        description="Change the frequency linearly through the record, whose length is `within` in place of `tau_end`: "
+        "`{nu: {from: 0.6, to: 1.6, within: 600}}`. What the motion settles on when held at the last frequency is "
+        "compared to what starts from rest there.",
+    )
     solver: Solver = Field(
         default_factory=Solver, description="Method and step size, or an accuracy."
     )
@@ -109,7 +125,24 @@ class MotionScene(TiedScene, ForcedScene):
     @model_validator(mode="after")
     def _draw_certificate(self) -> Self:
         with_picture(self, "panels" if has_samples(self) else "impacts")
+        if (ends := self.ramp_ends) is not None and "tau_end" not in self.model_fields_set:
+            object.__setattr__(self, "tau_end", ends.within)
         return self
+
+    @property
+    def ramp_ends(self) -> RampEnds | None:
+        """The ends of the ramp of nu; None without one."""
+        return next(iter(self.ramp.values()), None)
+
+    @property
+    def highest(self) -> float:
+        """The highest frequency in the record."""
+        nu, ends = self.resolved_exciter()["nu"], self.ramp_ends
+        return nu if ends is None else max(nu, ends.to)
+
+    def given_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
+        given, ends = super().given_exciter(), self.ramp_ends
+        return given if ends is None or ends.begin is None else {**given, "nu": ends.begin}
 
     def tau_span(self) -> tuple[float, float]:
         """Return tau at the start and at the end of the record."""
@@ -125,7 +158,7 @@ class MotionScene(TiedScene, ForcedScene):
 def _length(scene: MotionScene) -> Iterator[Problem]:
     """Check the end of the motion and the numbers of samples and steps."""
     begin, end = scene.tau_span()
-    period = 2 * math.pi / scene.resolved_exciter()["nu"]
+    period = 2 * math.pi / scene.highest
     if end > MAX_TAU:
         path: KeyPath = ("settle_periods",) if begin > scene.tau_end else ("tau_end",)
         must = f"must end the motion at tau = {MAX_TAU:g} or before"
@@ -145,6 +178,7 @@ def _length(scene: MotionScene) -> Iterator[Problem]:
 # Outputs that pictures need; one of them suffices.
 PICTURE_NEEDS = {
     "panels": ("motion",),
+    "ramp": ("motion",),
     "portrait": ("motion",),
     "section": ("motion", "impacts"),
     "spectrum": ("harmonics",),
@@ -156,7 +190,8 @@ def _figure(scene: MotionScene) -> Iterator[Problem]:
     """Check that outputs hold what the chosen pictures need, and that samples are recorded for curves."""
     outputs, is_sampled = set(scene.outputs), has_samples(scene)
     chosen = scene.figure.pictures
-    if scene.figure.show and not (is_sampled and (not chosen or "panels" in chosen)):
+    draws_panels = "panels" in chosen or not (chosen or scene.ramp)
+    if scene.figure.show and not (is_sampled and draws_panels):
         must = "must be left out unless pictures have panels, of a motion with samples"
         yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
     for picture in scene.figure.pictures:
@@ -177,14 +212,23 @@ def has_samples(scene: Any) -> bool:
     return is_motion and "motion" in scene.outputs and scene.samples_per_period > 0
 
 
+def can_be_together(scene: Any) -> bool:
+    """Return whether a scene is a motion that can be drawn over periods of one length, beside others."""
+    return has_samples(scene) and not scene.ramp
+
+
 def check_motions_together(
     scene: MotionScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
     """Check that the motions on common axes have samples."""
-    what = "another motion with samples"
-    yield from check_drawn_together(scene, scenes, broken, what, has_samples)
+    what = "another motion with samples, not a ramp"
+    yield from check_drawn_together(scene, scenes, broken, what, can_be_together)
     chosen = scene.figure.pictures
-    if scene.figure.together and (not has_samples(scene) or (chosen and "panels" not in chosen)):
+    if (
+        scene.figure.together
+        and not scene.ramp
+        and (not has_samples(scene) or (chosen and "panels" not in chosen))
+    ):
         must = "must be left out unless pictures have panels, of a motion with samples"
         yield Problem(("figure", "together"), ", ".join(scene.figure.together), must=must)
 
@@ -203,12 +247,13 @@ CHECKS = (
     Check((*EFFECTS.reads, ("tau_end",), ("settle_periods",)), EFFECTS.problems),
     Check((("figure",), ("outputs",), ("samples_per_period",)), _figure),
     PROVE,
+    RAMP,
 )
 
 
 def plan(scene: MotionScene) -> Work:
     """Return the work of a motion, from its periods and the steps of Newmark's method."""
-    recorded = scene.tau_end * scene.resolved_exciter()["nu"] / (2 * math.pi)
+    recorded = scene.tau_end * scene.highest / (2 * math.pi)
     periods = scene.settle_periods + recorded
     steps = scene.solver.arguments().get("steps_per_period", 0)
     stored = HEAD_BYTES + USUAL_IMPACTS * recorded * IMPACT_BYTES

@@ -50,6 +50,7 @@ from vibropipe.scenes.motion.phase_plane import (
     draw_phase_portrait,
     portrait_title,
 )
+from vibropipe.scenes.motion.ramp_picture import RAMP_PICTURE
 from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import series
 
@@ -251,6 +252,7 @@ def describe_panels(
 
 
 PICTURES = (
+    RAMP_PICTURE,
     Picture("panels", draw_panels, describe_panels, is_sampled, keywords, title_panels),
     Picture("impacts", draw_impacts_only, describe_impacts, titled=seen_text),
     Picture(

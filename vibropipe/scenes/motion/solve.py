@@ -12,6 +12,7 @@ from vibropipe.physics.start import start_text
 from vibropipe.scenes.certificate import with_certificate
 from vibropipe.solve.accuracy.request import settle_to_accuracy
 from vibropipe.solve.checks import span_in_turns
+from vibropipe.solve.motion.after_ramp import settled_after_ramp
 from vibropipe.solve.motion.run import MotionRequest
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import stored
@@ -47,6 +48,8 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
         motion["velocity_exact"] = exact["velocity"]
     if "impacts" not in scene.outputs:
         motion = motion.drop_dims(["impact", "grazing"], errors="ignore")
+    if scene.ramp_ends is not None:
+        motion = motion.merge(settled_after_ramp(exciter, motion, *scene.tau_span()))
     if OF_ORBIT & set(scene.outputs):
         motion = with_steady_state(motion, scene, exciter)
     # The start of the transient, not of the record.
@@ -77,7 +80,10 @@ def periods_to_march(scene: MotionScene) -> tuple[int, int]:
 
 def forcing_periods(scene: MotionScene) -> tuple[int, int]:
     """Return the forcing periods from tau = 0 to the start and to the end of the record."""
-    begin, end = span_in_turns(Exciter(**scene.resolved_exciter()), *scene.tau_span())
+    exciter = Exciter(**scene.resolved_exciter())
+    begin, end = span_in_turns(exciter, *scene.tau_span())
+    if (ends := scene.ramp_ends) is not None:
+        end = begin + (end - begin) * (1.0 + ends.to / exciter.nu) / 2.0
     return int(begin), int(end)
 
 
@@ -114,6 +120,8 @@ def simulate_scene(
             **solver,
         )
         x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
+    ends = scene.ramp_ends
+    how = {"effects": effects, "energy": energy, **solver} if ends is None else {"nu_end": ends.to}
     return simulate(
         exciter,
         tau_start=begin,
@@ -121,10 +129,8 @@ def simulate_scene(
         x0=x0,
         v0=v0,
         samples_per_period=samples,
-        effects=effects,
-        energy=energy,
         progress=part_of(progress, before, total),
-        **solver,
+        **how,
     )
 
 

@@ -10,7 +10,6 @@ from pydantic import Field
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import MAX_PIECE_STEPS, MAX_TAU
-from vibropipe.physics.ramp import longest_step
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ParameterName
@@ -113,6 +112,9 @@ def _covered(scene: Any, change: float) -> Iterator[Problem]:
         return
     if not scene.has_l():
         return
+    # kernels, which a study without a ramp does not load
+    from vibropipe.physics.ramp import longest_step
+
     p = Exciter(**{**values, "nu": scene.highest}).parameters()
     steps = scene.ramp_ends.within / longest_step(effects, p, change)
     if steps > MAX_PIECE_STEPS:

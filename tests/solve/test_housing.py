@@ -170,6 +170,21 @@ def test_a_mass_at_rest_on_a_support_slides_on_with_the_housing() -> None:
     assert float(motion.rest_end[0]) == math.inf
 
 
+def test_friction_stops_what_a_chatter_pushes_by_less_than_its_rounding() -> None:
+    """The last impacts push a housing off by 1e-15, against a friction of 9."""
+    held = vp.Exciter(
+        l=0.375, nu=1.2, f=1.0, h=0.1, R1=0.4, R2=0.4, delta=0.02, mass_ratio=0.4,
+        housing_friction_1=9.0, housing_friction_2=9.0,
+    )  # fmt: skip
+    motion = vp.simulate(held, 4 * held.period, 0.0, 0.0)
+    assert motion.rest_start.size > 2
+    assert np.isfinite(motion.rest_end[:-1]).all()
+    # no push is larger than that of the fastest impact, and all stop
+    push = 0.4 / 1.4 * 1.4 * float(abs(motion.impact_velocity).max())
+    assert float(abs(motion.housing_velocity).max()) <= push * (1 + 1e-14)
+    assert np.isfinite(motion.housing_slip_end[:-1]).all()
+
+
 def random_motion(seed: int) -> tuple[vp.Exciter, tuple[float, float, float]]:
     """Return an exciter with any of all effects, and a start."""
     random = np.random.default_rng(seed)

@@ -156,13 +156,16 @@ def largest_housing_speed(log, p, sigma, housing, c, dt, theta) -> float:
 
 @jit
 def stop_wait(p, housing) -> float:
-    """Return the time after which a housing stops whose mass lies still in it; NEVER without one or if it does not."""
+    """Return the time after which a housing stops whose mass lies still in it; NEVER without one or if it does not.
+
+    The last flights of a chatter may push it by less than their rounding, so that it has stopped before: 0.
+    """
     if housing is None:
         return NEVER
     rate = momentum_rate(p, housing.way)
-    if housing.way == STANDS or not housing.momentum * rate < 0.0:
+    if housing.way == STANDS or not housing.way * rate < 0.0:
         return NEVER
-    return -housing.momentum / rate
+    return max(0.0, -housing.momentum / rate)
 
 
 @jit

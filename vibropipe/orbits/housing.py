@@ -32,7 +32,7 @@ from vibropipe.physics.housing import (
     velocity_of,
 )
 from vibropipe.physics.load import forcing_period
-from vibropipe.physics.turns import phase_factor, phase_integral
+from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral
 
 # Columns of `RowResults.housing`.
 # The last is the momentum of both bodies at the start of a window.
@@ -108,7 +108,7 @@ def add_accelerations(log, pieces, e, p, out, direct) -> None:
     """
     if log is None:
         return
-    period, share = forcing_period(p), momentum_share(p)
+    per_turn, share = p.nu / TWO_PI, momentum_share(p)
     for i in range(pieces.counts[PIECES]):
         if log.way[i] == STANDS:
             continue
@@ -130,7 +130,7 @@ def add_accelerations(log, pieces, e, p, out, direct) -> None:
             out[k] += rate * phase_integral(k, start, end) + share * w * w * whole
             momentum = log.values[i, P_END] * last - log.values[i, P_START] * first
             moved = x_end * last - x_start * first
-            out[k] -= (momentum + complex(0.0, share * w) * moved) / period
+            out[k] -= (momentum + complex(0.0, share * w) * moved) * per_turn
 
 
 @jit

@@ -426,7 +426,7 @@ def random_exciter(rng, kind):
 
 @pytest.mark.slow
 def test_nearly_all_ends_of_laws_are_passed():
-    """What is left is chatter with friction, one impact more after another, and one orbit of 28 periods."""
+    """What is left is chatter with friction, an orbit of 28 periods, and a stick that vanishes on a doubled orbit."""
     tried, left = 0, 0
     for seed in range(7, 12):
         rng = np.random.default_rng(seed)

@@ -228,6 +228,21 @@ def release_turn(p, sigma: float, load: float) -> float:
     return 0.0 if turn >= 1.0 else turn
 
 
+@jit_inline
+def release_stride(value, slope, curvature, rounding):
+    """Return the time in which the load on a sticking mass cannot release it; 0 where it does.
+
+    value, slope : of the load and its derivative; curvature : bound on the second derivative; rounding : of the load.
+    """
+    rises = slope > 0.0 and slope * slope > 4.0 * curvature * rounding
+    if value > rounding or (value >= -rounding and rises):
+        return 0.0
+    # The stride is that of a load pressed by its rounding at least, so that no zero holds it up.
+    press = max(-value, rounding)
+    root = math.sqrt(slope * slope + 2.0 * curvature * press)
+    return 2.0 * press / (root + slope) if slope > 0.0 else (root - slope) / curvature
+
+
 @jit
 def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
     """Return the turns from a phase to the release of a sticking mass under two harmonics; `NEVER` without one.
@@ -255,13 +270,10 @@ def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
     for _ in range(MAX_STRIDES):
         at = force_at(p, sigma, turn + wait, 1)
         value, slope = force_value(at, 1) + load, force_rate(p, at, 1) * per_turn
-        rises = slope > 0.0 and slope * slope > 4.0 * curvature * rounding
-        if value > rounding or (value >= -rounding and rises):
+        stride = release_stride(value, slope, curvature, rounding)
+        if stride == 0.0:
             return wait
-        # The stride is that of a load pressed by its rounding at least, so that no zero holds it up.
-        press = max(-value, rounding)
-        root = math.sqrt(slope * slope + 2.0 * curvature * press)
-        wait += 2.0 * press / (root + slope) if slope > 0.0 else (root - slope) / curvature
+        wait += stride
         if wait >= 1.0:
             return NEVER
     return NEVER

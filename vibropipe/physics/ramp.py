@@ -19,6 +19,7 @@ from vibropipe.physics.load import (
     force_bounds,
     force_slope,
     force_value,
+    release_stride,
 )
 from vibropipe.physics.turns import TWO_PI
 
@@ -131,10 +132,8 @@ def release_wait_on_ramp(e, p, ramp, sigma, load, s, span) -> float:
         at = force_at(p, sigma, turn_at(ramp, s + wait), second)
         value = force_value(at, second) + load
         slope = frequency_at(ramp, s + wait) * force_slope(at, second)
-        rises = slope > 0.0 and slope * slope > 4.0 * curvature * rounding
-        if value > rounding or (value >= -rounding and rises):
+        stride = release_stride(value, slope, curvature, rounding)
+        if stride == 0.0:
             return wait
-        press = max(-value, rounding)
-        root = math.sqrt(slope * slope + 2.0 * curvature * press)
-        wait += 2.0 * press / (root + slope) if slope > 0.0 else (root - slope) / curvature
+        wait += stride
     return NEVER

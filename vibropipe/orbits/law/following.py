@@ -206,12 +206,14 @@ def _away_from(curve: LawCurve, u: np.ndarray) -> Point | None:
         return None
     slowest = int(begins[np.abs(u[n + begins]).argmin()])
     way = 1.0 if codes[slowest, HOME] == 1 else -1.0
+    turns_inside = codes[slowest : slowest + 3, CAUSE].tolist() == [ENTER, TURN, LEAVE]
+    if turns_inside:
+        before, after = (_speed_beside(curve, u, slowest, each) for each in (-1, 2))
     for share in SPEEDS:
         speed = share * curve.speed
         moved = u.copy()
-        if codes[slowest : slowest + 3, CAUSE].tolist() == [ENTER, TURN, LEAVE]:
+        if turns_inside:
             # It takes speed and gives it back by friction's two ways: as square roots of the accelerations.
-            before, after = (_speed_beside(curve, u, slowest, each) for each in (-1, 2))
             moved[slowest] -= speed * ASIDE / before
             left = speed * float(np.sqrt(after / before))
             moved[slowest + 2] += left * ASIDE / after
@@ -229,17 +231,12 @@ def _away_from(curve: LawCurve, u: np.ndarray) -> Point | None:
 
 def _speed_beside(curve: LawCurve, u: np.ndarray, event: int, pieces: int) -> float:
     """Return |x'| a moment before (-1) or after an event of zero speed, on the piece that is so many after it."""
-    law, value = curve.sequence, float(u[-1])
+    law, p = curve.sequence, curve.parameters(float(u[-1]))
     i = (event + pieces) % len(law.codes)
     later = law.span if event + pieces < 0 else 0.0
     time = float(u[event]) + (later - ASIDE if pieces < 0 else ASIDE)
-    return abs(
-        float(
-            state_within(curve.effects, curve.parameters(value), law, i, curve.events_of(u), time)[
-                1
-            ]
-        )
-    )
+    _y, speed = state_within(curve.effects, p, law, i, curve.events_of(u), time)
+    return abs(float(speed))
 
 
 def _repeats(point: Point) -> bool:

@@ -94,3 +94,18 @@ def test_with_units_faults_are_told_in_the_words_of_the_file(old: str, new: str,
     with pytest.raises(StudyError) as refused:
         study_of_text(text, "s")
     assert said in str(refused.value)
+
+
+def test_a_deviation_of_the_mass_is_that_of_its_ratio() -> None:
+    target = "target: {impact_velocity_max_1: 0.1 m/s}"
+    design = f"{{kind: design, vary: {{delta: [-1 mm, 1 mm]}}, {target}, tolerance: {{M: 5 g}}}}"
+    text = UNITS.replace("{kind: sweep, over: {M: [0.5 kg, 1 kg]}}", design)
+    # m/M^2 times the deviation
+    off = study_of_text(text, "s").scene("s").tolerance["mass_ratio"]
+    assert off == pytest.approx(0.2 / 0.5**2 * 0.005)
+    with pytest.raises(StudyError, match=r"tolerance.M: must be left out beside vary.M"):
+        study_of_text(text.replace("vary: {", "vary: {M: [0.4 kg, 1 kg], "), "s")
+    with pytest.raises(StudyError, match=r"tolerance.M: must be left out without physical.M"):
+        study_of_text(
+            text.replace("M: 0.5 kg, ", "").replace("D1: 1.5 N, D2: 4 N, P: 1 N", "D1: 0 N"), "s"
+        )

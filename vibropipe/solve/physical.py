@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Hashable, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -47,9 +47,16 @@ if TYPE_CHECKING:
 # Values that come from a user, forth and back: 20 rad/s is to be found as 20.
 GIVEN = (*PARAMETERS, *STARTS, "tau_bar")
 # Pure numbers m/M that stand for another mass M.
-MASS_RATIOS = [
-    name for name, each in PARAMETERS.items() if each.physical and each.physical.dimension == "mass"
-]
+MASS_RATIOS = [name for name, own in PHYSICAL_NAMES.items() if VOCABULARY[own].units == "kg"]
+# What is derived from a ratio: ends of its range, which change places, and small changes, taken at the ratio itself.
+OTHER_END = {"_lower": "_upper", "_upper": "_lower"}
+CHANGES = {
+    "_std": 1.0,
+    "_tolerance": 1.0,
+    "_worst": 1.0,
+    SENSITIVITY_SUFFIX: -1.0,
+    "_deviation": -1.0,
+}
 # Values of parameters, each in the unit of its own.
 OF_PARAMETERS = {"within", "counterexample"}
 # Attributes of a variable that differ in SI; others, such as flags, stay.
@@ -113,6 +120,7 @@ def to_physical(
     }
     if "wear_rate" in variables:
         variables["wear_rate"] = _wear_in_si(variables, numbers)
+    variables |= _masses_in_si(data.variables, numbers)
     if PARAMETER in variables:
         variables |= _sensitivities_in_si(variables, numbers)
     coords = {physical_name(str(name)): None for name in data.coords}
@@ -204,7 +212,7 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     base, suffix = split_suffix(name)
     if base in MASS_RATIOS and suffix == "_sort_area":
         return 1.0 - np.asarray(values)  # the part with the larger ratio has the smaller mass
-    if base in MASS_RATIOS and suffix in ("", "_sort_threshold"):
+    if base in MASS_RATIOS and suffix not in CHANGES and physical_attributes(name)["units"] == "kg":
         with np.errstate(divide="ignore"):
             return tidied(numbers["m"] / np.asarray(values))
     try:
@@ -235,9 +243,34 @@ def _in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr
     return xr.Variable(dims, convert(name, data, numbers), attrs)
 
 
+def _masses_in_si(
+    variables: Mapping[Hashable, xr.Variable], numbers: Mapping[str, float]
+) -> dict[str, xr.Variable]:
+    """Return what is derived from ratios m/M as that of the masses M, which fall where the ratios rise.
+
+    Small changes are of first order in the ratio, where that is known.
+    """
+    changed = {}
+    for name in map(str, variables):
+        base, suffix = split_suffix(name)
+        if base not in MASS_RATIOS:
+            continue
+        if suffix in OTHER_END:
+            other = PHYSICAL_NAMES[base] + OTHER_END[suffix]
+            changed[other] = _in_si(base + OTHER_END[suffix], variables[name], numbers)
+        elif suffix in CHANGES:
+            ratio = variables.get(base, np.nan)
+            mass = _in_si(name, variables[name], numbers)
+            changed[physical_name(name)] = mass * (CHANGES[suffix] * numbers["m"] / ratio**2)
+            changed[physical_name(name)].attrs = mass.attrs
+    return changed
+
+
 def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
-    """Return the bound of a goal in SI, with its unit."""
+    """Return the bound of a goal in SI, with its unit; that of a ratio of masses stays, as its name does."""
     goal = named(name, "target")
+    if goal.variable in MASS_RATIOS:
+        return bound
     words = physical_quantity(goal.variable)
     unit = "" if goal.derived == SENSITIVITY or words.units == "1" else f" {words.units}"
     if not unit:
@@ -268,22 +301,35 @@ def _sensitivities_in_si(
     dimensions = [
         quantity(str(name)).dimension if name in VOCABULARY else "" for name in names.ravel()
     ]
-    units = [factors.get(dimension, 1.0) for dimension in dimensions]
-    shares = xr.Variable(parameter.dims, 1.0 / np.reshape(units, names.shape))
+    units = xr.Variable(
+        parameter.dims,
+        np.reshape([factors.get(dimension, 1.0) for dimension in dimensions], names.shape),
+    )
+    masses = xr.Variable(parameter.dims, names == "M")
+    if masses.any():
+        # M falls where the ratio m/M rises: dM = -M^2/m d(m/M).
+        slope = variables["M"] ** 2 / -numbers["m"] if "M" in variables else np.nan
+        units = xr.where(masses, slope, units)
     physical_names = [physical_name(str(name)) for name in names.ravel()]
     renamed = np.reshape(physical_names, names.shape)
     changed = {PARAMETER: xr.Variable(parameter.dims, renamed, parameter.attrs)}
     for name, variable in variables.items():
         if name.endswith(SENSITIVITY_SUFFIX):
-            changed[name] = variable * shares
+            changed[name] = variable / units
+            changed[name].attrs = variable.attrs
+        elif name.endswith("_deviation") and PARAMETER in variable.dims:
+            # Parts whose ratio is lower have the greater mass.
+            changed[name] = xr.where(masses, variable.isel(side=slice(None, None, -1)), variable)
+            changed[name] = changed[name].transpose(*variable.dims)
             changed[name].attrs = variable.attrs
     for name in OF_PARAMETERS & variables.keys():
-        changed[name] = variables[name] * xr.Variable(parameter.dims, units)
+        changed[name] = variables[name] * units
         changed[name].attrs = variables[name].attrs
     covariance = variables.get("parameter_covariance")
     if covariance is not None:
-        factors_of_both = xr.Variable(covariance.dims, np.outer(units, units))
-        changed["parameter_covariance"] = covariance * factors_of_both
+        dims = ["other_parameter" if dim == PARAMETER else dim for dim in units.dims]
+        other = xr.Variable(dims, units.data)
+        changed["parameter_covariance"] = covariance * (units * other)
         changed["parameter_covariance"].attrs = covariance.attrs
     return changed
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -103,6 +103,31 @@ def si_of_dimension(argument: str, value: Any, dimension: str) -> float:
 def plain_mapping(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any]:
     """Return a mapping by parameter without units."""
     return {plain_name(name): plain_values(exciter, name, each) for name, each in given.items()}
+
+
+def plain_deviations(
+    exciter: Exciter, given: Mapping[str, Any], varied: Iterable[str] = ()
+) -> dict[str, Any]:
+    """Return how far parameters may be off, by name, without units; M by its ratio, in the first order.
+
+    Raises
+    ------
+    ParameterError
+        If a value has a wrong unit, or M is given for a housing that is fixed or whose mass varies.
+    """
+    plain = plain_mapping(exciter, {name: each for name, each in given.items() if name != "M"})
+    if "M" in given:
+        ratio = exciter.mass_ratio
+        if ratio == 0.0:
+            raise ParameterError("M", given["M"], must="must be left out: the housing is fixed")
+        if "mass_ratio" in varied:
+            must = (
+                "must be left out beside a range of mass_ratio: what M may be off is that of one M"
+            )
+            raise ParameterError("M", given["M"], must=must)
+        off, m = si_value("M", given["M"]), si_value("m", exciter.written["m"])
+        plain["mass_ratio"] = ratio**2 / m * off
+    return plain
 
 
 def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None) -> Any:

@@ -67,7 +67,8 @@ OTHERS = ("exciter", "physical", "ties", "figure", "solver", "title", "caption",
 SWEPT = [*NAMES, *(name for name in PARAMETERS if name not in WRITTEN)]
 RAMP = "ramp"
 # Mappings by parameter: grids, where a branch begins and ends, ranges, standard deviations, and limits of a proof.
-VARIED = ("over", "along", "vary", "tolerance", "within", RAMP)
+VARIES = ("over", "along", "vary")
+VARIED = (*VARIES, "tolerance", "within", RAMP)
 # Mappings by quantity of a steady state.
 MEASURED = "measured"
 COLUMNS = {**NAMES, TIME: TAU}
@@ -237,6 +238,8 @@ class _Reader:
                 plain.setdefault("nu", STAND_INS[own])
             elif key in KEYS and key not in OTHERS:
                 plain[NAMES.get(key, key)] = self.quantity(key, value, (*path, key))
+                if key == "M" and own in ("tolerance", "within"):
+                    plain[NAMES[key]] = self.deviation(plain[NAMES[key]], path)
             elif key == "along" and isinstance(value, str):
                 plain[key] = NAMES.get(value, value)
             elif isinstance(value, dict) and key not in OTHERS:
@@ -264,6 +267,20 @@ class _Reader:
             return numbers
         n_values = len(value) if isinstance(value, list) and of != "vary" else 2
         return [STAND_IN * (n + 1) for n in range(n_values)] if is_grid else STAND_IN
+
+    def deviation(self, ratio: float, path: KeyPath) -> float:
+        """Return a small change of the ratio m/M, of first order, from m over the change of M."""
+        scene: Any = self.tree
+        for key in path[:-1]:
+            scene = scene[key]
+        varied = [key for key in VARIES if isinstance(scene.get(key), dict) and "M" in scene[key]]
+        M = None if varied else _si("M", self.above(path).get("M"))
+        if M is None:
+            beside = f"beside {varied[0]}.M" if varied else "without physical.M"
+            must = f"must be left out {beside}: what M may be off is that of one M"
+            self.problems.append(Problem((*path, "M"), describe(scene[path[-1]]["M"]), must=must))
+            return STAND_IN
+        return (self.units["m"] / M) ** 2 / ratio
 
     def numbers(self, key: str, value: Any, path: KeyPath, hint: str = "") -> Any:
         """Return numbers without units, in their lists and mappings; `hint` goes before others of a fault."""

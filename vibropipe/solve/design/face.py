@@ -38,6 +38,7 @@ from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.points import within_ranges
 from vibropipe.solve.with_units import (
     are_with_units,
+    plain_deviations,
     plain_goals,
     plain_mapping,
     plain_objectives,
@@ -233,7 +234,7 @@ def design(
         wanted |= {name: plain_goals(exciter, name, wanted[name]) for name in GOALS}
         wanted |= {name: plain_values(exciter, name, wanted[name]) for name in ("x0", "v0")}
         wanted["vary"] = plain_mapping(exciter, vary)
-        wanted["tolerance"] = tolerance and plain_mapping(exciter, tolerance)
+        wanted["tolerance"] = tolerance and plain_deviations(exciter, tolerance, vary)
         wanted["minimise"] = plain_objectives(minimise)
     found, missed = _designs(exciter, samples, designs, progress, Ties(ties), **wanted)
     if missed and with_units:

@@ -30,7 +30,7 @@ from vibropipe.solve.rows.named import (
     outputs_of,
 )
 from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
-from vibropipe.solve.with_units import are_with_units, plain_goals, plain_mapping, plain_values
+from vibropipe.solve.with_units import are_with_units, plain_deviations, plain_goals, plain_values
 from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
 from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.progress import Progress
@@ -133,7 +133,7 @@ def tolerance(
     if are_with_units(exciter, tolerances, subject_to, x0, v0):
         dataset = tolerance(
             exciter,
-            plain_mapping(exciter, tolerances),
+            plain_deviations(exciter, tolerances),
             plain_values(exciter, "x0", x0),
             plain_values(exciter, "v0", v0),
             samples,

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
-from vibropipe.solve.physical import convert
+from vibropipe.solve.in_si import convert
 from vibropipe.words.vocabulary import STEADY, physical_name, physical_quantity
 
 # Bytes of the error of a number.

@@ -16,8 +16,9 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.physics.start import start_at
 from vibropipe.physics.ties import Ties
+from vibropipe.solve.in_si import convert
 from vibropipe.solve.motion.simulate import simulate
-from vibropipe.solve.physical import convert, is_physical, to_physical
+from vibropipe.solve.physical import is_physical, to_physical
 from vibropipe.solve.shown_units import in_si, shown_factor, shown_in
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.status import UnsolvedWarning

@@ -29,7 +29,7 @@ from vibropipe.scenes.registry import kinds
 from vibropipe.study.key_text import allowed_text, keys_of
 from vibropipe.study.loading import Config
 from vibropipe.study.models import Hero, ReportTable, study_model
-from vibropipe.study.physical import WRITTEN
+from vibropipe.study.quantities import WRITTEN
 from vibropipe.words.parameters import PARAMETERS, STARTS
 from vibropipe.words.spelling import OLD_KEYS, greek
 

@@ -11,7 +11,7 @@ from vibropipe.physics.si import NO_HOUSING, WITHOUT_MASS
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.key_text import entry, quoted
-from vibropipe.study.physical import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
+from vibropipe.study.quantities import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.spelling import nearest

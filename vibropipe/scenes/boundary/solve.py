@@ -9,7 +9,8 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.boundary.boundary import boundary
-from vibropipe.solve.physical import convert, stored
+from vibropipe.solve.in_si import convert
+from vibropipe.solve.physical import stored
 from vibropipe.words.vocabulary import held_name
 
 if TYPE_CHECKING:

@@ -60,7 +60,7 @@ def asked_axis(ax: Axes, one: xr.Dataset) -> None:
     """Let the axis of the accuracies grow more accurate to the right."""
     asked = one["accuracy"].values
     ax.set(xscale="log", xlim=(max(1.0, asked.max()), min(BEST, asked.min() / 3)))
-    power_ticks(ax, "x", range(-16, 1, 4))
+    power_ticks(ax, "x", range(-15, 1, 5))
 
 
 def draw_errors(ax: Axes, one: xr.Dataset) -> None:
@@ -107,10 +107,10 @@ def draw_times(ax: Axes, one: xr.Dataset) -> None:
     label(
         ax,
         asked[0],
-        plain / size + 0.02 * top,
+        plain / size - 0.02 * top,
         "the same call without an accuracy",
         EXACT,
-        va="bottom",
+        va="top",
     )
     label(
         ax,

@@ -122,17 +122,18 @@ def masses_in_si(
 
 
 def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
-    """Return the bound of a goal in SI, with its unit; that of a ratio of masses stays, as its name does."""
+    """Return a goal in SI, with the unit of its bound; one of a ratio of masses stays as it is."""
     goal = named(name, "target")
     if goal.variable in MASS_RATIOS:
-        return bound
+        return name + bound
     words = physical_quantity(goal.variable)
     unit = "" if goal.derived == SENSITIVITY or words.units == "1" else f" {words.units}"
-    if not unit:
-        return bound
-    return _NUMBER.sub(
-        lambda match: f"{float(convert(goal.variable, float(match[0]), numbers)):g}{unit}", bound
-    )
+    if unit:
+        bound = _NUMBER.sub(
+            lambda each: f"{float(convert(goal.variable, float(each[0]), numbers)):.10g}{unit}",
+            bound,
+        )
+    return physical_name(name) + bound
 
 
 def wear_in_si(variables: Mapping[str, xr.Variable], numbers: Mapping[str, float]) -> xr.Variable:
@@ -192,7 +193,7 @@ def sensitivities_in_si(
 def text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
     """Return an attribute of a dataset in SI: its start, and the parameters that it follows."""
     if name in GOALS and isinstance(text, str):
-        return _GOAL.sub(lambda match: match[1] + _goal_in_si(match[1], match[2], numbers), text)
+        return _GOAL.sub(lambda each: _goal_in_si(each[1], each[2], numbers), text)
     if name in ("boundary", "vary") and isinstance(text, str):
         return " ".join(map(physical_name, text.split()))
     if name == "foretold_by":

@@ -15,6 +15,7 @@ from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.rows.named import named
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import MINUS, UnitError, to_si
+from vibropipe.words.vocabulary import PLACES_IN_SI
 
 # Names of parameters with units that calls without units do not know.
 OWN = frozenset(name for name, each in PHYSICAL.items() if each.non_dimensional) - PARAMETERS.keys()
@@ -31,7 +32,7 @@ def are_with_units(exciter: Exciter, *given: Any) -> bool:
     *given : mapping by name, value, array or list of values
     """
     return bool(exciter.written) and any(
-        any(name in OWN or has_unit(value) for name, value in each.items())
+        any(plain_name(name) != name or has_unit(value) for name, value in each.items())
         if isinstance(each, Mapping)
         else has_unit(each)
         for each in given
@@ -48,8 +49,8 @@ def has_unit(values: Any) -> bool:
 
 
 def plain_name(name: str) -> str:
-    """Return the name without units of a parameter, which may be one already."""
-    return PHYSICAL[name].non_dimensional if name in OWN else name
+    """Return the name without units of a parameter, or of the place of a bifurcation; it may be one already."""
+    return PHYSICAL[name].non_dimensional if name in OWN else PLACES_IN_SI.get(name, name)
 
 
 def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
@@ -153,14 +154,14 @@ def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None
     def plain_goal(name: str, value: Any) -> Any:
         if name == CURVE:
             return value  # lengths keep their numbers
-        dimension = named(name, argument).dimension
+        dimension = named(plain_name(name), argument).dimension
         if isinstance(value, str) and (bounds := _bounds(value)):
             return ", ".join(f"{sign} {plain(name, dimension, end)}" for sign, end in bounds)
         if isinstance(value, (tuple, list)):
             return [plain(name, dimension, end) for end in value]
         return plain(name, dimension, value)
 
-    return {name: plain_goal(name, value) for name, value in given.items()}
+    return {plain_name(name): plain_goal(name, value) for name, value in given.items()}
 
 
 def plain_levels(exciter: Exciter, of: Any) -> Any:

@@ -100,7 +100,8 @@ class Quantity:
     largest_of : str
         The quantity of impacts of which it is the largest at a support.
     goal : str
-        Whether a design may take it: "smooth" in the parameters, or a whole number or fraction of the "law" of motion.
+        Whether a design may take it: "smooth" in the parameters, a whole number or fraction of the "law" of motion, or
+        the "place" of a bifurcation.
     short : str
         Two to four words, where the long name would be too long.
     drawn : tuple of str

@@ -89,6 +89,21 @@ STEADY: Mapping[str, Quantity] = {
     name: entry for name, entry in QUANTITIES.items() if entry.output is not None
 }
 """Quantities of steady states, in the order of files."""
+# Parameters that a motion is followed along to a bifurcation.
+PLACED = ("nu", "f", "h", "l", "delta", "R1", "R2")
+PLACES: Mapping[str, tuple[str, str, str]] = {
+    f"{kind}_{along}_{way}": (kind, along, way)
+    for along in PLACED
+    for kind in ("fold", "flip", "pitchfork", "grazing")
+    for way in ("up", "down")
+}
+"""Places of bifurcations of steady states: of which kind, along which parameter, and in which direction."""
+PLACES_IN_SI: Mapping[str, str] = {
+    PHYSICAL_NAMES[name]: name for name in PLACES if name in PHYSICAL_NAMES
+}
+"""Those with another name in SI, fold_omega_up, by that name."""
+GOALS: Mapping[str, Quantity] = {**STEADY, **{name: QUANTITIES[name] for name in PLACES}}
+"""Quantities that a design may take, and others of steady states."""
 OF_CONTACT: Mapping[str, str] = {
     entry.largest_of: name for name, entry in STEADY.items() if entry.largest_of
 }

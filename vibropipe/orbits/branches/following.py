@@ -108,7 +108,9 @@ class BranchFollower(Follower):
             return ("pitchfork" if curve.sequence.mirrored else "flip"), ""
         if test == FOLD:
             kind = halves_agree(curve.sequence, point.u, curve.weights)
-            return (kind, "doubled") if kind else ("fold", "")
+            return (
+                (kind, "doubled") if kind else ("fold", "fold" if curve.problem.until_fold else "")
+            )
         return curve.end_of(test, point)
 
     def looks_ahead(self) -> bool:  # noqa: D102 - as Follower

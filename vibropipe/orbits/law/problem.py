@@ -42,6 +42,8 @@ class Problem(NamedTuple):
         Largest weighted length of a step.
     effects : Effects
         Of all exciters of the range.
+    until_fold : bool
+        Whether a branch is left where it turns back.
     """
 
     values: np.ndarray
@@ -52,3 +54,4 @@ class Problem(NamedTuple):
     symmetric: bool
     max_length: float
     effects: Effects = ALL_EFFECTS
+    until_fold: bool = False

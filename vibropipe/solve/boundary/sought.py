@@ -41,7 +41,7 @@ def level_of(name: str, value: Any) -> Bound:
     """Return the value of a quantity whose curve is sought, or raise a ParameterError."""
     level = target_of("of", name, value)
     quantity, argument = level.quantity, f"of.{name}"
-    if quantity.is_parameter or quantity.derived:
+    if quantity.is_parameter or quantity.derived or quantity.is_place:
         must = (
             "must be a quantity of the motion, such as displacement_mean or impact_velocity_max_1"
         )

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
+from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import CURVE, Goals
 from vibropipe.solve.design.problem import Problem
@@ -136,7 +137,7 @@ def design_dataset(
     start = problem.x0, problem.v0
     held = {*spread.OUTPUTS, *problem.outputs} - {SENSITIVITY}
     outputs = tuple(name for name in OUTPUTS if name in held)
-    points = solve_points(parameters, start, outputs, harmonics)
+    points = with_places(solve_points(parameters, start, outputs, harmonics), problem.names)
     start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
     attrs = {
         **origin_attrs(

@@ -13,7 +13,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
-from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
+from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
 from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem, directions
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
@@ -85,7 +85,7 @@ def _is_same(problem: Problem, share: np.ndarray, moves: np.ndarray) -> np.ndarr
     """Return whether the motions at moved points (n, k) have the law of the point itself."""
     parameters = problem.parameters(np.vstack([share, share + moves]))
     inside = within_ranges(parameters)
-    points = problem.from_start(parameters[inside])
+    points = problem.laws_from_start(parameters[inside])
     same = np.ones(len(parameters), bool)
     same[inside] = points.has_law(points.laws[0])
     return same[1:]
@@ -129,7 +129,10 @@ def design(
         Values of quantities, named as the columns of `table` are: displacement_mean, displacement_amplitude_3,
         impact_velocity_max_1 and, of soft supports, support_force_max_2. Those of the law of motion, as
         impacts_per_period_1, are met by choice of the law. The key displacement takes a curve: an array (n, 2) of
-        phases, in forcing periods, and displacements.
+        phases, in forcing periods, and displacements. fold_nu_up and the like are places of bifurcations: the value of
+        a parameter (nu, f, h, l, delta, R1, R2; of an exciter with units omega and so on) at the first fold, flip,
+        pitchfork or grazing on the branch of the motion, followed up or down as by `branch` to its first fold, its end,
+        or four times the parameter or a quarter of it (an offset by l). A design without one does not count.
     subject_to : mapping of str to str or (float, float), optional
         Bounds: "< 0.8", "> 0.1", "> 0.1, < 0.8", or a pair.
     minimise : str or sequence of str, optional
@@ -177,7 +180,8 @@ def design(
             With `tolerance` or `allow`: share of 4,096 scattered parts that keep the law, the bounds and the targets
             within `allow` (any value of a target without it), and its 95 % confidence interval [5]_ for as many random
             ones. Parameters are independent and normal, with the deviations of `tolerance`; without it, with 0.1 % of
-            each parameter (of the larger end of its range; of an offset, of l). <parameter>_std are these deviations,
+            each parameter (of the larger end of its range; of an offset, of l). Places of bifurcations of parts are to
+            first order, by their derivatives. <parameter>_std are these deviations,
             the attribute `scatter` says whether they are given or assumed. law_yield and <name>_yield are the shares
             that keep the law and each goal, <name>_quantile what they have (of those with the law).
         reliability_index
@@ -275,6 +279,7 @@ def _designs(
         if name.derived and name.parameter in (*ties.free, *ties.parameters):
             must = f"must leave out {name.parameter}, since {name.name} is wanted, by it alone"
             raise ParameterError("ties", ties.texts, must=must, got="")
+    check_placed(goals, ties)
     if sigma or allowed:
         problem = replace(problem, scatter=sigma or assumed_scatter(exciter, problem.ranges))
     lows = {name: ends[0] for name, ends in problem.ranges.items()}

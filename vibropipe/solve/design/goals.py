@@ -12,10 +12,11 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.named import STD, Named, named
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.units import MINUS
-from vibropipe.words.vocabulary import OF_SOFT, STEADY
+from vibropipe.words.vocabulary import OF_SOFT, PLACES, STEADY
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9
@@ -259,6 +260,15 @@ def check_allow(goals: Goals, allow: Mapping[str, float] | None) -> dict[str, fl
         must = f"must have the targets as keys ({', '.join(targets) or 'there are none'})"
         raise ParameterError("allow", allow, must=must, got=", ".join(allow))
     return {name: number_within(f"allow.{name}", allow[name], POSITIVE) for name in targets}
+
+
+def check_placed(goals: Goals, ties: Ties) -> None:
+    """Raise a ParameterError where a place is wanted along a parameter that is tied, or that others are tied to."""
+    for name in goals.names:
+        along = PLACES[name.variable][1] if name.is_place else ""
+        if along and any(along in (tied, *ties.roots[tied]) for tied in ties.parameters):
+            must = f"must leave out {along}, since {name.name} is wanted, along {along} alone"
+            raise ParameterError("ties", ties.texts, must=must, got="")
 
 
 def check_presence(values: Mapping[str, Any], goals: Goals) -> None:

@@ -10,6 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.ties import Ties
+from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
@@ -159,15 +160,18 @@ class Problem:
         """Return the motions that settle from the start at parameters (n, p), with sensitivities if asked for."""
         return self._solved(parameters, (self.x0, self.v0), sensitivity)
 
+    def laws_from_start(self, parameters: np.ndarray) -> Points:
+        """Return the motions that settle from the start at parameters (n, p), of which the laws alone are asked."""
+        return solve_points(parameters, (self.x0, self.v0), OF_LAW, 1)
+
     def near(self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
         """Return the motions that settle from states (n, 3), with sensitivities if asked for."""
         return self._solved(parameters, tuple(states.T), sensitivity)
 
     def _solved(self, parameters: np.ndarray, start: Start, sensitivity: bool) -> Points:
-        outputs = (*self.outputs, OUTPUT) if sensitivity else self.outputs
-        return solve_points(
-            parameters, start, tuple(dict.fromkeys(outputs)), harmonics_of(self.names)
-        )
+        outputs = tuple(dict.fromkeys((*self.outputs, OUTPUT) if sensitivity else self.outputs))
+        points = solve_points(parameters, start, outputs, harmonics_of(self.names))
+        return with_places(points, self.names, OUTPUT in outputs)
 
     def linearised(
         self, parameters: np.ndarray, state: np.ndarray, columns: list[int]
@@ -214,8 +218,7 @@ class Problem:
         moves = directions(len(columns)) * sigma
         rows = np.repeat(parameters, len(moves), axis=0)
         rows[:, columns] += self.reach * np.tile(moves, (n, 1))
-        points = solve_points(clipped(rows), (self.x0, self.v0), OF_LAW, 1)
-        has_law = points.has_law(np.repeat(laws, len(moves), axis=0))
+        has_law = self.laws_from_start(clipped(rows)).has_law(np.repeat(laws, len(moves), axis=0))
         return np.asarray(has_law.reshape(n, -1).all(axis=1))
 
     def _log_loss(self, points: Points) -> np.ndarray:

@@ -12,6 +12,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.solve.basins.attractors import shares
+from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.checks import check_soft, check_whole
 from vibropipe.solve.design.goals import bounds_of_parts
 from vibropipe.solve.design.scattered_parts import moved_rows
@@ -35,7 +36,7 @@ from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
 from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
-from vibropipe.words.vocabulary import STEADY, describe
+from vibropipe.words.vocabulary import PLACES, STEADY, describe
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -83,7 +84,7 @@ def tolerance(
         Number of harmonics, from 1 to 1,000.
     subject_to : mapping of str to str or (float, float), optional
         Bounds of quantities that parts are to keep, as of `design`: {"impact_velocity_max_1": "< 0.8"}. Asks for the
-        yield.
+        yield. Places of bifurcations (fold_nu_up), found anew of each part, have a scatter, too.
     progress : callable, optional
         Called as progress(done, total), in samples with those of the worst case.
 
@@ -151,14 +152,16 @@ def tolerance(
     exciter.check_start(x0, v0)
     base = np.array(exciter.numbers())
     bounds = bounds_of_parts(subject_to) if subject_to else ()
-    wanted = {*OUTPUTS, *outputs_of([bound.quantity for bound in bounds])}
+    wanted_names = [bound.quantity for bound in bounds]
+    wanted = {*OUTPUTS, *outputs_of(wanted_names)}
     outputs = tuple(name for name in ALL_OUTPUTS if name in wanted)
-    harmonics = harmonics_of([bound.quantity for bound in bounds], harmonics)
+    harmonics = harmonics_of(wanted_names, harmonics)
 
     def from_start(rows: np.ndarray) -> Points:
-        return solve_points(clipped(rows), (x0, v0), outputs, harmonics, progress)
+        solved = solve_points(clipped(rows), (x0, v0), outputs, harmonics, progress)
+        return with_places(solved, wanted_names)
 
-    point = solve_points(base[None], (x0, v0), outputs, harmonics)
+    point = with_places(solve_points(base[None], (x0, v0), outputs, harmonics), wanted_names)
     if not point.is_stable[0]:
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
@@ -196,7 +199,7 @@ def spread_names(harmonics: int, variables: Variables) -> list[Named]:
     """Return all parts of the quantities whose spread is computed, of those that a point has."""
     return [
         named(label, "quantity")
-        for variable in SPREAD
+        for variable in (*SPREAD, *PLACES)
         if variable in variables
         for label in labels(variable, harmonics)
     ]
@@ -221,7 +224,8 @@ def spread_variables(
 
     def near(parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
         outputs = (*OUTPUTS, "sensitivity") if sensitivity else OUTPUTS
-        return solve_points(parameters, tuple(states.T), outputs, harmonics)
+        solved = solve_points(parameters, tuple(states.T), outputs, harmonics)
+        return with_places(solved, names, sensitivity)
 
     def read(points: Points) -> np.ndarray:
         return points.values(names)
@@ -266,10 +270,12 @@ def spread_variables(
 
 
 def _std(moved: np.ndarray) -> np.ndarray:
-    """Return standard deviations (q,) of deviations (n, q); NaN with less than two of them."""
-    if len(moved) < 2:
-        return np.full(moved.shape[1], np.nan)
-    result: np.ndarray = np.std(moved, axis=0, ddof=1)
+    """Return standard deviations (q,) of those deviations (n, q) that are known; NaN with less than two of them."""
+    result = np.full(moved.shape[1], np.nan)
+    for column, each in enumerate(moved.T):
+        found = each[np.isfinite(each)]
+        if found.size > 1:
+            result[column] = np.std(found, ddof=1)
     return result
 
 

@@ -300,6 +300,9 @@ def read_measured(
     else:
         over = {name: table[name] for name in table if name in Parameters._fields}
         names = [named(name, "measured") for name in table if name not in over]
+        for place in (name.name for name in names if name.is_place):
+            must = "must have quantities of the motion: the place of a bifurcation is found along its branch"
+            raise ParameterError("measured", place, must=must, got=place)
         if not over or not names:
             raise ParameterError("measured", table, A_TABLE, got=", ".join(table))
         for name in over.keys() & ranges.keys():

@@ -91,6 +91,9 @@ def exact_slopes(points: Points, names: Sequence[Named], columns: Sequence[int])
                 slopes[:, row, k] = float(name.variable == parameter)
             elif name.is_of_law:
                 slopes[:, row, k] = 0.0
+            elif name.is_place:
+                if name.has_slopes(points.variables):
+                    slopes[:, row, k] = name.slopes(points.variables, column)
             elif parameter in differentiable and name.has_slopes(points.variables):
                 slopes[:, row, k] = name.slopes(points.variables, differentiable.index(parameter))
             elif THROUGH_OTHERS.get(parameter) and name.has_slopes(points.variables):

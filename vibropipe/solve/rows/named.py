@@ -13,7 +13,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.quantities import Quantity
-from vibropipe.words.vocabulary import POWERS, SENSITIVITY_SUFFIX, STEADY, quantity
+from vibropipe.words.vocabulary import GOALS, PLACES, POWERS, SENSITIVITY_SUFFIX, STEADY, quantity
 
 if TYPE_CHECKING:
     from vibropipe.solve.rows.label import Variables
@@ -80,6 +80,11 @@ class Named(NamedTuple):
         )
 
     @property
+    def is_place(self) -> bool:
+        """Whether it is the place of a bifurcation, which the motion alone does not tell."""
+        return self.variable in PLACES
+
+    @property
     def is_of_law(self) -> bool:
         """Whether it belongs to the law of motion, so that it has no derivative."""
         return self.variable in OF_LAW
@@ -136,18 +141,18 @@ def named(name: Any, argument: str) -> Named:
     stem, part = name, ""
     if name.endswith(("_re", "_im")):
         stem, part = name[:-3], name[-2:]
-    for variable in sorted((*SMOOTH, *OF_LAW), key=len, reverse=True):
+    for variable in sorted((*SMOOTH, *OF_LAW, *PLACES), key=len, reverse=True):
         tail = _tail(stem, variable)
         if tail is None:
             continue
         derived, parameter = "", ""
         if match := re.fullmatch(r"_(std|sensitivity)(_\d+)?(?:_([A-Za-z]\w*))?", tail):
             derived, tail, parameter = match[1], match[2] or "", match[3] or ""
-            has_derivative = STEADY[variable].has_derivative or STEADY[variable].goal == "law"
+            has_derivative = GOALS[variable].has_derivative or GOALS[variable].goal == "law"
             if (derived == SENSITIVITY) != (parameter in Parameters._fields) or not has_derivative:
                 break
         index = _index(name, variable, tail, argument)
-        if STEADY[variable].is_complex != bool(part):
+        if GOALS[variable].is_complex != bool(part):
             break
         return Named(name, variable, index, part, derived, parameter)
     raise _unknown(name, argument)
@@ -175,7 +180,7 @@ def _index(name: str, variable: str, tail: str, argument: str) -> int | None:
 
 
 def _unknown(name: str, argument: str) -> ParameterError:
-    choices = [label for variable in (*SMOOTH, *OF_LAW) for label in labels(variable)]
+    choices = [label for variable in (*SMOOTH, *OF_LAW, *PLACES) for label in labels(variable)]
     near = difflib.get_close_matches(name, [*choices, *Parameters._fields], n=2, cutoff=0.5)
     hint = f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
     allowed = "a quantity of a steady state, such as displacement_mean or impact_velocity_max_1"
@@ -185,7 +190,7 @@ def _unknown(name: str, argument: str) -> ParameterError:
 def labels(variable: str, harmonics: int = 3) -> list[str]:
     """Return the names with index of all parts of a quantity."""
     dims = quantity(variable).dims
-    parts = ("_re", "_im") if STEADY[variable].is_complex else ("",)
+    parts = ("_re", "_im") if GOALS[variable].is_complex else ("",)
     sizes = {**SIZES, "harmonic": harmonics, "subharmonic": harmonics}
     ends = [f"_{n}" for n in range(1, sizes[dims[0]] + 1)] if dims else [""]
     return [variable + end + part for end in ends for part in parts]
@@ -193,7 +198,9 @@ def labels(variable: str, harmonics: int = 3) -> list[str]:
 
 def outputs_of(names: Iterable[Named]) -> tuple[str, ...]:
     """Return the outputs that have some quantities, and stability."""
-    wanted = {STEADY[name.variable].output for name in names if name.variable in STEADY}
+    of_names = [*names]
+    wanted = {STEADY[name.variable].output for name in of_names if name.variable in STEADY}
+    wanted |= {"harmonics", "impacts"} if any(name.is_place for name in of_names) else set()
     wanted.add("stability")
     return tuple(name for name in OUTPUTS if name in wanted)
 

@@ -15,6 +15,7 @@ from vibropipe.physics.si import (
 )
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.ties import own_names
+from vibropipe.solve.with_units import plain_objectives
 from vibropipe.study.quantities import (
     COLUMNS,
     GOALS,
@@ -37,6 +38,7 @@ from vibropipe.study.quantities import (
     si_of,
 )
 from vibropipe.words.parameters import STARTS
+from vibropipe.words.vocabulary import PLACES_IN_SI
 
 
 def without_units(tree: dict[str, Any]) -> tuple[dict[str, Any], list[Problem]]:
@@ -161,12 +163,13 @@ class _Reader(QuantityReader):
         plain: dict[str, Any] = {}
         for key, value in node.items():
             if key in GOALS and isinstance(value, dict):
+                names = COLUMNS if key == MEASURED else PLACES_IN_SI
                 plain[key] = {
-                    COLUMNS.get(name, name) if key == MEASURED else name: self.goal(
-                        name, v, (*path, key, name)
-                    )
+                    names.get(name, name): self.goal(name, v, (*path, key, name))
                     for name, v in value.items()
                 }
+            elif key == "minimise":
+                plain[key] = plain_objectives(value)
             elif key == LEVELS and isinstance(value, list):
                 plain[key] = [
                     {name: self.level(name, v, (*path, key, n, name)) for name, v in each.items()}

@@ -23,6 +23,7 @@ from vibropipe.words.records import FINITE, NOT_NEGATIVE, POSITIVE, Range
 from vibropipe.words.sensors import RECORD, TAU, TIME
 from vibropipe.words.spelling import did_you_mean
 from vibropipe.words.units import MINUS, UnitError, to_si
+from vibropipe.words.vocabulary import PLACES_IN_SI
 
 # Parameters by their names with units -> without, and back.
 NAMES = {name: entry.non_dimensional for name, entry in PHYSICAL.items() if entry.non_dimensional}
@@ -196,7 +197,7 @@ class QuantityReader:
         if name == PHASE and path[-2] == MEASURED:
             return ""
         try:
-            goal = named(name, str(path[-2]))
+            goal = named(PLACES_IN_SI.get(name, name), str(path[-2]))
         except ParameterError as error:
             problem = refused(path, error)
             if path[-2] == MEASURED and (hint := did_you_mean(name, NAMES)):

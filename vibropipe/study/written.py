@@ -15,6 +15,7 @@ from vibropipe.study.quantities import GOALS, KEYS, MEASURED, NAMES, VARIED, WRI
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.spelling import nearest
+from vibropipe.words.vocabulary import PHYSICAL_NAMES, PLACES
 
 
 def without_slips(
@@ -86,6 +87,8 @@ def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -
     steps = list(path)
     for index in range(first, len(steps) - 1):
         step, key = steps[index], steps[index + 1]
+        if step in GOALS and owner == "exciter":
+            steps[index + 1] = PHYSICAL_NAMES[str(key)] if key in PLACES else key
         if step in (owner, *VARIED, MEASURED) and key in names:
             steps[index] = new_owner if step == owner else step
             steps[index + 1] = names[str(key)]

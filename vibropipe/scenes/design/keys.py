@@ -49,9 +49,11 @@ from vibropipe.scenes.keys.values import (
 from vibropipe.words.designs import DESIGN_SAMPLES, DESIGNS
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.units import MINUS
+from vibropipe.words.vocabulary import PLACES
 
 # Seconds of a sample, of a search from one, of the margin of a design, of its scattered parts; searches of a front and
-# samples of the sweeps that it is sought by.
+# samples of the sweeps that it is sought by; seconds of the place of a bifurcation, which the trials of a search need.
+PLACE_SECONDS, TRIALS = 3e-3, 30
 SAMPLE_SECONDS, SEARCH_SECONDS, DESIGN_SECONDS, YIELD_SECONDS = 1e-4, 0.15, 0.1, 0.3
 SEARCHES, FRONT_SEARCHES, FRONT_SAMPLES = 12, 20, 35_000
 Text = Annotated[str, TextRule(200)]
@@ -130,7 +132,7 @@ class DesignScene(VariedScene):
     target: dict[Text, Annotated[float, TargetRule()]] = Field(
         default={},
         description="Values of quantities, named as columns of tables are: `impact_velocity_max_1`; of `displacement` "
-        "a curve, a list of [phase, displacement].",
+        "a curve, a list of [phase, displacement]; of `fold_omega_up` and the like the place of a bifurcation.",
     )
     subject_to: dict[Text, Annotated[str, BoundRule(200)]] = Field(
         default={}, description='Bounds of quantities: `"< 0.8"`, `"> 0.1, < 0.8"`.'
@@ -193,7 +195,7 @@ class DesignScene(VariedScene):
 
 def _goals(scene: DesignScene) -> Iterator[Problem]:
     """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
-    from vibropipe.solve.design.goals import check_allow, check_presence, goals_of
+    from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
 
     arguments = scene.arguments()
     try:
@@ -201,6 +203,7 @@ def _goals(scene: DesignScene) -> Iterator[Problem]:
             *(arguments[key] for key in ("target", "subject_to", "minimise", "tolerance"))
         )
         check_allow(goals, arguments["allow"])
+        check_placed(goals, scene.tied())
     except ParameterError as error:
         yield refused(argument_path(error), error)
         return
@@ -233,6 +236,9 @@ def plan(scene: DesignScene) -> Work:
     searches = SEARCHES + is_front * FRONT_SEARCHES
     seconds = (scene.samples + is_front * FRONT_SAMPLES) * SAMPLE_SECONDS
     seconds += searches * SEARCH_SECONDS * (1 + len(scene.minimise))
+    wanted = {*scene.target, *scene.subject_to, *(name.lstrip("-") for name in scene.minimise)}
+    if not wanted.isdisjoint(PLACES):
+        seconds += (scene.samples + is_front * FRONT_SAMPLES + searches * TRIALS) * PLACE_SECONDS
     if scene.tolerance or scene.allow:
         # Moving inside bounds takes another search for each.
         seconds += SEARCHES * (YIELD_SECONDS + SEARCH_SECONDS)

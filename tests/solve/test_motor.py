@@ -67,6 +67,34 @@ def test_a_speed_past_the_range_is_not_known():
     assert np.isnan(vp.motor(branch, MOTOR).jump_to_nu.values[1])
 
 
+def test_an_unbalanced_rotor_takes_a_torque_that_grows_with_its_force():
+    unbalance = 0.2
+    exciter = vp.Exciter(nu=0.6, h=H, shaker=unbalance, l=50.0)
+    branch = vp.branch(exciter, "nu", (0.2, 2.9), outputs=OUTPUTS)
+    found = vp.motor(branch, {"no_load": 2.2, "stall": 1.5})
+    # f = u nu^2 in the torque of the motion without impacts
+    line = 1.5 * (1 - NU / 2.2)
+    roots = real_roots(line * DENOMINATOR - H * unbalance**2 / 2 * NU**5)
+    np.testing.assert_allclose(found.nu, roots, rtol=0, atol=1e-10)
+    load = H * unbalance**2 / 2 * NU**5
+    slope = (load.deriv() * DENOMINATOR - load * DENOMINATOR.deriv()) + 1.5 / 2.2 * DENOMINATOR**2
+    np.testing.assert_allclose(np.sort(found.jump_nu), real_roots(slope), rtol=0, atol=1e-8)
+
+
+@pytest.mark.parametrize("torque", [[(1.16, 0.2), (1.3, 0.05)], {"no_load": 1.5, "stall": 0.8}])
+def test_mirror_images_are_listed_once(torque):
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7)
+    branch = vp.branch(exciter, "nu", (0.8, 2.0), switch=["pitchfork"], outputs=OUTPUTS)
+    found = vp.motor(branch, torque)
+    ids, ends = branch.branch_id.values, branch.bifurcation_point.values
+    assert set(ids.tolist()) == {0, 1, 2}
+    alone = branch.isel(point=ids < 2, bifurcation=ids[ends] < 2)  # without one of both
+    one = vp.motor(alone, torque)
+    assert 1 in one.branch_id
+    for name in ("nu", "branch_id", "speed_is_stable", "jump_nu", "jump_to_nu", "jump_torque"):
+        np.testing.assert_allclose(found[name], one[name], rtol=1e-9)
+
+
 def test_points_of_torque_are_joined_by_lines(linear):
     points = [(0.5, 0.4), (0.7, 0.3), (1.02, 0.4), (1.5, 0.002)]
     found = vp.motor(linear, points)

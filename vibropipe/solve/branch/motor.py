@@ -9,7 +9,13 @@ import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.branch.motor_load import MotorLoad, Torque
-from vibropipe.solve.branch.motor_speeds import Stretch, jumps_of, speed_at, stretches_of
+from vibropipe.solve.branch.motor_speeds import (
+    Stretch,
+    jumps_of,
+    speed_at,
+    stretches_of,
+    without_images,
+)
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.with_units import si_of_dimension
 from vibropipe.words.vocabulary import describe, held_name, physical_attributes
@@ -35,9 +41,9 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     Parameters
     ----------
     branch : xarray.Dataset
-        `vp.branch` along nu (or omega, in SI) with the outputs stability, power and sensitivity. Its force has one
-        amplitude at all speeds, as of a crank that moves a spring or of an electric drive; that of an unbalanced rotor
-        grows with nu^2, and branches with ties are not followed.
+        `vp.branch` along nu (or omega, in SI) with the outputs stability, power and sensitivity. The amplitude f is
+        the same at all speeds, as of a crank that moves a spring or of an electric drive; that of an unbalanced rotor,
+        which grows with nu^2, is the parameter shaker.
     torque : mapping or sequence
         What the motor gives: `{"no_load": nu, "stall": torque}` is the straight line from the torque at rest to the
         speed without torque, and beyond. Pairs (nu, torque) are joined by straight lines; there is none beyond. Units
@@ -46,7 +52,8 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     Returns
     -------
     xarray.Dataset
-        Over `crossing`, sorted by the speed, each solved on the branch and not interpolated:
+        Over `crossing`, sorted by the speed, each solved on the branch and not interpolated; of orbits that are mirror
+        images of each other, as beyond a pitchfork, the one of the first branch:
 
         nu, motor_torque
             Speed, and torque of both.
@@ -90,6 +97,7 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
         ((speed_at(load, each, 0.0), each) for each in stretches if each.s[0] * each.s[1] < 0.0),
         key=lambda found: found[0],
     )
+    at = without_images(load, at)
     speeds = np.array([speed for speed, _each in at])
     torques, kept = _orbits_at(load, at)
     jumps = jumps_of(load, stretches)

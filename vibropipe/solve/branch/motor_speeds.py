@@ -12,6 +12,8 @@ from vibropipe.solve.branch.motor_load import INSIDE, MotorLoad
 
 # Relative distance, of speeds and of torques, of ends of stretches that meet.
 MEET = 1e-7
+# Difference of multipliers of mirror images, which are followed apart.
+IMAGE = 1e-5
 # Relative width to which a speed is located.
 LOCATED = 1e-15
 # Relative distance of points of a branch between which the excess has no extreme: they lie at a bifurcation.
@@ -107,12 +109,39 @@ def _turn(load: MotorLoad, one: int, a: float, b: float) -> list[float]:
     return [zero(lambda w: load.slope(one, w) - bend, *ends)]
 
 
+def without_images(
+    load: MotorLoad, at: Sequence[tuple[float, Stretch]]
+) -> list[tuple[float, Stretch]]:
+    """Return crossings, sorted by the speed, without those of the mirror image of an earlier orbit."""
+    kept: list[tuple[float, Stretch]] = []
+    ids = load.branch["branch_id"].values
+    for w, each in at:
+        near = [
+            (v, other) for v, other in kept
+            if w - v <= MEET * w and ids[other.start] != ids[each.start]
+        ]  # fmt: skip
+        images = [n for n, other in enumerate(near) if _are_images(load, (w, each), other)]
+        if not images:
+            kept.append((w, each))
+        elif near[images[0]][1].start > each.start:
+            kept[kept.index(near[images[0]])] = w, each
+    return kept
+
+
+def _are_images(load: MotorLoad, one: tuple[float, Stretch], two: tuple[float, Stretch]) -> bool:
+    """Return whether orbits at one speed are mirror images, by their multipliers and the supports that they strike."""
+    row, other = (load.row(each.start, w) for w, each in (one, two))
+    struck, mirrored = (each["impacts_per_period"].values for each in (row, other))
+    a, b = (each["floquet_multiplier"].values for each in (row, other))
+    return bool((struck == mirrored[::-1]).all() and np.allclose(a, b, IMAGE, IMAGE))
+
+
 def jumps_of(
     load: MotorLoad, stretches: Sequence[Stretch]
 ) -> list[tuple[float, float, float, float]]:
     """Return (torque added, 1 raised or 0 lowered, speed lost, speed reached), sorted by the torque."""
     stable = [each for each in stretches if each.is_stable]
-    found = []
+    found: list[tuple[float, float, float, float]] = []
     for stretch in stable:
         if not stretch.rises:
             continue
@@ -122,8 +151,10 @@ def jumps_of(
             if is_kept or not (onward or stretch.at_event[end]):
                 continue
             w, level = stretch.w[end], stretch.s[end]
-            to = _reached(load, stable, stretch, end, level)
-            found.append((level, float(end), w, to))
+            jump = level, float(end), w, _reached(load, stable, stretch, end, level)
+            # Mirror images jump alike.
+            if not any(np.allclose(jump, other, MEET, 0.0, equal_nan=True) for other in found):
+                found.append(jump)
     return sorted(found)
 
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -185,6 +185,36 @@ class Ties:
         for name, each in self.expressions.items():
             values[name], slopes[name] = each.with_slopes(values, slopes)
         return {name: slopes[name] for name in self.parameters}
+
+    def following(self, names: Collection[str]) -> list[str]:
+        """Return the parameters that are tied to some names, directly or through others."""
+        return [each for each in self.parameters if not {*names}.isdisjoint(self.roots[each])]
+
+    def chained(
+        self,
+        given: Mapping[str, float],
+        names: Sequence[str],
+        by: Collection[str],
+        jacobian: np.ndarray,
+    ) -> np.ndarray:
+        """Return derivatives (q, by) by some free names from those (q, names) by each parameter alone.
+
+        Parameters
+        ----------
+        given : mapping of str to float
+            Value of each free name.
+        names : sequence of str
+            Parameters, those that follow among them.
+        by : collection of str
+        jacobian : (q, names) array
+        """
+        slopes = self.slopes(given, by)
+        moves = np.array(
+            [[slopes.get(each, {each: 1.0}).get(name, 0.0) for name in by] for each in names]
+        )
+        # An undefined derivative does not count where nothing acts through it.
+        total: np.ndarray = np.where(moves == 0.0, 0.0, jacobian[:, :, None] * moves).sum(axis=1)
+        return total
 
     def check(self, stated: Collection[str], varied: Iterable[str], argument: str) -> None:
         """Raise a ParameterError for a name without a value, or one with two.

@@ -32,7 +32,7 @@ from vibropipe.solve.checks import (
     check_outputs,
     check_whole,
 )
-from vibropipe.solve.design.tolerance import check_tolerances
+from vibropipe.solve.design.scattered_parts import check_tolerances
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.steady import steady_state

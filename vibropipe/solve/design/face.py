@@ -25,6 +25,7 @@ from vibropipe.solve.design.scatter import (
     off_limits,
     ranked,
 )
+from vibropipe.solve.design.scattered_parts import check_tolerances
 from vibropipe.solve.design.search import (
     REFINED,
     ROUNDS,
@@ -33,7 +34,6 @@ from vibropipe.solve.design.search import (
     miss_text,
     without_copies,
 )
-from vibropipe.solve.design.tolerance import check_tolerances
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.points import within_ranges
 from vibropipe.solve.with_units import (

@@ -85,7 +85,7 @@ class Problem:
     @cached_property
     def following(self) -> list[str]:
         """Parameters that are tied to what is varied."""
-        return [n for n in self.ties.parameters if not {*self.vary}.isdisjoint(self.ties.roots[n])]
+        return self.ties.following(self.vary)
 
     @cached_property
     def columns(self) -> list[int]:
@@ -147,14 +147,9 @@ class Problem:
         if not self.ties:
             return jacobian * self.width
         varied = dict(zip(self.vary, (self.low + share * self.width).tolist(), strict=True))
-        slopes = self.ties.slopes({**self.exciter.numbers()._asdict(), **varied}, self.vary)
+        given = {**self.exciter.numbers()._asdict(), **varied}
         names = [Parameters._fields[column] for column in self.columns]
-        by = [slopes.get(each, {each: 1.0}) for each in names]
-        moves = np.array([[each.get(name, 0.0) for name in self.vary] for each in by])
-        # An undefined derivative does not count where nothing acts through it.
-        parts = np.where(moves == 0.0, 0.0, jacobian[:, :, None] * moves)
-        total: np.ndarray = parts.sum(axis=1) * self.width
-        return total
+        return self.ties.chained(given, names, self.vary, jacobian) * self.width
 
     def from_start(self, parameters: np.ndarray, sensitivity: bool = False) -> Points:
         """Return the motions that settle from the start at parameters (n, p), with sensitivities if asked for."""

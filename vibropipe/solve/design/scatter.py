@@ -18,7 +18,7 @@ from vibropipe.solve.design.refine import Search
 from vibropipe.solve.design.scattered_parts import moved_rows
 from vibropipe.solve.design.search import Candidate, checked
 from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
-from vibropipe.solve.rows.points import Points, clipped, solve_points
+from vibropipe.solve.rows.points import Points, solve_points
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import DEFAULTS
 from vibropipe.words.vocabulary import quantity
@@ -89,7 +89,7 @@ def judged(problem: Problem, candidate: Candidate) -> Judged:
     plain = [bound.quantity for bound in problem.goals.bounds if not bound.quantity.derived]
     wanted = {*outputs_of(plain), *(spread.OUTPUTS if problem.tolerance else ())}
     points = solve_points(
-        clipped(rows if problem.tolerance else rows[:PARTS]), (problem.x0, problem.v0),
+        rows if problem.tolerance else rows[:PARTS], (problem.x0, problem.v0),
         tuple(name for name in OUTPUTS if name in wanted), harmonics_of(problem.names, HARMONICS),
     )  # fmt: skip
     points = with_places_of_parts(problem, candidate, points)

@@ -10,12 +10,13 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
-from vibropipe.physics.parameter_error import check_keys, number_within
+from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.branch.first_places import with_places
-from vibropipe.solve.checks import check_soft, check_whole
-from vibropipe.solve.design.goals import bounds_of_parts
-from vibropipe.solve.design.scattered_parts import moved_rows
+from vibropipe.solve.checks import check_whole
+from vibropipe.solve.design.goals import Goals, bounds_of_parts, check_placed
+from vibropipe.solve.design.scattered_parts import UNTIED, Tied, check_tied, moved_rows
 from vibropipe.solve.design.sorting import kept_parts, sorting_variables, yield_variables
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
@@ -30,10 +31,9 @@ from vibropipe.solve.rows.named import (
     named,
     outputs_of,
 )
-from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
+from vibropipe.solve.rows.points import Points, points_dataset, solve_points
 from vibropipe.solve.with_units import are_with_units, plain_deviations, plain_goals, plain_values
 from vibropipe.words.outputs import OUTPUTS as ALL_OUTPUTS
-from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.progress import Progress
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.vocabulary import PLACES, STEADY, describe
@@ -65,6 +65,7 @@ def tolerance(
     harmonics: int = 3,
     subject_to: Mapping[str, Any] | None = None,
     progress: Progress | None = None,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Estimate how far the quantities of a stable orbit scatter, to first order and by samples of the true model.
 
@@ -87,6 +88,10 @@ def tolerance(
         yield. Places of bifurcations (fold_nu_up), found anew of each part, have a scatter, too.
     progress : callable, optional
         Called as progress(done, total), in samples with those of the worst case.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others or of names of one's own, as of `sweep`: {"R2": "R1"}. What is free
+        scatters, and what is tied follows it, here and in the derivatives. A name of one's own that scatters has its
+        value as a tie: {"zeta": 0.02, "h": "2 * zeta"} with {"zeta": 0.001} among the tolerances.
 
     Returns
     -------
@@ -142,9 +147,10 @@ def tolerance(
             harmonics,
             plain_goals(exciter, "subject_to", subject_to),
             progress,
+            ties,
         )
         return to_physical(dataset, exciter)
-    sigma = check_tolerances(exciter, tolerances)
+    exciter, tied, sigma = check_tied(exciter, tolerances, Ties(ties))
     exciter.check_frequency(sigma.keys() - {"nu"})
     check_whole("samples", samples, SAMPLES_LIMITS)
     check_whole("harmonics", harmonics, HARMONICS)
@@ -152,47 +158,35 @@ def tolerance(
     exciter.check_start(x0, v0)
     base = np.array(exciter.numbers())
     bounds = bounds_of_parts(subject_to) if subject_to else ()
+    check_placed(Goals(bounds, ()), tied.ties)
     wanted_names = [bound.quantity for bound in bounds]
     wanted = {*OUTPUTS, *outputs_of(wanted_names)}
     outputs = tuple(name for name in ALL_OUTPUTS if name in wanted)
     harmonics = harmonics_of(wanted_names, harmonics)
 
     def from_start(rows: np.ndarray) -> Points:
-        solved = solve_points(clipped(rows), (x0, v0), outputs, harmonics, progress)
+        solved = solve_points(rows, (x0, v0), outputs, harmonics, progress)
         return with_places(solved, wanted_names)
 
     point = with_places(solve_points(base[None], (x0, v0), outputs, harmonics), wanted_names)
     if not point.is_stable[0]:
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
-    attrs = origin_attrs(
-        all_effect_names(vars(exciter), pieces=True, housing=True),
-        f"x0 = {x0 or 0.0:g}, v0 = {v0:g}",
-    )
+    effects = all_effect_names(vars(exciter), pieces=True, housing=True)
+    attrs = origin_attrs(effects, f"x0 = {x0 or 0.0:g}, v0 = {v0:g}") | Ties(ties).attrs
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
-    points = from_start(moved_rows(base, sigma, samples, reach))
-    spread = spread_variables(base, point, sigma, samples, reach, harmonics, points)
+    dataset = dataset.assign_coords(tied.own)
+    points = from_start(moved_rows(base, sigma, samples, reach, tied))
+    spread = spread_variables(base, point, sigma, samples, reach, harmonics, points, tied)
     if bounds:
         each, kept = kept_parts(bounds, points, point.laws[0], samples, exciter.l)
         spread |= yield_variables(bounds, points, point.laws[0], each, kept)
         names = spread_names(harmonics, point.variables)
-        rules, best = sorting_variables(names, [*sigma], point, points, kept)
+        parameters = [name for name in sigma if name in Parameters._fields]
+        rules, best = sorting_variables(names, parameters, point, points, kept)
         spread |= rules
         dataset = dataset.assign_attrs(foretold_by=best)
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
-
-
-def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[str, float]:
-    """Return standard deviations in the order of the parameters, or raise a ParameterError."""
-    if not tolerances:
-        raise ParameterError("tolerance", tolerances, must="must have at least one parameter")
-    check_keys("tolerance", tolerances, CONTINUOUS)
-    check_soft("tolerance", exciter, tolerances, {})
-    return {
-        name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)
-        for name in Parameters._fields
-        if name in tolerances
-    }
 
 
 def spread_names(harmonics: int, variables: Variables) -> list[Named]:
@@ -213,13 +207,15 @@ def spread_variables(
     reach: float,
     harmonics: int,
     points: Points,
+    tied: Tied = UNTIED,
 ) -> Variables:
     """Return the variables of `tolerance` at one solved point, without a dimension of the point.
 
     `points` are the motions from the start at `moved_rows`.
     """
     names = spread_names(harmonics, point.variables)
-    columns = [Parameters._fields.index(name) for name in sigma]
+    moving = [name for name in (*sigma, *tied.ties.following(sigma)) if name not in tied.own]
+    columns = [Parameters._fields.index(name) for name in moving]
     deviations = np.array(list(sigma.values()))
 
     def near(parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
@@ -237,6 +233,8 @@ def spread_variables(
     _, own, slopes = values_and_jacobian(
         base, point.states[0], columns, near, read, difference, names=names
     )
+    if tied.ties:
+        slopes = tied.ties.chained(tied.values(base), moving, sigma, slopes)
     slopes = np.where(np.isfinite(own)[:, None], slopes, np.nan)
     effects = slopes * deviations
     moved = difference(read(points), own)

@@ -11,8 +11,8 @@ from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.rows.label import coordinates, label_rows
 from vibropipe.solve.rows.many import solve_rows
-from vibropipe.solve.sweep.sweep import MAX_PERIODS
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.sweep.blocks import MAX_PERIODS
+from vibropipe.solve.threads import row_blocks
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS
 

@@ -12,7 +12,8 @@ from scipy.linalg import expm
 
 import vibropipe as vp
 from vibropipe.orbits.growth import BLOCK_PERIODS, EXPONENT_PERIODS
-from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 
 OUTPUTS = ("stability", "poincare", "lyapunov")
 LOSSY = {"l": 0.5, "h": 0.2, "R1": 0.7, "R2": 0.7}

@@ -20,7 +20,7 @@ from vibropipe.orbits.verdict import APERIODIC, DRIFTING, next_limit
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, PATIENCE
+from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE
 from vibropipe.words.regimes import Chaos, Regime
 
 ONE, MANY = np.int64(1), np.int64(10**6)

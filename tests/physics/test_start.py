@@ -9,7 +9,7 @@ import yaml
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
 from vibropipe.scenes.registry import kind_of
-from vibropipe.solve.sweep.sweep import PATIENCE
+from vibropipe.solve.sweep.blocks import PATIENCE
 from vibropipe.study import parse_study
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.status import Status

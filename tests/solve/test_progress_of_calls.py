@@ -3,7 +3,8 @@
 import pytest
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import grid_of, solve_blocks
+from vibropipe.solve.sweep.blocks import solve_blocks
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.words.progress import WorkCount, part_of
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)

@@ -13,7 +13,8 @@ from oracles import Oracle
 from textbook import Parameters, digits
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.words.status import Status
 
 NUDGE = mpmath.mpf("1e-18")

@@ -12,7 +12,8 @@ import vibropipe as vp
 from vibropipe.march.grid import exact_grid
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.solve.motion.run import MotionRequest, closed_form_solver, run_motion
-from vibropipe.solve.sweep.sweep import grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.words.parameters import COMMON_EFFECTS
 from vibropipe.words.status import Status
 

@@ -13,10 +13,11 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.solve import threads
 from vibropipe.solve.rows import many as rows
-from vibropipe.solve.sweep import sweep_grid
-from vibropipe.solve.sweep.sweep import PATIENCE, assemble, grid_of, solve_blocks, solve_shard
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_blocks, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
+from vibropipe.solve.threads import row_blocks
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, delta=0.01, R1=0.7, R2=0.6)
 OVER = {"f": np.array([0.05, 0.4, 1.5]), "nu": np.linspace(0.4, 2.2, 7)}
@@ -88,7 +89,7 @@ def test_the_cut_does_not_matter(follow: Any, cuts: int) -> None:
 def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: Any) -> None:
     """Chains longer than a piece continue in the next one."""
     expected = vp.sweep(EXCITER, OVER, follow=follow)
-    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 4)
+    monkeypatch.setattr(threads, "ROWS_PER_CALL", 4)
     xr.testing.assert_identical(vp.sweep(EXCITER, OVER, follow=follow), expected)
 
 
@@ -97,8 +98,8 @@ def test_the_pieces_rows_are_solved_in_do_not_matter(follow: Any, monkeypatch: A
 def test_blocks_are_the_sweep_cut_between_chains(
     follow: Any, accuracy: Any, monkeypatch: Any
 ) -> None:
-    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
+    monkeypatch.setattr(threads, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(threads, "MIN_ROWS_PER_CALL", 2)
     grid = grid_of(EXCITER, OVER, follow)
     count, chain = grid.rows, grid.chain_length
     blocks = list(solve_blocks(grid, 0, count, 8, accuracy=accuracy))
@@ -116,8 +117,8 @@ def test_blocks_are_the_sweep_cut_between_chains(
 
 def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     """No row is solved after the generator is closed."""
-    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 2)
-    monkeypatch.setattr(sweep_grid, "MIN_ROWS_PER_CALL", 2)
+    monkeypatch.setattr(threads, "ROWS_PER_CALL", 2)
+    monkeypatch.setattr(threads, "MIN_ROWS_PER_CALL", 2)
     piece_rows = []
 
     def watched(*arguments: Any) -> Any:
@@ -149,14 +150,14 @@ def test_pieces_become_shorter_towards_the_end(count: int, chain: int) -> None:
     ends = ends_of(count, chain)
     sizes = np.diff(ends)
     assert (ends[0], ends[-1]) == (0, count)
-    assert 0 < sizes.min() <= sizes.max() <= sweep_grid.ROWS_PER_CALL
+    assert 0 < sizes.min() <= sizes.max() <= threads.ROWS_PER_CALL
     for first, stop in itertools.pairwise(ends):
-        if chain < sweep_grid.MIN_ROWS_PER_CALL:
+        if chain < threads.MIN_ROWS_PER_CALL:
             assert stop % chain == 0
-            most = max(sweep_grid.MIN_ROWS_PER_CALL, (count - first) // sweep_grid.TAIL_FRACTION)
+            most = max(threads.MIN_ROWS_PER_CALL, (count - first) // threads.TAIL_FRACTION)
             assert stop - first <= most
-    if chain < sweep_grid.MIN_ROWS_PER_CALL < count:
-        assert sizes[-1] <= sweep_grid.MIN_ROWS_PER_CALL
+    if chain < threads.MIN_ROWS_PER_CALL < count:
+        assert sizes[-1] <= threads.MIN_ROWS_PER_CALL
 
 
 @pytest.mark.parametrize(
@@ -169,7 +170,7 @@ def test_pieces_become_shorter_towards_the_end(count: int, chain: int) -> None:
     ],
 )
 def test_pieces_are_whole_chains_or_parts_of_one(count, chain, ends, monkeypatch) -> None:
-    monkeypatch.setattr(sweep_grid, "ROWS_PER_CALL", 4)
+    monkeypatch.setattr(threads, "ROWS_PER_CALL", 4)
     assert ends_of(count, chain) == ends
 
 

@@ -12,7 +12,8 @@ import pytest
 from hypothesis import given
 from hypothesis import strategies as st
 
-from vibropipe.solve.sweep.sweep_grid import SweepGrid, row_blocks
+from vibropipe.solve.sweep.sweep_grid import SweepGrid
+from vibropipe.solve.threads import row_blocks
 
 
 @st.composite

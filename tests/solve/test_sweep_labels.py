@@ -17,8 +17,8 @@ from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.rows.many import solve_rows
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, PATIENCE
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE
+from vibropipe.solve.threads import row_blocks
 from vibropipe.words.regimes import Chaos, Regime
 
 PATIENT = 5000

@@ -7,7 +7,8 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 
 GIVEN = {"l": 0.5, "h": 0.1, "f": 0.7, "R1": 0.8, "R2": 0.8}
 X0, V0 = np.array([-0.4, 0.0, 0.6]), np.array([-0.9, 0.0, 1.3, 0.4])

@@ -13,7 +13,8 @@ from matplotlib.text import Text
 
 import vibropipe as vp
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.sweep.sweep import assemble, grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import assemble, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 
 EXCITER = vp.Exciter(l=1.0, delta=0.1)
 TIES = {"R2": "R1", "f": "me * nu**2", "h": "2 * zeta", "me": 0.5}

@@ -8,7 +8,8 @@ from store_datasets import IDENTITY
 
 import vibropipe as vp
 from vibropipe import store
-from vibropipe.solve.sweep.sweep import grid_of, solve_blocks, solve_shard
+from vibropipe.solve.sweep.blocks import solve_blocks, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.store.sweep_files import write_grid
 
 EXCITER = vp.Exciter(l=0.5, h=0.1, k1=20.0, h1=0.2, k2=20.0, h2=0.2, friction=0.05)

@@ -7,7 +7,8 @@ from store_datasets import IDENTITY
 import vibropipe as vp
 from vibropipe import store
 from vibropipe.physics.derivatives import DIFFERENTIATED
-from vibropipe.solve.sweep.sweep import grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 
 EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
 OVER = {"nu": np.array([0.4, 0.9, 1.3]), "f": np.array([0.3, 1.0])}

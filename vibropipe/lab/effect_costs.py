@@ -35,8 +35,9 @@ from vibropipe.solve.motion.run import run_motion
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.rows.many import solve_piece
 from vibropipe.solve.rows.row_results import ORBIT_LOG_CAPACITY, new_impact_buffer, new_rows
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, sweep
-from vibropipe.solve.sweep.sweep_grid import ROWS_PER_CALL
+from vibropipe.solve.sweep.blocks import MAX_PERIODS
+from vibropipe.solve.sweep.sweep import sweep
+from vibropipe.solve.threads import ROWS_PER_CALL
 from vibropipe.store.encoding import encode
 from vibropipe.words.progress import Progress
 from vibropipe.words.vocabulary import describe

@@ -1,4 +1,4 @@
-"""Calls on several threads that Ctrl-C can end at any moment."""
+"""Calls on several threads that Ctrl-C can end at any moment, and the rows that each of them solves."""
 
 from __future__ import annotations
 
@@ -13,6 +13,9 @@ from typing import Any, Generic, TypeVar, cast
 T = TypeVar("T")
 # Seconds after which a wait begins anew: without an end it cannot be interrupted on every system.
 INTERRUPTIBLE = 1.0
+# Rows per call of the kernel. Small enough for progress reports and Ctrl-C, large enough to hide the call overhead;
+# pieces shrink towards the end, to a TAIL_FRACTION-th of the remaining rows, so that threads finish together.
+ROWS_PER_CALL, MIN_ROWS_PER_CALL, TAIL_FRACTION = 256, 64, 4
 
 
 class Calls(Generic[T]):
@@ -101,3 +104,36 @@ class Threads:
                 task()
             del task  # and its results, which may be large
         self._ended.put(None)
+
+
+def row_blocks(
+    rows: int, chain_length: int = 1, block_rows: int | None = None
+) -> list[list[list[int]]]:
+    """Cut rows into blocks, and blocks into pieces that are solved in parallel.
+
+    The cuts do not depend on the number of threads.
+
+    Parameters
+    ----------
+    rows, chain_length : int
+        Number of rows, in whole chains, and rows per chain.
+    block_rows : int, optional
+        Least number of rows per block (default: all).
+
+    Returns
+    -------
+    list of list of list of int
+        For each block, for each of its pieces, the ends of the consecutive calls that solve it. A piece consists of
+        whole chains solved in one call, or of the parts of one longer chain.
+    """
+    blocks: list[list[list[int]]] = []
+    first = begin = 0
+    while first < rows:
+        max_rows = min(ROWS_PER_CALL, max(MIN_ROWS_PER_CALL, (rows - first) // TAIL_FRACTION))
+        stop = min(rows, first + max(1, max_rows // chain_length) * chain_length)
+        if not blocks or first - begin >= (rows if block_rows is None else block_rows):
+            blocks.append([])
+            begin = first
+        blocks[-1].append([*range(first, stop, ROWS_PER_CALL), stop])
+        first = stop
+    return blocks

@@ -35,7 +35,8 @@ from vibropipe.solve.rebuild import (
 )
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.solve.shown_units import shown_in
-from vibropipe.solve.sweep.sweep import PATIENCE, assemble, grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.one_exciter import grid_of_starts
 from vibropipe.view.plane import Plane

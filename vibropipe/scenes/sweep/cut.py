@@ -16,7 +16,7 @@ import numpy as np
 from vibropipe.scenes.rows import Recomputed, part_text, rows_of_shard, sample_indices, stored_grid
 from vibropipe.scenes.sweep.keys import SweepScene, block_rows
 from vibropipe.scenes.sweep.solve import solve_in_blocks, solve_rows
-from vibropipe.solve.sweep.sweep import effects_of_grid
+from vibropipe.solve.sweep.blocks import effects_of_grid
 from vibropipe.store import (
     Difference,
     EarlierRows,

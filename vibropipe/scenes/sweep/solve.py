@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.physical import stored
-from vibropipe.solve.sweep.sweep import assemble, solve_blocks
+from vibropipe.solve.sweep.blocks import assemble, solve_blocks
 
 if TYPE_CHECKING:
     import numpy as np

@@ -12,7 +12,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import within_room
 from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet
 from vibropipe.solve.basins.section_map import SectionMap
-from vibropipe.solve.sweep.sweep import MAX_PERIODS
+from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.words.regimes import Regime
 
 # Largest mean distance of the states at the section, in the units of the section map, over a step of the parameter

@@ -17,7 +17,7 @@ from vibropipe.solve.basins.neighbourhood import (
     trapping_ellipse,
 )
 from vibropipe.solve.basins.section_map import SectionMap
-from vibropipe.solve.sweep.sweep import MAX_PERIODS
+from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 

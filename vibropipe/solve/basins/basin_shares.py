@@ -17,8 +17,8 @@ from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, coordinates, label_rows
 from vibropipe.solve.rows.many import solve_rows
 from vibropipe.solve.rows.row_results import columns_of
-from vibropipe.solve.sweep.sweep import MAX_PERIODS
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.sweep.blocks import MAX_PERIODS
+from vibropipe.solve.threads import row_blocks
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe

@@ -14,7 +14,7 @@ from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.rows.label import label_rows
 from vibropipe.solve.rows.many import solve_rows
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.threads import row_blocks
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status

@@ -22,7 +22,8 @@ from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.sweep.sweep import grid_of, solve_shard
+from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.with_units import are_with_units, plain_levels, plain_name, plain_values
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.status import UnsolvedWarning

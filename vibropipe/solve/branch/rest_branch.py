@@ -15,7 +15,7 @@ from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.start import start_at
 from vibropipe.solve.rows.label import Variables, concatenate
-from vibropipe.solve.sweep.sweep import solve_shard
+from vibropipe.solve.sweep.blocks import solve_shard
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import OF_STEADY_STATE
 

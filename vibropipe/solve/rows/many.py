@@ -210,7 +210,7 @@ def solve_rows(
     Parameters
     ----------
     blocks : sequence
-        The blocks and their pieces (`solve.sweep_grid.row_blocks`).
+        The blocks and their pieces (`solve.threads.row_blocks`).
     parameters : callable
         parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
         side.

@@ -15,8 +15,8 @@ from vibropipe.solve.rows.label import Variables, concatenate, coordinates, labe
 from vibropipe.solve.rows.many import Start, solve_rows
 from vibropipe.solve.rows.named import Named
 from vibropipe.solve.rows.row_results import columns_of
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, PATIENCE
-from vibropipe.solve.sweep.sweep_grid import row_blocks
+from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE
+from vibropipe.solve.threads import row_blocks
 from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime

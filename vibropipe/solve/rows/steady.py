@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.sweep.sweep import MAX_PERIODS, assemble, check_solver, solve_shard
+from vibropipe.solve.sweep.blocks import MAX_PERIODS, assemble, solve_shard
+from vibropipe.solve.sweep.sweep import check_solver
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.words.outputs import OF_STEADY_STATE

@@ -2,51 +2,34 @@
 
 from __future__ import annotations
 
-from collections.abc import Generator, Mapping, Sequence
-from contextlib import closing
+from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.results import RowResults
 from vibropipe.physics import limits
-from vibropipe.physics.effects import Effects, effect_names, has_soft_support, resolve_effects
-from vibropipe.physics.exciter import Exciter, Parameters
-from vibropipe.physics.start import largest_start, largest_velocity, start_text
+from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.ties import Ties, stated_names
 from vibropipe.solve.accuracy.method_choice import check_accuracy
-from vibropipe.solve.accuracy.orbit_errors import row_errors, with_error
 from vibropipe.solve.checks import (
-    check_accuracy_of_housing,
     check_follow,
     check_outputs,
     check_over,
     check_whole,
     swept_dampings,
 )
-from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
-from vibropipe.solve.rows.many import solve_rows
-from vibropipe.solve.rows.sensitivity import through_ties
+from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_shard
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
-from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid, row_blocks
-from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start, starts_of_rows
+from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid
+from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start
 from vibropipe.solve.warn import warn_unsolved
 from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_name, plain_values
 from vibropipe.words.outputs import SWEEP_DEFAULT
-from vibropipe.words.progress import Progress
-from vibropipe.words.vocabulary import PARAMETER, describe
 
 if TYPE_CHECKING:
     import xarray as xr
-
-
-# Largest number of forcing periods marched for a row.
-MAX_PERIODS = limits.PATIENCE[1]
-# Forcing periods after which a row of a sweep may be left as chaotic.
-PATIENCE = 200
 
 
 def sweep(
@@ -194,161 +177,3 @@ def check_solver(
         "accuracy": None if accuracy is None else check_accuracy(accuracy),
         "patience": check_whole("patience", patience, limits.PATIENCE),
     }
-
-
-def solve_shard(grid: SweepGrid, row_start: int, row_stop: int, **options: Any) -> xr.Dataset:
-    """Solve the rows [row_start, row_stop) of a sweep over the dimension `row`; arguments as of `solve_blocks`."""
-    (shard,) = solve_blocks(grid, row_start, row_stop, row_stop - row_start, **options)
-    return shard
-
-
-def solve_blocks(
-    grid: SweepGrid,
-    row_start: int,
-    row_stop: int,
-    block_rows: int,
-    start: tuple[float | None, float] = (None, 0.0),
-    harmonics: int = 3,
-    outputs: Sequence[str] = SWEEP_DEFAULT,
-    progress: Progress | None = None,
-    accuracy: float | None = None,
-    effects: Sequence[str] | None = None,
-    patience: int = PATIENCE,
-    row_work: int = limits.MAX_ROW_WORK,
-    rows: np.ndarray | None = None,
-) -> Generator[xr.Dataset]:
-    """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
-
-    A block is computed when it is requested, and few rows are solved ahead of it. The arguments have been checked.
-
-    Parameters
-    ----------
-    grid : SweepGrid
-        Grid of the sweep.
-    row_start, row_stop : int
-        First row and end; whole chains. Results do not depend on the cuts.
-    block_rows : int
-        Least number of rows per block.
-    start : (float or None, float)
-        x0 and v0, of those that are not swept.
-    harmonics, outputs, accuracy, effects, patience
-        As for `sweep`.
-    progress : callable, optional
-        Called as progress(done, total), in the rows that are solved.
-    row_work : int
-        Largest work of a march of a row, in steps.
-    rows : (n,) array of int, optional
-        Those of the rows that are solved, in their order, of a grid that follows none (default: all).
-
-    Yields
-    ------
-    xarray.Dataset
-        Quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as scalars.
-
-    Raises
-    ------
-    ParameterError
-        If `effects` leaves out an effect that the parameters have.
-    """
-    requested_outputs = check_outputs(outputs)
-    values = {**grid.shared, **grid.varied}
-    e, soft = effects_of_grid(grid, start, effects)
-    check_accuracy_of_housing(e.housing, accuracy)
-    attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
-    attrs |= grid.ties.attrs
-
-    def numbers(begin: int, stop: int) -> np.ndarray:
-        if rows is not None:
-            return rows[begin:stop]
-        return grid.solved(row_start + begin, row_start + stop)
-
-    def parameters(begin: int, stop: int) -> list[np.ndarray]:
-        return [grid.parameters(Parameters._fields, numbers(begin, stop))]
-
-    count = row_stop - row_start if rows is None else len(rows)
-    row_cuts = row_blocks(count, grid.chain_length, block_rows)
-    starts = starts_of_rows(grid, *start, numbers)
-    solver = starts, grid.chain_length, MAX_PERIODS, patience, harmonics, requested_outputs
-    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft, row_work)) as blocks:
-        begin = 0
-        for stop, solved in blocks:
-            block_parameters = parameters(begin, stop)
-            yield _label(
-                grid, row_start + begin, numbers(begin, stop), block_parameters, solved, accuracy, harmonics,
-                attrs, requested_outputs,
-            )  # fmt: skip
-            begin = stop
-
-
-def effects_of_grid(
-    grid: SweepGrid, start: tuple[float | None, float], effects: Sequence[str] | None
-) -> tuple[Effects, bool]:
-    """Return the effects of the kernel of a sweep, and whether any support is soft; arguments as of `solve_blocks`.
-
-    They follow from the whole grid, not from some rows: the kernel must not depend on the cuts.
-    """
-    values = {**grid.shared, **grid.varied}
-    farthest = largest_start(values, start[0]), largest_velocity(values, start[1])
-    e = resolve_effects(effects, values, *farthest, followed=grid.follow is not None)
-    return e, has_soft_support(values)
-
-
-def _label(
-    grid: SweepGrid,
-    start: int,
-    numbers: np.ndarray,
-    parameters: Sequence[np.ndarray],
-    solved: Sequence[RowResults],
-    max_error: float | None,
-    harmonics: int,
-    attrs: Mapping[str, Any],
-    outputs: tuple[str, ...],
-) -> xr.Dataset:
-    """Return solved chains, by their rows, as a dataset over `row`, in the order of the rows of the grid."""
-    import xarray as xr
-
-    variables = label_rows(solved[0], parameters[0], outputs)
-    if max_error is not None:
-        variables = with_error(variables, row_errors(parameters[0], variables), max_error)
-    variables |= {
-        name: (("row",), parameters[0][:, Parameters._fields.index(name)])
-        for name in grid.following
-    }
-    labels = coordinates(variables, harmonics)
-    if grid.ties and PARAMETER in labels:
-        free = grid.parameters(grid.ties.free, numbers)
-        variables, by = through_ties(variables, grid.ties, free)
-        labels = labels.assign({PARAMETER: np.array(by)})
-    variables = take_rows(variables, np.argsort(numbers))
-    coords = grid.row_coords(np.sort(numbers))
-    attrs_of_block = {"row_start": start, "row_stop": start + len(numbers), **attrs}
-    block = xr.Dataset(variables | coords, labels, attrs_of_block)
-    return describe(block.set_coords(coords))
-
-
-def assemble(shards: Sequence[xr.Dataset], grid: SweepGrid) -> xr.Dataset:
-    """Join shards of `solve_shard`, in any order, into the dataset of the whole sweep, in memory."""
-    import xarray as xr
-
-    ordered = sorted(shards, key=lambda shard: shard.attrs["row_start"])
-    parts = [
-        {str(name): (tuple(map(str, v.dims)), v.values) for name, v in shard.data_vars.items()}
-        for shard in ordered
-    ]
-    flat = take_rows(concatenate(parts), grid.rows_of_points(0, grid.rows))
-    variables = {
-        name: ((*grid.dims, *dims[1:]), values.reshape((*grid.shape, *values.shape[1:])))
-        if dims[0] == "row"
-        else (dims, values)
-        for name, (dims, values) in flat.items()
-    }
-    coords: dict[str, Any] = {name: (name, values) for name, values in grid.coords.items()}
-    first = ordered[0]
-    for name in [str(name) for name in first.coords if name not in grid.dims]:
-        # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
-        coords[name] = first[name] if name in first.xindexes else first.variables[name]
-    attrs = {k: v for k, v in first.attrs.items() if k not in ("row_start", "row_stop")}
-    joined = describe(xr.Dataset(variables, coords, attrs))
-    if "row_size" in joined:
-        joined["row_size"].attrs["sample_dimension"] = "impact"
-    return joined

@@ -131,12 +131,14 @@ def test_how_long_a_motion_is_followed() -> None:
 
 def test_a_chance_return_is_not_an_orbit() -> None:
     rng = np.random.default_rng(3)
-    k = 240
+    k, none = 240, np.empty(0)
     xs, vs = rng.uniform(-1, 1, (2, HISTORY_OFFSET + k + 1))
-    assert not lies_on_orbit(xs, vs, k, 1.0, 1e-4)
+    assert not lies_on_orbit((xs, vs, none), k, 1.0, 1e-4)
     xs[-1], vs[-1] = xs[-57], vs[-57]
-    assert not lies_on_orbit(xs, vs, k, 1.0, 1e-4)
+    assert not lies_on_orbit((xs, vs, none), k, 1.0, 1e-4)
     xs[-4:], vs[-4:] = xs[-60:-56] + 5e-5, vs[-60:-56]
-    assert lies_on_orbit(xs, vs, k, 1.0, 1e-4)
-    assert not lies_on_orbit(xs, vs, k, 0.1, 1e-4)
-    assert not lies_on_orbit(xs, vs, k, 1.0, 1e-9)
+    assert lies_on_orbit((xs, vs, none), k, 1.0, 1e-4)
+    assert not lies_on_orbit((xs, vs, none), k, 0.1, 1e-4)
+    assert not lies_on_orbit((xs, vs, none), k, 1.0, 1e-9)
+    drifts = np.arange(xs.size) * 5e-4
+    assert not lies_on_orbit((xs, vs, drifts), k, 1.0, 1e-4)

@@ -375,6 +375,27 @@ def test_mirrored_exciters_progress_the_other_way() -> None:
     assert np.abs(progress + mirrored.housing_velocity_mean.values).max() < 1e-12
 
 
+def test_a_mass_that_repeats_while_friction_slows_the_housing_is_no_orbit_yet() -> None:
+    """The velocity of the housing settles evenly, over 200 periods, long after the section of the mass."""
+    climbing = vp.Exciter(
+        l=0.003, nu=1.414, f=0.002563, h=0.1, delta=0.000553, R1=0.6, R2=0.6, load=-2.1368e-5,
+        mass_ratio=0.4, housing_friction_1=1.875e-4, housing_friction_2=2.5e-4,
+        housing_load=-5.3419e-5,
+    )  # fmt: skip
+    steady = vp.steady_state(climbing, outputs=["stability"])
+    motion = vp.simulate(
+        climbing, 300 * climbing.period, 0.0, 0.0, housing_v0=0.0, samples_per_period=1
+    )
+    velocity = motion.housing_velocity.values
+    assert abs(velocity[60] - velocity[61]) > 1e-4 * np.ptp(motion.displacement.values)
+    last = velocity[-1]
+    assert abs(float(steady.housing_velocity_strobe) - last) < 1e-10
+    settled = int(np.flatnonzero(np.abs(velocity - last) > 1e-4 * np.abs(velocity).max())[-1])
+    # orbits that failed to close before held this up until period 2,241
+    assert int(steady.periods_to_settle) < settled + 200
+    assert int(steady.period_multiple) == 1
+
+
 def test_the_mean_friction_of_a_housing_that_always_slides_is_its_load() -> None:
     exciter = exciter_of(ENTRIES["steady"][0])
     exciter = vp.Exciter(**{**vars(exciter), "housing_load": 0.05, "load": -0.02})

@@ -172,7 +172,7 @@ def reduce_multiple(e, p, grid, orbit, log, c):
 
 
 @jit
-def close_first_candidate(e, p, grid, state, xs, vs, k, norm, largest, log, c):
+def close_first_candidate(e, p, grid, state, sections, k, norm, largest, log, c):
     """Close the orbit of the least multiple that the section nearly repeats with and that the motion settles on.
 
     Parameters
@@ -181,8 +181,8 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, largest, log, c):
         As for `shoot`.
     state : State
         State at period k.
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
+    sections : tuple of (HISTORY_OFFSET + n,) float
+        Sections (x, x', X') at the periods 0 to k, from HISTORY_OFFSET on.
     k : int
         Forcing periods marched.
     norm : float
@@ -217,7 +217,7 @@ def close_first_candidate(e, p, grid, state, xs, vs, k, norm, largest, log, c):
     )
     trial_periods = 0
     for m in range(1, min(k, largest) + 1):
-        if not nearly_repeats(xs, vs, k, m, norm):
+        if not nearly_repeats(sections, k, m, norm):
             continue
         trial_periods += m
         is_reached, orbit = reach_orbit(e, p, grid, state, m, math.inf, CLOSURE_TOLERANCE, log, c)

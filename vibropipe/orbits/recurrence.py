@@ -1,7 +1,8 @@
 """Near returns of the stroboscopic section to its state some forcing periods before.
 
-Two arrays hold the sections (x, x') at the periods 0 to k, from HISTORY_OFFSET on. The entries before are infinite,
-so that no section is near them.
+Three arrays hold the sections (x, x', X') at the periods 0 to k, from HISTORY_OFFSET on. The entries before are
+infinite, so that no section is near them. X' is the velocity of a housing, which friction may change slowly
+and evenly while the mass repeats; without a housing the array is empty.
 """
 
 from __future__ import annotations
@@ -25,15 +26,15 @@ REPEATED_PERIODS = 4
 
 
 @jit
-def may_repeat(xs, vs, k, norm, largest) -> bool:
+def may_repeat(sections, k, norm, largest) -> bool:
     """Return whether the section at period k is near any of the last `largest` sections.
 
     The loop has no branch, so that it is vectorised; `nearly_repeats` then examines each multiple.
 
     Parameters
     ----------
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Sections.
+    sections : tuple of (HISTORY_OFFSET + n,) float
+        Sections (x, x', X').
     k : int
         Forcing periods marched.
     norm : float
@@ -41,51 +42,61 @@ def may_repeat(xs, vs, k, norm, largest) -> bool:
     largest : int
         Largest period multiple, at most MAX_MULTIPLE or k/2.
     """
+    xs, vs, us = sections
     now = HISTORY_OFFSET + k
     x, v = xs[now], vs[now]
     last_xs, last_vs = xs[now - largest : now], vs[now - largest : now]
     n_near = 0
+    if us.size > 0:
+        for i in range(now - largest, now):
+            distance = abs(xs[i] - x) + abs(vs[i] - v) + abs(us[i] - us[now])
+            n_near += distance <= RETURN_TOLERANCE * norm
+        return n_near > 0
     for i in range(largest):
         n_near += abs(last_xs[i] - x) + abs(last_vs[i] - v) <= RETURN_TOLERANCE * norm
     return n_near > 0
 
 
 @jit
-def _return_distance(xs, vs, k, m):
-    """Return the distance |dx| + |dx'| between the sections at the periods k and k - m."""
+def _return_distance(sections, k, m):
+    """Return the distance |dx| + |dx'| + |dX'| between the sections at the periods k and k - m."""
+    xs, vs, us = sections
     now = HISTORY_OFFSET + k
-    return abs(xs[now - m] - xs[now]) + abs(vs[now - m] - vs[now])
+    distance = abs(xs[now - m] - xs[now]) + abs(vs[now - m] - vs[now])
+    if us.size > 0:
+        distance += abs(us[now - m] - us[now])
+    return distance
 
 
 @jit
-def nearly_repeats(xs, vs, k, m, norm) -> bool:
+def nearly_repeats(sections, k, m, norm) -> bool:
     """Return whether the section at period k nearly repeats that at k - m, and not by chance.
 
     Parameters
     ----------
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Sections.
+    sections : tuple of (HISTORY_OFFSET + n,) float
+        Sections (x, x', X').
     k, m : int
         Forcing periods marched, and the period multiple.
     norm : float
         Norm of the motion.
     """
-    if not _return_distance(xs, vs, k, m) <= RETURN_TOLERANCE * norm:
+    if not _return_distance(sections, k, m) <= RETURN_TOLERANCE * norm:
         return False
     return (
         m <= MAX_UNCONFIRMED_MULTIPLE
-        or _return_distance(xs, vs, k - m, m) <= CONFIRM_FACTOR * RETURN_TOLERANCE * norm
+        or _return_distance(sections, k - m, m) <= CONFIRM_FACTOR * RETURN_TOLERANCE * norm
     )
 
 
 @jit
-def lies_on_orbit(xs, vs, k, norm, tolerance) -> bool:
+def lies_on_orbit(sections, k, norm, tolerance) -> bool:
     """Return whether the last sections up to period k are near those of up to MAX_LONG_MULTIPLE periods before.
 
     Parameters
     ----------
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Sections.
+    sections : tuple of (HISTORY_OFFSET + n,) float
+        Sections (x, x', X').
     k : int
         Forcing periods marched.
     norm : float
@@ -96,7 +107,7 @@ def lies_on_orbit(xs, vs, k, norm, tolerance) -> bool:
     for m in range(1, min(MAX_LONG_MULTIPLE, k - REPEATED_PERIODS) + 1):
         repeated = 0
         while repeated < REPEATED_PERIODS and (
-            _return_distance(xs, vs, k - repeated, m) <= tolerance * norm
+            _return_distance(sections, k - repeated, m) <= tolerance * norm
         ):
             repeated += 1
         if repeated == REPEATED_PERIODS:

@@ -20,7 +20,7 @@ class RowRoom(NamedTuple):
     """Results of `new_grid_room`, `new_sections`, `new_sums` and `new_work`."""
 
     grid: tuple[np.ndarray, np.ndarray, np.ndarray]
-    sections: tuple[np.ndarray, np.ndarray]
+    sections: tuple[np.ndarray, np.ndarray, np.ndarray]
     sums: tuple[np.ndarray, np.ndarray]
     work: tuple[np.ndarray, np.ndarray]
 
@@ -28,14 +28,14 @@ class RowRoom(NamedTuple):
 @jit_allocating
 def new_room(e, max_periods, out):
     """Return a `RowRoom`; e : Effects; max_periods : limit of forcing periods; out : RowResults."""
-    return RowRoom(new_grid_room(e), new_sections(max_periods), new_sums(), new_work(out))
+    return RowRoom(new_grid_room(e), new_sections(e, max_periods), new_sums(), new_work(out))
 
 
 @jit_allocating
-def new_sections(max_periods):
-    """Return arrays for the sections (x, x') of a march with a limit of forcing periods (`recurrence`)."""
+def new_sections(e, max_periods):
+    """Return arrays for the sections (x, x', X') of a march with a limit of forcing periods (`recurrence`)."""
     n = HISTORY_OFFSET + PURSUIT * max_periods + 1
-    return np.empty(n), np.empty(n)
+    return np.empty(n), np.empty(n), np.empty(0 if e.housing is None else n)
 
 
 @jit_allocating

@@ -32,6 +32,7 @@ from vibropipe.orbits.growth import (
     period_jacobian,
 )
 from vibropipe.orbits.harmonics import ONE_PERIOD
+from vibropipe.orbits.housing import strobe_of
 from vibropipe.orbits.housing_jacobian import coupling_of
 from vibropipe.orbits.recurrence import (
     HISTORY_OFFSET,
@@ -204,11 +205,13 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
     A perturbation is followed over the JUDGED_PERIODS before a limit, until it shows chaos. The Lyapunov exponent has
     a perturbation of its own, which begins earlier: labels do not depend on the outputs.
     """
-    xs, vs = sections
-    xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = math.inf
+    xs, vs, us = sections
+    xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = us[:HISTORY_OFFSET] = math.inf
     none = complex(math.nan, 0.0)
     state = at_period_zero(state)
     xs[HISTORY_OFFSET], vs[HISTORY_OFFSET] = state_xv(p, state)
+    if us.size > 0:
+        us[HISTORY_OFFSET] = strobe_of(p, state.housing, vs[HISTORY_OFFSET])
     norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
     impacts, on_1 = 0, 0
     trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
@@ -233,6 +236,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
                 APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS, none
             )
         xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
+        if us.size > 0:
+            us[HISTORY_OFFSET + k] = strobe_of(p, state.housing, vs[HISTORY_OFFSET + k])
         norm = max(norm, motion_norm(p, state, log))
         count_as_grazings(log, norm)
         if is_undamped(p):
@@ -256,9 +261,9 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
                 divergence = add_divergence(divergence, jacobian, coupling)
             if is_counted:
                 sums = add_growth(sums, jacobian, coupling)
-        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(xs, vs, k, norm, largest):
+        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(sections, k, norm, largest):
             new_trials, is_reached, orbit = close_first_candidate(
-                e, p, grid, state, xs, vs, k, norm, largest, log, c
+                e, p, grid, state, sections, k, norm, largest, log, c
             )
             if is_reached:
                 chaos = NO_CHAOS
@@ -273,7 +278,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
             # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
             is_early = k <= LONG_ORBIT_PATIENCE * patience
             tolerance = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
-            repeats = lies_on_orbit(xs, vs, k, norm, tolerance)
+            repeats = lies_on_orbit(sections, k, norm, tolerance)
             is_seen_chaotic = is_chaotic(divergence) and not repeats
             shrinking = contraction(p, k, on_1, impacts - on_1)
             limit = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)
@@ -291,7 +296,7 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
         write_sections(window, xs, vs, k)
     # Without damping, the derivatives at ever slower impacts grow where the motion does not.
     may_settle = kind == APERIODIC and (p.h == 0.0 or not is_seen_chaotic)
-    if may_settle and still_settles(p, xs, vs, k, norm):
+    if may_settle and still_settles(p, sections, k, norm):
         kind, is_seen_chaotic = DRIFTING, False
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS

@@ -146,18 +146,19 @@ def classify_aperiodic(p, log, xs, vs, k):
 
 
 @jit
-def still_settles(p, xs, vs, k, norm) -> bool:
+def still_settles(p, sections, k, norm) -> bool:
     """Return whether a motion that loses energy nearly repeats, but has not settled: it may on what is not like it.
 
-    p, xs, vs, k : as for `classify_aperiodic`; norm : norm of the motion.
+    p, k : as for `classify_aperiodic`; sections : as for `recurrence`; norm : norm of the motion.
     """
+    xs, vs, _ = sections
     last = HISTORY_OFFSET + k
     if is_undamped(p):
         if stays_off_supports(p, xs[last], vs[last], 0.0):
             return False
         if p.R1 == 1.0 and p.R2 == 1.0 and p.h1 == 0.0 and p.h2 == 0.0:
             return False
-    return lies_on_orbit(xs, vs, k, norm, RETURN_TOLERANCE)
+    return lies_on_orbit(sections, k, norm, RETURN_TOLERANCE)
 
 
 @jit

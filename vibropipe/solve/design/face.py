@@ -296,6 +296,8 @@ def _designs(
     candidates = (
         undominated(problem, candidates) if is_front else without_copies(problem, candidates)
     )
+    # What is not met is left out where anything is, before margins are sought, which take longest.
+    candidates = [candidate for candidate in candidates if candidate.is_met] or candidates
     margins = [law_margin(problem, candidate.share) for candidate in candidates]
     order = list(range(len(candidates))) if is_front else distinct(problem, candidates, margins)
     parts = {n: judged(problem, candidates[n]) for n in order if problem.scatter}

@@ -6,7 +6,8 @@ from collections.abc import Sequence
 from decimal import Decimal
 
 from vibropipe.lab.power_series import ONE, TWO, ZERO, Series, derivative, first_zero, value_at
-from vibropipe.lab.reference_solver import SIDE, ReferenceMotion, ReferenceSolver
+from vibropipe.lab.reference_alone import ReferenceMotion
+from vibropipe.lab.reference_solver import SIDE, ReferenceSolver
 from vibropipe.physics.exciter import Exciter
 
 

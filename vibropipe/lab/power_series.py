@@ -16,6 +16,8 @@ ZERO, ONE, TWO = Decimal(0), Decimal(1), Decimal(2)
 TIME_TOLERANCE = Decimal("1e-36")
 
 Series = list[Decimal]
+# Value and slope now, and frequency, of a sine.
+Wave = tuple[Decimal, Decimal, Decimal]
 
 
 def period_of(nu: float) -> Decimal:
@@ -84,3 +86,26 @@ def first_zero(gap: Series, span: Decimal, reach: Decimal) -> Decimal | None:
             )
         t += step
     return None
+
+
+def series_of_waves(waves: Sequence[Wave], reach: Decimal) -> Series:
+    """Return the series of a sum of sines about the current time, accurate up to `reach`."""
+    total: Series = []
+    for value, slope, nu in waves:
+        series, n, power = [value, slope], 0, ONE
+        while n < 12 or (abs(series[-1]) + abs(series[-2])) * power > Decimal(10) ** -DIGITS:
+            series.append(-nu * nu * series[n] / ((n + 1) * (n + 2)))
+            n, power = n + 1, power * reach
+        total += [ZERO] * (len(series) - len(total))
+        for n, c in enumerate(series):
+            total[n] += c
+    return total
+
+
+def waves_after(waves: Sequence[Wave], span: Decimal) -> list[Wave]:
+    """Return sines a time later."""
+    later = []
+    for value, slope, nu in waves:
+        sine, cosine = sine_series(nu * span)
+        later.append((value * cosine + slope / nu * sine, slope * cosine - nu * value * sine, nu))
+    return later

@@ -1,10 +1,29 @@
-"""What moves beside the mass of a reference solution: nothing, unless a subclass says otherwise."""
+"""What a reference solution finds, and what moves beside its mass: nothing, unless a subclass says otherwise."""
 
 from __future__ import annotations
 
+from dataclasses import dataclass, field
 from decimal import Decimal
 
 from vibropipe.lab.power_series import Series
+
+
+@dataclass
+class ReferenceMotion:
+    """A motion to 20 digits or more.
+
+    events : (tau, kind, support, velocity); kind is one of in, out, impact, turn, stick, slip, rest, release, graze,
+        unload, reload.
+    states : (x, v) at the requested times.
+    """
+
+    events: list[tuple[Decimal, str, int, Decimal]] = field(default_factory=list)
+    states: list[tuple[Decimal, Decimal]] = field(default_factory=list)
+
+    @property
+    def impacts(self) -> list[tuple[Decimal, int, Decimal]]:
+        """Impacts on rigid supports, and beginnings of soft contacts: (tau, support, velocity before)."""
+        return [(tau, side, v) for tau, kind, side, v in self.events if kind in ("in", "impact")]
 
 
 class MassAlone:

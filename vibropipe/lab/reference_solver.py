@@ -8,7 +8,6 @@ from __future__ import annotations
 
 from collections import deque
 from collections.abc import Sequence
-from dataclasses import dataclass, field
 from decimal import Context, Decimal, localcontext
 
 from vibropipe.lab.power_series import (
@@ -19,10 +18,12 @@ from vibropipe.lab.power_series import (
     Series,
     derivative,
     first_zero,
+    series_of_waves,
     sine_series,
     value_at,
+    waves_after,
 )
-from vibropipe.lab.reference_alone import MassAlone
+from vibropipe.lab.reference_alone import MassAlone, ReferenceMotion
 from vibropipe.physics.exciter import Exciter
 
 # Hops of a chatter are followed down to this height, relative to l; the remaining ones are summed as a series.
@@ -37,24 +38,6 @@ OTHER = -2
 FORCE = -3
 # Relative difference below which two velocities of a periodic motion are equal.
 VELOCITY_TOLERANCE = Decimal("1e-34")
-
-
-@dataclass
-class ReferenceMotion:
-    """A motion to 20 digits or more.
-
-    events : (tau, kind, support, velocity); kind is one of in, out, impact, turn, stick, slip, rest, release, graze,
-        unload, reload.
-    states : (x, v) at the requested times.
-    """
-
-    events: list[tuple[Decimal, str, int, Decimal]] = field(default_factory=list)
-    states: list[tuple[Decimal, Decimal]] = field(default_factory=list)
-
-    @property
-    def impacts(self) -> list[tuple[Decimal, int, Decimal]]:
-        """Impacts on rigid supports, and beginnings of soft contacts: (tau, support, velocity before)."""
-        return [(tau, side, v) for tau, kind, side, v in self.events if kind in ("in", "impact")]
 
 
 class ReferenceSolver(MassAlone):
@@ -230,7 +213,7 @@ class ReferenceSolver(MassAlone):
         stiffness, _damping, constant = self.coefficients()
         ways = [-SIDE[self.touched]] if rests else [1, -1]
         while self.times_left:
-            force = self.force_series(self.reach)
+            force = series_of_waves(self.parts, self.reach)
             force[0] += constant - stiffness * self.x
             zeros = []
             for way in ways:
@@ -256,39 +239,20 @@ class ReferenceSolver(MassAlone):
                     self.press()
                 return
 
-    def force_series(self, reach: Decimal) -> Series:
-        """Return the series of the force about the current time, accurate up to `reach`."""
-        total: Series = []
-        for value, slope, nu in self.parts:
-            series, n, power = [value, slope], 0, ONE
-            while n < 12 or (abs(series[-1]) + abs(series[-2])) * power > Decimal(10) ** -DIGITS:
-                series.append(-nu * nu * series[n] / ((n + 1) * (n + 2)))
-                n, power = n + 1, power * reach
-            total += [ZERO] * (len(series) - len(total))
-            for n, c in enumerate(series):
-                total[n] += c
-        return total
-
     def pass_time(self, span: Decimal, x: Series) -> None:
         """Advance by `span` along a series of x, and record the states at requested times within it."""
         while self.times_left and self.times_left[0] < self.tau + span:
             t = self.times_left.popleft() - self.tau
             self.found.states.append((value_at(x, t), value_at(derivative(x), t)))
         self.tau += span
-        turned = []
-        for value, slope, nu in self.parts:
-            sine, cosine = sine_series(nu * span)
-            turned.append(
-                (value * cosine + slope / nu * sine, slope * cosine - nu * value * sine, nu)
-            )
-        self.parts = turned
+        self.parts = waves_after(self.parts, span)
 
     def advance(self) -> None:
         """Advance along one series: to the next event, or by its reach."""
         stiffness, damping, constant = self.coefficients()
         constant -= self.friction * self.direction
         reach = ONE / max(self.fastest, damping, stiffness.sqrt(), ONE)
-        force, x, n, power = self.force_series(reach), [self.x, self.v], 0, ONE
+        force, x, n, power = series_of_waves(self.parts, reach), [self.x, self.v], 0, ONE
         force[0] += constant
         while (
             n < 12

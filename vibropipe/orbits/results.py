@@ -20,7 +20,7 @@ class RowResults(NamedTuple):
     friction, and the change of the stored energy. `forces` has the sums of `orbits.quadrature`, and `housing` the
     columns of `orbits.housing`, without entries where none may slide; `housing_harmonics` has the Fourier coefficients
     of its acceleration, impacts included, at the multiples of nu, and `d_housing` the derivatives of the velocity at
-    the section, of the mean velocity, and of the share of sliding.
+    the section, of the mean velocity, and of the share of sliding; `d_housing_harmonics` are those of its harmonics.
     """
 
     regime: np.ndarray
@@ -64,3 +64,4 @@ class RowResults(NamedTuple):
     housing: np.ndarray
     housing_harmonics: np.ndarray
     d_housing: np.ndarray
+    d_housing_harmonics: np.ndarray

@@ -224,7 +224,7 @@ def write_row(e, values, march_room, out, row, first) -> None:
         write_derivatives(e, p, orbit, m, out, row, first)
         if e.housing is not None:
             energy = out.d_energy[row] if out.d_energy.size > 0 else out.d_housing[row, :0]
-            write_housing_derivatives(e, p, orbit, m, out.d_housing[row], energy)
+            write_housing_derivatives(e, p, orbit, m, out, row, energy)
         if out.d_multipliers.size + out.d_exponent.size > 0:
             write_multiplier_derivatives(e, values, orbit, m, out, row)
 

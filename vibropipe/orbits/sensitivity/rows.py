@@ -192,6 +192,9 @@ def new_derivatives(
         "d_exponent": unknown("lyapunov"),
         "d_energy": unknown("energy", (5 if pieces else 4) if housing is None else N_ENERGIES - 1),
         "d_housing": unknown("", 3 if housing is not None else 0),
+        "d_housing_harmonics": unknown(
+            "frame", harmonics + 1 if housing is not None else 0, dtype=complex
+        ),
         "d_velocity_max": unknown("impacts", 2),
         "d_impacts": np.empty((0, 2, parameters)),
     }

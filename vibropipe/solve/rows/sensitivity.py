@@ -64,8 +64,8 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
     }
     if rows.d_amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
-        if rows.forces.size > 0 and rows.d_housing.size == 0:
-            on_frame = _frame_forces(rows.amplitudes, values, nu)
+        if rows.forces.size > 0:
+            on_frame = _frame_forces(rows, values, nu)
             is_known = known_on_frame(parameters)[:, None, None]
             values |= {name: is_known * slopes for name, slopes in on_frame.items()}
     if rows.d_multipliers.size > 0:
@@ -221,13 +221,20 @@ def _harmonics(
 
 
 def _frame_forces(
-    amplitudes: np.ndarray, of: dict[str, np.ndarray], nu: np.ndarray
+    rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the derivatives of the harmonics of the force on the frame from those of the displacement."""
-    w = np.arange(1, amplitudes.shape[1]) * nu[:, None]
-    amplitude = w[:, :, None] ** 2 * of["displacement_amplitude"]
-    amplitude[:, :, NU] += 2.0 * w**2 / nu[:, None] * (2.0 * np.abs(amplitudes[:, 1:]))
-    return {"frame_force_amplitude": amplitude, "frame_force_phase": of["displacement_phase"]}
+    amplitudes = rows.amplitudes[:, 1:]
+    w = np.arange(1, amplitudes.shape[1] + 1) * nu[:, None]
+    phase = of["displacement_phase"]
+    if rows.d_housing_harmonics.size > 0:
+        changes = w[:, :, None] ** 2 * rows.d_amplitudes[:, 1:] - rows.d_housing_harmonics[:, 1:]
+        changes[:, :, NU] += 2.0 * w**2 / nu[:, None] * amplitudes
+        amplitude, phase = _polar(w**2 * amplitudes - rows.housing_harmonics[:, 1:], changes)
+    else:
+        amplitude = w[:, :, None] ** 2 * of["displacement_amplitude"]
+        amplitude[:, :, NU] += 2.0 * w**2 / nu[:, None] * (2.0 * np.abs(amplitudes))
+    return {"frame_force_amplitude": amplitude, "frame_force_phase": phase}
 
 
 def _powers(rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray) -> dict[str, np.ndarray]:

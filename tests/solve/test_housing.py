@@ -462,9 +462,12 @@ def test_calls_that_do_not_compute_it_refuse_it_in_words(call: Any, name: str) -
 def test_a_capsule_goes_the_way_that_was_measured() -> None:
     # A capsule without supports, driven by pulses of the share 0.3 of a period; its speed was measured by others
     # over the period (ms, mm/s, positive against x). The force is cut to two harmonics, and the damping is not known.
+    # The measured speed turns round between 75 and 80 ms, that of the model between 80 and 85 ms, as it does for a
+    # damping from 1 to 2.5 N s/m: beside a reversal the speed is small, and no share of it is right.
     mass, hull, stiffness, damping, friction, force = 0.074, 0.193, 256.23, 2.0, 0.71, 1.25
-    periods = np.array([30, 40, 50, 60, 65, 70, 90, 95, 100, 105, 110, 115])
-    measured = [1.0, 2.2, 5.7, 7.1, 7.3, 7.0, -18.7, -25.2, -35.2, -32.9, -24.2, -28.3]
+    periods = np.array([30, 40, 50, 60, 65, 70, 75, 80, 85, 90, 95, 100, 105, 110, 115])
+    measured = [1.0, 2.2, 5.7, 7.1, 7.3, 7.0, 0.2, -3.8, -15.2]
+    measured += [-18.7, -25.2, -35.2, -32.9, -24.2, -28.3]
     eigenfrequency = math.sqrt(stiffness / mass)
     nu = 2e3 * math.pi / periods / eigenfrequency
     speeds = []
@@ -482,8 +485,12 @@ def test_a_capsule_goes_the_way_that_was_measured() -> None:
         rows = vp.sweep(capsule, over={"nu": nu[::-1]})
         assert (rows.status == Status.OK).all()
         speeds.append(-rows.housing_velocity_mean.values[::-1] * eigenfrequency)
-    ratio = speeds[0] / measured
+    assert (speeds[0][periods <= 80] > 0.0).all()
+    assert (speeds[0][periods >= 85] < 0.0).all()
+    beside = (periods >= 75) & (periods <= 85)
+    ratio = (speeds[0] / measured)[~beside]
     assert ((ratio > 0.3) & (ratio < 1.3)).all()
+    assert (abs(speeds[0] - measured)[beside] < 15.0).all()
     # Pulses of the share 0.7 have the same harmonics but for a sign: what two harmonics leave out was measured.
     np.testing.assert_allclose(speeds[1], -speeds[0], atol=1e-9)
 

@@ -224,9 +224,8 @@ def _frame_forces(
     rows: RowResults, of: dict[str, np.ndarray], nu: np.ndarray
 ) -> dict[str, np.ndarray]:
     """Return the derivatives of the harmonics of the force on the frame from those of the displacement."""
-    amplitudes = rows.amplitudes[:, 1:]
+    amplitudes, phase = rows.amplitudes[:, 1:], of["displacement_phase"]
     w = np.arange(1, amplitudes.shape[1] + 1) * nu[:, None]
-    phase = of["displacement_phase"]
     if rows.d_housing_harmonics.size > 0:
         changes = w[:, :, None] ** 2 * rows.d_amplitudes[:, 1:] - rows.d_housing_harmonics[:, 1:]
         changes[:, :, NU] += 2.0 * w**2 / nu[:, None] * amplitudes

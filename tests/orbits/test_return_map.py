@@ -64,7 +64,7 @@ def steady_state(p):
         max_periods,
         max_periods,
         None,
-        new_sections(max_periods),
+        new_sections(ALL_EFFECTS, max_periods),
     ), log
 
 

@@ -50,7 +50,7 @@ def shot(
 
 def steady_state(p: Parameters, x: float = 0.0, v: float = 0.0) -> Any:
     log, c, max_periods = new_log(2000, 100), np.empty(DEGREE + 1), np.int64(1000)
-    limits, sections = (max_periods, max_periods), new_sections(max_periods)
+    limits, sections = (max_periods, max_periods), new_sections(ALL_EFFECTS, max_periods)
     return find_steady_state(*kernel_arguments(p, x, v), log, c, *limits, None, sections)
 
 

@@ -213,7 +213,7 @@ class ReferenceSolver(MassAlone):
         stiffness, _damping, constant = self.coefficients()
         ways = [-SIDE[self.touched]] if rests else [1, -1]
         while self.times_left:
-            force = series_of_waves(self.parts, self.reach)
+            force = self.force_series(self.reach)
             force[0] += constant - stiffness * self.x
             zeros = []
             for way in ways:
@@ -239,6 +239,10 @@ class ReferenceSolver(MassAlone):
                     self.press()
                 return
 
+    def force_series(self, reach: Decimal) -> Series:
+        """Return the series of the force on the mass about the current time, accurate up to `reach`."""
+        return series_of_waves(self.parts, reach)
+
     def pass_time(self, span: Decimal, x: Series) -> None:
         """Advance by `span` along a series of x, and record the states at requested times within it."""
         while self.times_left and self.times_left[0] < self.tau + span:
@@ -252,7 +256,7 @@ class ReferenceSolver(MassAlone):
         stiffness, damping, constant = self.coefficients()
         constant -= self.friction * self.direction
         reach = ONE / max(self.fastest, damping, stiffness.sqrt(), ONE)
-        force, x, n, power = series_of_waves(self.parts, reach), [self.x, self.v], 0, ONE
+        force, x, n, power = self.force_series(reach), [self.x, self.v], 0, ONE
         force[0] += constant
         while (
             n < 12

@@ -112,7 +112,7 @@ def write_housing_derivatives(e, p, orbit, m, rows, row, energy) -> None:
 def slope_integral(cycles, start, end) -> complex:
     """Return the integral of (t - start) exp(-2 pi i cycles t) over t from start to end; cycles > 0."""
     whole = phase_integral(cycles, start, end) - (end - start) * phase_factor(cycles * end)
-    return whole / complex(0.0, TWO_PI * cycles)
+    return whole * complex(0.0, -1.0 / (TWO_PI * cycles))
 
 
 @jit_allocating
@@ -162,7 +162,7 @@ def add_velocity_derivatives(e, p, orbit, i, m, changes, waves, out):
             gained -= momentum.q * first * begin[TIME, j]
             ahead, behind = origin + sigma * end[PLACE, j], origin + sigma * begin[PLACE, j]
             moved = ahead * late - behind * first + complex(0.0, TWO_PI * k) * m * waves[k, j]
-            out[k, by] += c * (sigma * gained - moved / period)
+            out[k, by] += c * (sigma * gained - moved * (1.0 / period))
     return sigma * c * momentum.q, sigma * c * rate
 
 
@@ -199,12 +199,12 @@ def write_derivatives_of_harmonics(e, p, orbit, m, harmonics, out) -> None:
             momenta[k] += rate * period * slope_integral(k, start.t, last)
     for k in range(1, n):
         factor = complex(0.0, k * p.nu)
-        velocity = harmonics[k] / factor
+        velocity = harmonics[k] * complex(0.0, -1.0 / (k * p.nu))
         for by in orbit.columns:
-            change = out[k, by] / m
+            change = out[k, by] * (1.0 / m)
             if by == NU:
                 # x' is a derivative by phase times nu, and so is X''.
-                change += (velocity - momenta[k] / m + velocity) / p.nu
+                change += (velocity - momenta[k] * (1.0 / m) + velocity) * (1.0 / p.nu)
             elif c > 0.0:
                 change += share_by(p, by) / c * velocity
             out[k, by] = factor * change

@@ -191,8 +191,7 @@ def _begin(
     point = branch.points[event.point]
     curve = point.curve
     law, u, touch = curve.sequence, point.u, NO_TOUCH
-    values = branch.problem.values.copy()
-    values[branch.problem.along] = point.value
+    ends = branch.problem.values_at(point.value)[box.along]
     if kind == GRAZINGS:
         grazing = grazing_at(point)
         if grazing is None:
@@ -200,9 +199,7 @@ def _begin(
         law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
     elif event.reason == "doubled":
         law, u = halved(law, u, event.kind)
-    begun = begin_at(
-        box, kind, law, u[: law.width * len(law.codes)], touch, values[box.along], curve
-    )
+    begun = begin_at(box, kind, law, u[: law.width * len(law.codes)], touch, ends, curve)
     if begun is not None:
         yield begun
 

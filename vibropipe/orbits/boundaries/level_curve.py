@@ -17,7 +17,7 @@ from vibropipe.orbits.boundaries.seeds import settled
 from vibropipe.orbits.boundaries.system import LEVELS
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import PARENT_LENGTH, Branch
-from vibropipe.orbits.branches.linear import linear_state, parameters_of
+from vibropipe.orbits.branches.linear import linear_state
 from vibropipe.orbits.branches.parents import AT_PARENT, NEAR_PARENT, PROBES, parent_ahead
 from vibropipe.orbits.branches.symmetry import doubled, halved, primitive
 from vibropipe.orbits.law import least as of
@@ -203,8 +203,7 @@ def level_curves(
     """
     if not levels:
         return
-    values = branch.problem.values.copy()
-    for law, scales, orbits in _orbits_of(box, branch, values):
+    for law, scales, orbits in _orbits_of(box, branch):
         # The mirror image of an orbit has other quantities; an orbit that is its own has no other.
         is_own = law.mirrored or law.codes[0, CAUSE] == SECTION or not box.symmetric
         for level in levels:
@@ -240,20 +239,16 @@ def _in_least_periods(
     return settled(curve.with_sequence(law), np.concatenate([events[:-1], point.u[-2:]]))
 
 
-def _orbits_of(
-    box: Box, branch: Branch, values: np.ndarray
-) -> Iterator[tuple[Law, Scales, np.ndarray]]:
+def _orbits_of(box: Box, branch: Branch) -> Iterator[tuple[Law, Scales, np.ndarray]]:
     """Yield the laws of a branch in turn, their scales, and their orbits (k, size) with both parameters."""
-    along = branch.problem.along
 
     def ends(value: float) -> np.ndarray:
-        values[along] = value
-        return np.array(values[box.along])
+        return np.array(branch.problem.values_at(value)[box.along])
 
     if branch.curve is None:
-        p = parameters_of(branch.problem, branch.values[0])
+        p = branch.problem.parameters_at(branch.values[0])
         orbits = [
-            np.concatenate([linear_state(parameters_of(branch.problem, value)), ends(value)])
+            np.concatenate([linear_state(branch.problem.parameters_at(value)), ends(value)])
             for value in branch.values
         ]
         yield without_events(1.0, 0), Scales(p.l, p.l * p.nu), np.array(orbits)

@@ -36,12 +36,11 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
         Along one of the parameters of the box; its problem holds the other.
     event : Event
     """
-    values = branch.problem.values.copy()
     if branch.curve is None:
-        values[branch.problem.along] = branch.values[event.point]
+        values = branch.problem.values_at(branch.values[event.point])
         return begin_linear(box, values[box.along], values)
     point, kind = branch.points[event.point], KINDS[event.kind]
-    values[branch.problem.along] = point.value
+    values = branch.problem.values_at(point.value)
     ends = values[box.along]
     law, u, speed = branch.curve.sequence, point.u, branch.curve.speed
     sequence: Any = Sequence(law.m, law.mirrored, law.codes[:, HOME].copy())

@@ -20,7 +20,6 @@ from vibropipe.orbits.branches.linear import (
     begin_struck,
     linear_gap,
     linear_touch,
-    parameters_of,
     speed_of_struck,
     touches_both,
 )
@@ -131,7 +130,7 @@ def touching_at(branch: Branch, event: Event) -> Touching | None:
 
 def _touching_linear(problem: Problem, value: float) -> Touching:
     """Return the motion without impacts at a value of the parameter where it touches a support."""
-    p = parameters_of(problem, value)
+    p = problem.parameters_at(value)
     support, time = linear_touch(p)
     sequence = law_of_impacts(1, int(touches_both(p)), np.zeros(0, np.int8))
     speed = speed_of_struck(p)

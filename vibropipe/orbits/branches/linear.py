@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.problem import Problem, parameters_at
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.contact import support_offset, support_position
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
@@ -19,12 +19,6 @@ from vibropipe.physics.turns import TWO_PI
 
 # Points over the range of the parameter, and iterations that locate a zero or a minimum of the gap.
 LINEAR_POINTS, MAX_ITERATIONS = 64, 200
-
-
-def parameters_of(problem: Problem, value: float) -> Parameters:
-    """Return the parameters of the problem at a value of the one that varies."""
-    p: Parameters = parameters_at(problem.values.reshape(1, -1).copy(), problem.along, value)
-    return p
 
 
 def linear_state(p: Parameters) -> tuple[float, float]:
@@ -69,7 +63,7 @@ def linear_gap(problem: Problem, value: float) -> float:
 
     With one harmonic it is l - |delta - load| - 2 |X|.
     """
-    p = parameters_of(problem, value)
+    p = problem.parameters_at(value)
     if has_second(p):
         amplitudes = linear_amplitude(p), second_linear_amplitude(p)
         if not all(map(cmath.isfinite, amplitudes)):

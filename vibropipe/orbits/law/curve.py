@@ -24,7 +24,7 @@ from vibropipe.orbits.law.equations import SHORTEST, new_blocks
 from vibropipe.orbits.law.flights import momentum_within, state_within
 from vibropipe.orbits.law.law import SECTION, WAY, Law, width_of
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.problem import Problem, Scales, parameters_at
+from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.steps import (
     DOUBLING,
     GAP,
@@ -328,4 +328,4 @@ class LawCurve(LawZeros):
 
     def parameters(self, value: float) -> Any:
         """Return the `Parameters` at a value of the one that varies."""
-        return parameters_at(self.system.values, self.problem.along, value)
+        return self.problem.parameters_at(value)

@@ -17,12 +17,6 @@ class Scales(NamedTuple):
     speed: float
 
 
-def parameters_at(values: np.ndarray, along: int, value: float) -> Any:
-    """Return the `Parameters` of values (1, parameters) with the one at `along` set to a value, which is stored."""
-    values[0, along] = value
-    return row_parameters(values, 0)
-
-
 class Problem(NamedTuple):
     """What is followed.
 
@@ -55,3 +49,13 @@ class Problem(NamedTuple):
     max_length: float
     effects: Effects = ALL_EFFECTS
     until_fold: bool = False
+
+    def values_at(self, value: float) -> np.ndarray:
+        """Return `values` at a value of the parameter that varies."""
+        values = self.values.copy()
+        values[self.along] = value
+        return values
+
+    def parameters_at(self, value: float) -> Any:
+        """Return the `Parameters` at a value of the one that varies."""
+        return row_parameters(self.values_at(value).reshape(1, -1), 0)

@@ -222,8 +222,7 @@ def _label(
     solve: PointSolver,
 ) -> Variables:
     """Return the steady states of the points of a branch as variables over `row`."""
-    parameters = np.tile(problem.values, (_size(branch), 1))
-    parameters[:, problem.along] = _values(branch)
+    parameters = np.array([problem.values_at(value) for value in _values(branch)])
     return label_rows(solve(branch, parameters, harmonics, outputs), parameters, outputs)
 
 

@@ -11,7 +11,7 @@ from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at, touching
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.following import Branch
-from vibropipe.orbits.branches.linear import linear_state, linear_touch, parameters_of
+from vibropipe.orbits.branches.linear import linear_state, linear_touch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import NO_TOUCH
 from vibropipe.orbits.law.law import Law, without_events
@@ -115,7 +115,7 @@ def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] |
 
 def _linear_touch(branch: Branch, value: float) -> tuple[Grazing, Collection[str]]:
     """Return the motion without impacts where it touches a support, as `_orbit_at`: maybe both at once."""
-    p = parameters_of(branch.problem, value)
+    p = branch.problem.parameters_at(value)
     support, turn = linear_touch(p)
     law = without_events(1.0, 0)
     touches_both = support_offset(p) == 0.0 and not has_second(p)
@@ -129,12 +129,10 @@ def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
     problem, index = branch.problem, Parameters._fields.index(name)
     place, own = values_of(branch)[event.point], float(problem.values[index])
     l = float(problem.values[Parameters._fields.index("l")])  # noqa: E741
-    at = problem.values.copy()
-    at[problem.along] = place
     ends = np.array([place, own])
     half = RANGE * np.maximum(np.abs(ends), l)
     box = Box(
-        at, np.array([problem.along, index]), ends - half, ends + half, problem.symmetric,
+        problem.values_at(place), np.array([problem.along, index]), ends - half, ends + half, problem.symmetric,
         ANY_LENGTH, problem.effects,
     )  # fmt: skip
     if branch.curve is None:

@@ -93,9 +93,7 @@ def law_stretches(
         if trees == MAX_TREES:
             left += 1
             continue
-        here = problem.values.copy()
-        here[problem.along] = own
-        seed = seed_of(problem._replace(values=here), signs)
+        seed = seed_of(problem._replace(values=problem.values_at(own)), signs)
         if seed is None:
             continue
         tree = follow_tree(problem, seed, SWITCHED, rules)

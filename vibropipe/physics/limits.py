@@ -12,6 +12,8 @@ STEPS_PER_PERIOD, POLYNOMIAL_STEPS = (1, 10**8), 100
 # Largest number of steps per forcing period whose force is tabulated: both tables then fit a second-level cache. A step
 # whose force is computed takes as long as so many others.
 MAX_TABLE, COMPUTED_STEPS = 8192, 4
+# A step of the integrals of all derivatives (8 us) takes as long as so many steps of a march.
+INTEGRAL_STEPS = 1500
 MAX_MARCH_STEPS = 6 * 10**8
 # The same of a row: a quarter of a second. No row of the default sweeps needs more than a quarter of it.
 MAX_ROW_WORK = 5 * 10**7

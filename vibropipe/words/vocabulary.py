@@ -289,11 +289,10 @@ def describe(dataset: Described) -> Described:
     Raises KeyError if the table has no quantity of the name of a variable.
     """
     own = set(_NAME.findall(dataset.attrs.get("ties", "")))
-    own |= {
-        str(name) for name, each in dataset.coords.items() if each.attrs.get("long_name") == name
-    }
+    variables = dataset.variables
+    own |= {str(name) for name in dataset.coords if variables[name].attrs.get("long_name") == name}
     own = {f"{name}{suffix}" for name in own - VOCABULARY.keys() for suffix in ("", *SUFFIXES)}
-    for name, variable in dataset.variables.items():
+    for name, variable in variables.items():
         if name in own:
             variable.attrs.update(own_attributes(str(name)))
             continue

@@ -63,3 +63,11 @@ def test_a_support_does_not_turn_rigid() -> None:
         vp.design(SOFT, {"k2": (0.0, 400.0)}, {QUANTITY: 0.0})
     with pytest.raises(vp.ParameterError, match="k1: must be above 0 where k1 or h1 vary"):
         vp.tolerance(SOFT, {"h1": 0.1})
+
+
+def test_a_search_among_motions_that_take_too_many_steps_ends_in_words() -> None:
+    exciter = vp.Exciter(l=0.5, nu=2.5, f=1.0, h=0.1, k1=5e4, h1=7e-8, k2=1e-6, h2=1e9)
+    with pytest.raises(
+        vp.ParameterError, match=r"vary: must leave motions that are settled sooner"
+    ):
+        vp.design(exciter, {"delta": (-0.3, 0.3), "f": (0.5, 2.0)}, {QUANTITY: 0.1}, samples=16)

@@ -192,8 +192,8 @@ def add_stretch(e, p, law, i, m, start, stretch, by, out) -> None:
 
 
 @jit
-def add_moving(e, p, orbit, i, m, changes, node, out) -> None:
-    """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start."""
+def add_moving(e, p, orbit, i, m, changes, node, out):
+    """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start; returns its steps."""
     (start, _end, turns), law, period = ends_of_piece(e, p, orbit, i), orbit.law, forcing_period(p)
     second = e.second_harmonic
     (amplitudes, subharmonics, energy), by = out, (orbit.columns, changes, node)
@@ -216,9 +216,10 @@ def add_moving(e, p, orbit, i, m, changes, node, out) -> None:
         total += steps
         if total > MAX_STEPS:
             amplitudes[:], subharmonics[:], energy[:] = np.nan, np.nan, np.nan
-            return
+            break
         add_stretch(e, p, law, i, m, start, (done, length, steps, reach < FEW_REACH), by, out)
         done = turns if length == turns - done else done + length
+    return total
 
 
 @jit
@@ -293,7 +294,7 @@ def add_let_go(e, p, orbit, i, changes, later, energy) -> None:
 
 
 @jit_allocating
-def add_integrals(e, p, orbit, m, out) -> None:
+def add_integrals(e, p, orbit, m, out):
     """Add the derivatives of all integrals along an orbit.
 
     Parameters
@@ -304,9 +305,14 @@ def add_integrals(e, p, orbit, m, out) -> None:
         Period multiple.
     out : tuple
         Amplitudes (harmonics + 1, k) and subharmonics (n, k) complex, and energies (5, k) float; or without rows.
+
+    Returns
+    -------
+    float
+        Steps taken.
     """
     changes, later = np.zeros((3, orbit.columns.size)), np.zeros((3, orbit.columns.size))
-    node, energy = np.zeros((2, orbit.columns.size)), out[2]
+    node, energy, steps = np.zeros((2, orbit.columns.size)), out[2], 0.0
     for i in range(orbit.u.shape[0]):
         fill_departure(e, p, orbit, i, changes)
         if energy.shape[0] > 0:
@@ -314,7 +320,7 @@ def add_integrals(e, p, orbit, m, out) -> None:
         if orbit.law.codes[i, FORM] in (HELD, RESTING):
             add_still(e, p, orbit, i, m, changes, out)
             continue
-        add_moving(e, p, orbit, i, m, changes, node, out)
+        steps += add_moving(e, p, orbit, i, m, changes, node, out)
         if energy.shape[0] == 0:
             continue
         fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)
@@ -322,3 +328,4 @@ def add_integrals(e, p, orbit, m, out) -> None:
             add_friction(e, p, orbit, i, changes, later, energy)
         if e.no_pull is not None and orbit.law.codes[i, FORM] == BEYOND:
             add_let_go(e, p, orbit, i, changes, later, energy)
+    return steps

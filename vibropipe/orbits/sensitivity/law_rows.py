@@ -53,6 +53,7 @@ from vibropipe.physics.derivatives import F2, LOAD, PHI2
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.friction import jumps_at_slip
+from vibropipe.physics.limits import INTEGRAL_STEPS
 from vibropipe.physics.load import forcing_period, largest_force
 from vibropipe.physics.stiffness import piece_rate
 
@@ -175,16 +176,17 @@ def write_contact_derivatives(orbit, out, row, first) -> None:
 
 
 @jit_allocating
-def write_derivatives(e, p, orbit, m, out, row, first) -> None:
-    """Write the derivatives of a row but those of its multipliers."""
+def write_derivatives(e, p, orbit, m, out, row, first):
+    """Write the derivatives of a row but those of its multipliers; returns the steps of their integrals."""
     home, by = orbit.law.codes[0, HOME], orbit.columns.size
     n = out.d_amplitudes.shape[1] if out.d_amplitudes.size > 0 else 0
     more = out.d_subharmonics.shape[1] if out.d_subharmonics.size > 0 and m > 1 else 0
     energies = out.d_energy.shape[1] if out.d_energy.size > 0 else 0
     amplitudes, energy = np.zeros((n, by), np.complex128), np.zeros((energies, by))
     subharmonics = np.zeros((more, by), np.complex128)
+    steps = 0.0
     if n + more + energies > 0:
-        add_integrals(e, p, orbit, m, (amplitudes, subharmonics, energy))
+        steps = add_integrals(e, p, orbit, m, (amplitudes, subharmonics, energy))
     for j in range(by):
         k = orbit.columns[j]
         out.d_section[row, 0, k] = orbit.du[0, 0, j] + reference_derivative(home, k)
@@ -197,11 +199,15 @@ def write_derivatives(e, p, orbit, m, out, row, first) -> None:
             out.d_energy[row, q, k] = energy[q, j]
     if out.d_impacts.size > 0:
         write_contact_derivatives(orbit, out, row, first)
+    return steps
 
 
 @jit_allocating
-def write_row(e, values, march_room, out, row, first) -> None:
-    """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row."""
+def write_row(e, values, march_room, out, row, first):
+    """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row.
+
+    Returns the steps of its integrals.
+    """
     p, m, speed = row_parameters(values, 0), out.period_multiple[row], 0.0
     x, v = out.section[row, 0], out.section[row, 1]
     velocity = 0.0
@@ -209,24 +215,26 @@ def write_row(e, values, march_room, out, row, first) -> None:
         velocity = out.housing[row, STROBE]
     _begun, _end, status = march_orbit(e, p, 0.0, x, v, velocity, m, march_room)
     if status != OK or march_room[0].counts[GRAZINGS] > 0:
-        return
+        return 0.0
     for j in range(first, first + out.impact_count[row]):
         speed = max(speed, abs(out.impact_velocity[j]))
     closing = out.residual[row] * (abs(x) + abs(v) + speed)
     has_derivatives = out.d_section.size > 0
     columns = columns_of(e, p) if has_derivatives else np.zeros(0, np.int64)
     orbit, is_isolated = vary_orbit(e, p, march_room[0].pieces, m, closing, columns)
+    steps = 0.0
     if not is_isolated:
-        return
+        return steps
     if e.housing is None:
         write_errors(e, p, orbit, m, closing, out, row, first)
     if has_derivatives:
-        write_derivatives(e, p, orbit, m, out, row, first)
+        steps = write_derivatives(e, p, orbit, m, out, row, first)
         if e.housing is not None:
             energy = out.d_energy[row] if out.d_energy.size > 0 else out.d_housing[row, :0]
             write_housing_derivatives(e, p, orbit, m, out, row, energy)
         if out.d_multipliers.size + out.d_exponent.size > 0:
             write_multiplier_derivatives(e, values, orbit, m, out, row)
+    return steps
 
 
 @jit_nogil
@@ -236,7 +244,7 @@ def write_rows(
     out: RowResults,
     pieces: PieceLog,
     contacts: np.ndarray | None,
-) -> None:
+) -> float:
     """Write the errors of solved rows, their derivatives, and the contacts with soft supports.
 
     Parameters
@@ -250,15 +258,20 @@ def write_rows(
         Its capacity is that for contacts and rests of an orbit, too.
     contacts : (n, columns) float or None
         Those of `out`, if they are wanted: with soft supports and without a housing.
+
+    Returns
+    -------
+    float
+        Steps of all integrals.
     """
     capacity = pieces.values.shape[0]
     log, c = new_log(capacity, capacity, pieces, None), np.empty(DEGREE + 1)
     march_room = log, c, new_grid_room(e)
-    values, first = np.empty((1, parameters.shape[1])), 0
+    values, first, steps = np.empty((1, parameters.shape[1])), 0, 0.0
     for row in range(parameters.shape[0]):
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
-            write_row(e, values, march_room, out, row, first)
+            steps += write_row(e, values, march_room, out, row, first)
         write_contacts(contacts, e, row_parameters(values, 0), march_room, out, row, first)
         if out.d_section.size > 0:
             # Kernels count displacements from the equilibrium, which the load moves.
@@ -266,6 +279,7 @@ def write_rows(
             if out.d_amplitudes.size > 0:
                 out.d_amplitudes[row, 0, LOAD] += 1.0
         first += out.impact_count[row]
+    return steps
 
 
 def with_errors_of_pieces(
@@ -274,6 +288,7 @@ def with_errors_of_pieces(
     effects: Effects,
     pieces: PieceLog,
     contacts: int = 0,
+    spent: list[int] | None = None,
 ) -> RowResults:
     """Return compacted results, whose impacts are listed, with errors and, if requested, derivatives of all orbits.
 
@@ -286,6 +301,8 @@ def with_errors_of_pieces(
     pieces : PieceLog
     contacts : int
         Columns of the contacts with soft supports, 0 if they are not wanted.
+    spent : list of int, optional
+        Receives the work, in steps of a march.
 
     Notes
     -----
@@ -304,7 +321,9 @@ def with_errors_of_pieces(
     if has_derivatives:
         room = with_impact_derivatives(room)
     has_contacts = effects.soft is not None and effects.housing is None
-    write_rows(effects, parameters, room, pieces, room.contacts if has_contacts else None)
+    steps = write_rows(effects, parameters, room, pieces, room.contacts if has_contacts else None)
+    if spent is not None:
+        spent.append(int(steps * INTEGRAL_STEPS))
     if not has_derivatives or effects.second_harmonic is not None:
         return room
     return without_second(room)

@@ -14,7 +14,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
-from vibropipe.solve.design.pareto import STEPS, front, undominated
+from vibropipe.solve.design.pareto import STEPS, front, undominated, work_of
 from vibropipe.solve.design.problem import Problem, directions
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.design.scatter import (
@@ -35,7 +35,7 @@ from vibropipe.solve.design.search import (
     without_copies,
 )
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.rows.points import within_ranges
+from vibropipe.solve.rows.points import WorkSpentError, within_ranges
 from vibropipe.solve.with_units import (
     are_with_units,
     plain_deviations,
@@ -92,6 +92,10 @@ def _is_same(problem: Problem, share: np.ndarray, moves: np.ndarray) -> np.ndarr
 
 
 SAMPLES, DESIGNS = 512, 8
+TOO_MUCH = (
+    "must leave motions that are settled sooner: the search was ended, since those in these ranges take hundreds of "
+    "times the usual steps. Keep stiffness and damping of supports, nu and 1/h within fewer decades of each other"
+)
 # Arguments by quantity of a steady state; the others are by parameter.
 GOALS = ("target", "subject_to", "allow")
 
@@ -210,8 +214,8 @@ def design(
     Raises
     ------
     ParameterError
-        If a name is unknown, a range or a bound is wrong, goals contradict each other, or no sample is a stable motion
-        with the wanted quantities.
+        If a name is unknown, a range or a bound is wrong, goals contradict each other, no sample is a stable motion
+        with the wanted quantities, or the motions take hundreds of times the usual steps.
 
     Warns
     -----
@@ -240,7 +244,10 @@ def design(
         wanted["vary"] = plain_mapping(exciter, vary)
         wanted["tolerance"] = tolerance and plain_deviations(exciter, tolerance, vary)
         wanted["minimise"] = plain_objectives(minimise)
-    found, missed = _designs(exciter, samples, designs, progress, Ties(ties), **wanted)
+    try:
+        found, missed = _designs(exciter, samples, designs, progress, Ties(ties), **wanted)
+    except WorkSpentError:
+        raise ParameterError("vary", dict(vary), must=TOO_MUCH, got="") from None
     if missed and with_units:
         reason = DesignResult(int(found.design_result[0])).reason
         missed = f"No design that was found is met: {reason}."
@@ -286,6 +293,7 @@ def _designs(
     check_presence({**vars(exciter), **lows}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
+    problem = replace(problem, work=work_of(problem, samples, designs))
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
     candidates = find_candidates(problem, samples, steps)
     swept = None

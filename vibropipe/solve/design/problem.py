@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -16,7 +17,7 @@ from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
 from vibropipe.solve.rows.many import Start
 from vibropipe.solve.rows.named import SENSITIVITY, Named, harmonics_of, outputs_of
-from vibropipe.solve.rows.points import Points, clipped, solve_points, within_ranges
+from vibropipe.solve.rows.points import CallWork, Points, clipped, solve_points, within_ranges
 from vibropipe.words.outputs import OUTPUTS
 
 # The output of derivatives.
@@ -68,6 +69,8 @@ class Problem:
     ties : Ties
         Parameters by expressions of others; `vary` then has names of one's own, too. They hold for designs: parts
         scatter in each parameter by itself.
+    work : CallWork
+        What all marches of the search may take.
     """
 
     exciter: Exciter
@@ -81,6 +84,7 @@ class Problem:
     margins: np.ndarray | None = None
     reach: float = 0.0
     ties: Ties = field(default_factory=Ties)
+    work: CallWork = field(default_factory=lambda: CallWork(math.inf))
 
     @cached_property
     def following(self) -> list[str]:
@@ -157,7 +161,7 @@ class Problem:
 
     def laws_from_start(self, parameters: np.ndarray) -> Points:
         """Return the motions that settle from the start at parameters (n, p), of which the laws alone are asked."""
-        return solve_points(parameters, (self.x0, self.v0), OF_LAW, 1)
+        return solve_points(parameters, (self.x0, self.v0), OF_LAW, 1, work=self.work)
 
     def near(self, parameters: np.ndarray, states: np.ndarray, sensitivity: bool = False) -> Points:
         """Return the motions that settle from states (n, 3), with sensitivities if asked for."""
@@ -165,7 +169,8 @@ class Problem:
 
     def _solved(self, parameters: np.ndarray, start: Start, sensitivity: bool) -> Points:
         outputs = tuple(dict.fromkeys((*self.outputs, OUTPUT) if sensitivity else self.outputs))
-        points = solve_points(parameters, start, outputs, harmonics_of(self.names))
+        harmonics = harmonics_of(self.names)
+        points = solve_points(parameters, start, outputs, harmonics, work=self.work)
         return with_places(points, self.names, OUTPUT in outputs)
 
     def linearised(

@@ -91,6 +91,7 @@ def judged(problem: Problem, candidate: Candidate) -> Judged:
     points = solve_points(
         rows if problem.tolerance else rows[:PARTS], (problem.x0, problem.v0),
         tuple(name for name in OUTPUTS if name in wanted), harmonics_of(problem.names, HARMONICS),
+        work=problem.work,
     )  # fmt: skip
     points = with_places_of_parts(problem, candidate, points)
     kept = kept_goals(problem, points, candidate.law)[:, :PARTS]

@@ -131,6 +131,7 @@ class _Solver:
     buffer_rows: int
     contacts: int
     row_work: int
+    spent: list[int]
     of_thread: threading.local = field(default_factory=threading.local)
 
     def solve(self, values: np.ndarray, seeds: np.ndarray) -> RowResults:
@@ -147,15 +148,17 @@ class _Solver:
         starts = from_equilibrium(np.ascontiguousarray(seeds[:, :2]), load)
         if out.housing.size > 0:
             out.housing[:, STROBE] = seeds[:, 2]
-        solve_piece(
+        spent = solve_piece(
             self.effects, values, starts, chain, self.max_periods, self.patience, out,
             pieces[0], pieces[1], self.row_work,
         )  # fmt: skip
+        self.spent.append(spent)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
         compact, second = mask_unsolved(compact_impacts(out)), self.effects.second_harmonic
         if pieces[0] is not None:
-            rows = with_errors_of_pieces(compact, values, self.effects, pieces[0], self.contacts)
+            room = pieces[0], self.contacts, self.spent
+            rows = with_errors_of_pieces(compact, values, self.effects, *room)
         else:
             rows = with_errors(compact, values, ORBIT_LOG_CAPACITY, second)
             if "sensitivity" in self.outputs:
@@ -201,6 +204,7 @@ def solve_rows(
     effects: Effects = ALL_EFFECTS,
     soft: bool = False,
     row_work: int = MAX_ROW_WORK,
+    spent: list[int] | None = None,
 ) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks on all threads of numba.
 
@@ -234,6 +238,8 @@ def solve_rows(
         contacts.
     row_work : int
         Largest work of a march of a row, in steps.
+    spent : list of int, optional
+        Receives the work of some rows at a time.
 
     Yields
     ------
@@ -246,8 +252,8 @@ def solve_rows(
     limits = chain_length, max_periods, patience
     is_soft = soft and effects.soft is not None and effects.housing is None
     contacts = contact_columns(outputs) if is_soft else 0
-    room = buffer_rows, contacts, row_work
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room)
+    room, spent = (buffer_rows, contacts, row_work), [] if spent is None else spent
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room, spent)
     n_threads = numba.get_num_threads()
     if n_threads == 1 or len(pieces) == 1:
         for block in blocks:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
+from dataclasses import dataclass
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -80,12 +81,30 @@ class Points(NamedTuple):
         return Points(self.parameters[rows], kept)
 
 
+class WorkSpentError(Exception):
+    """The marches of a call take more work than it may."""
+
+
+@dataclass
+class CallWork:
+    """Work that is left for the marches of a call, in steps."""
+
+    left: float
+
+    def take(self, work: int) -> None:
+        """Count work that was done; raises WorkSpentError where no more is left."""
+        self.left -= work
+        if self.left < 0:
+            raise WorkSpentError
+
+
 def solve_points(
     parameters: np.ndarray,
     start: Start,
     outputs: tuple[str, ...],
     harmonics: int,
     progress: Progress | None = None,
+    work: CallWork | None = None,
 ) -> Points:
     """Solve points, with the same kernel as `sweep` and bitwise the same on any number of threads.
 
@@ -100,6 +119,10 @@ def solve_points(
     harmonics : int
     progress : callable, optional
         Called as progress(done, total), in points.
+    work : CallWork, optional
+        What is left for these and later points.
+
+    Raises WorkSpentError if these take more than is left.
     """
 
     def rows(first: int, stop: int) -> list[np.ndarray]:
@@ -111,12 +134,14 @@ def solve_points(
     columns = columns_of(parameters)
     effects, soft = all_effects(columns, pieces=True, housing=True), has_soft_support(columns)
     solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
-    n = len(parameters)
-    with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n))) as blocks:
+    n, spent = len(parameters), list[int]()
+    with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n), spent)) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
             parts.append(label_rows(solved, parameters[begin:stop], outputs))
             begin = stop
+    if work is not None:
+        work.take(sum(spent))
     return Points(parameters, concatenate(parts))
 
 

@@ -216,7 +216,6 @@ def test_scenes_of_a_study_share_its_ties(tmp_path, kind):
 @pytest.mark.parametrize(
     ("kind", "keys", "told"),
     [
-        ("branch", "along: {nu: {from: 1, to: 1.2}}", "scenes.s.along.nu: must be left out, since f is tied to it"),
         ("boundary", "of: [fold], over: {nu: [1, 2], delta: [0, 0.1]}", "scenes.s.over.nu: must be left out"),
         ("basins", "over: {nu: [1, 2], x0: [0, 0.1], v0: [0, 1]}", "scenes.s.over.nu: must be left out"),
         ("branch", "along: {f: {from: 1, to: 1.2}}", "scenes.s.along.f: must be left out, since it is tied"),

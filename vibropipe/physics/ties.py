@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from dataclasses import replace
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
 from typing import Any
@@ -20,6 +21,8 @@ from vibropipe.words.vocabulary import quantity
 A_TIE = f"a number or text with {ALLOWED}"
 A_NAME = "a parameter, or a name of one's own of letters, digits and _ that begins with a letter"
 TIED = "must be left out, since it is tied"
+# Values of a parameter that is followed at which what is tied to it must be in range.
+SAMPLES = 65
 
 
 class Ties:
@@ -141,6 +144,21 @@ class Ties:
                 got += f" by {self.expressions[name].text}"
                 raise ParameterError(f"ties.{name}", flat[n].item(), within.text, got=got)
         return tied
+
+    def applied(self, exciter: Exciter, given: Mapping[str, float]) -> Exciter:
+        """Return an exciter with the parameters among some names, and with what is tied; errors as of `checked`.
+
+        given : values of parameters, and of names of one's own
+        """
+        tied = self.checked({**exciter.numbers()._asdict(), **given})
+        changed = {name: value for name, value in {**given, **tied}.items() if name in PARAMETERS}
+        return replace(exciter, **changed)
+
+    def untied(self, exciter: Exciter) -> Exciter:
+        """Return an exciter that does not state what is tied, but for l, which all have."""
+        names = [name for name in self.parameters if name != "l"]
+        left_out: dict[str, Any] = {n: None if n in FOLLOWING else DEFAULTS[n] for n in names}
+        return replace(exciter, **left_out)
 
     def spans(
         self, given: Mapping[str, float], ranges: Mapping[str, tuple[float, float]]

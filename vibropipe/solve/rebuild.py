@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import math
 import warnings
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -111,7 +111,7 @@ def tied_again(row: xr.Dataset, exciter: Exciter) -> Exciter:
     """Return an exciter whose tied parameters follow its others, and the names of one's own of a row, by its ties."""
     ties = ties_of(row)
     own = {name: float(row[name]) for name in ties.own}
-    return replace(exciter, **ties.checked({**exciter.numbers()._asdict(), **own}))
+    return ties.applied(exciter, own)
 
 
 def changed_row(row: xr.Dataset, changed: dict[str, float]) -> xr.Dataset:

@@ -52,7 +52,7 @@ def _names_without_ties() -> dict[str, Any]:
     untied = {"not": {"required": ["ties"]}}
     scene = {
         "if": {**untied, "properties": {"kind": {"enum": tied}}},
-        "then": {"properties": {"over": known, "vary": known}},
+        "then": {"properties": {"over": known, "along": known, "vary": known}},
     }
     return {"if": untied, "then": {"properties": {"scenes": {"additionalProperties": scene}}}}
 

@@ -5,7 +5,6 @@ from __future__ import annotations
 import re
 import warnings
 from collections.abc import Callable
-from dataclasses import replace
 from threading import Lock
 from typing import Any
 
@@ -42,7 +41,7 @@ from vibropipe.view.one_exciter import grid_of_starts
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import script, symbol
 from vibropipe.words.outputs import OF_STEADY_STATE, OUTPUTS
-from vibropipe.words.parameters import DEFAULTS, FOLLOWING, FURTHER, PARAMETERS, PHYSICAL
+from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS, PHYSICAL
 from vibropipe.words.progress import Progress
 from vibropipe.words.status import UnsolvedWarning
 from vibropipe.words.vocabulary import (
@@ -178,9 +177,7 @@ def _swept(
     shown = {STEADY[name].output for name in drawn_by("sweep") if name in dataset}
     outputs = [name for name in OUTPUTS if name in shown]
     ties = ties_of(dataset)
-    left_out: dict[str, Any] = {name: DEFAULTS[name] for name in ties.parameters if name != "l"}
-    left_out |= {name: None for name in left_out if name in FOLLOWING}
-    grid = grid_of(replace(exciter, **left_out), over, follow, ties.texts)
+    grid = grid_of(ties.untied(exciter), over, follow, ties.texts)
     harmonics = dataset.sizes.get("harmonic", 1)
     rows = solve_shard(
         grid, 0, grid.rows, outputs=outputs, progress=on_rows, harmonics=harmonics, **options

@@ -55,6 +55,8 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
     "_high": ("upper bound of {}, proved", True),
     "_misfit": ("root mean square misfit of {}", True),
 }
+# What the place of a bifurcation begins with, before the name of what is followed.
+PLACE = "bifurcation_"
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
 _NAME = re.compile(r"[A-Za-z]\w*")
 UNDEFINED = (
@@ -248,6 +250,8 @@ def own_attributes(name: str) -> dict[str, Any]:
     for suffix, (of, _) in SUFFIXES.items():
         if name.endswith(suffix):
             base, text = name.removesuffix(suffix), of
+    if base.startswith(PLACE):
+        base, text = base.removeprefix(PLACE), text.format("{} at the bifurcation")
     return {"units": "1", "long_name": text.format(base), "symbol": base}
 
 
@@ -291,7 +295,9 @@ def describe(dataset: Described) -> Described:
     own = set(_NAME.findall(dataset.attrs.get("ties", "")))
     variables = dataset.variables
     own |= {str(name) for name in dataset.coords if variables[name].attrs.get("long_name") == name}
-    own = {f"{name}{suffix}" for name in own - VOCABULARY.keys() for suffix in ("", *SUFFIXES)}
+    own -= VOCABULARY.keys()
+    own |= {f"{PLACE}{name}" for name in own}
+    own |= {f"{name}{suffix}" for name in own for suffix in SUFFIXES}
     for name, variable in variables.items():
         if name in own:
             variable.attrs.update(own_attributes(str(name)))

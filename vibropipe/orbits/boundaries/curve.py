@@ -20,6 +20,7 @@ from vibropipe.orbits.boundaries.system import (
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law.steps import DOUBLING, GAP, GAP_SIDE, SLOWEST, SPEED, TESTS, UNIT
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.forced_flow import acceleration
@@ -50,6 +51,8 @@ class Box(NamedTuple):
         Largest weighted length of a step.
     effects : Effects
         Of all exciters of the box.
+    tied : Tied or None
+        What follows both.
     """
 
     values: np.ndarray
@@ -59,6 +62,7 @@ class Box(NamedTuple):
     symmetric: bool
     max_length: float
     effects: Effects = ALL_EFFECTS
+    tied: Tied | None = None
 
 
 def weights_of(sequence: Sequence, speed: float, further: Iterable[float]) -> np.ndarray:

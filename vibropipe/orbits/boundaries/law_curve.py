@@ -87,7 +87,7 @@ class LawBoundary(LawZeros):
         marcher: Marcher,
     ) -> None:
         super().__init__(
-            law, scales, marcher, box.values, box.along, box.low, box.high, box.max_length
+            law, scales, marcher, box.values, box.along, box.low, box.high, box.max_length, box.tied
         )
         self.box, self.kind, self.touched = box, kind, touch
         self._slope: np.ndarray | None = None
@@ -126,10 +126,20 @@ class LawBoundary(LawZeros):
         """Return the derivatives of the share of a determinant, as central differences."""
         slope = np.zeros(u.size)
         self.marcher.rows += 2 * u.size * len(self.sequence.codes)
+        last = u.size if self.tied is None else self.width * len(self.sequence.codes)
+        along = self.system.along if self.tied is None else np.zeros(0, np.int64)
         fill_slopes(
-            self.effects, self.system.values, self.system.along, self.sequence, u,
-            self._no_columns, steps, self.kind == FOLDS, slope,
+            self.effects, self.system.values, along, self.sequence, u[:last].copy(),
+            self._no_columns, steps, self.kind == FOLDS, slope[:last],
         )  # fmt: skip
+        for k in range(last, u.size):
+            for sign in (1.0, -1.0):
+                moved = u.copy()
+                moved[k] += sign * steps[k]
+                share = self._condition(moved) if self._fill(moved) else math.nan
+                slope[k] += sign * share / (2.0 * steps[k])
+        if last < u.size:
+            self._fill(u)
         return slope
 
     def _fill_slopes_of_gap(self, u: np.ndarray, steps: np.ndarray) -> None:

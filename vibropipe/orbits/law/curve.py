@@ -37,6 +37,7 @@ from vibropipe.orbits.law.steps import (
     new_through,
     solve,
 )
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
@@ -64,6 +65,13 @@ NO_BORDER = np.zeros((0, 0)), np.zeros(0)
 NO_TOUCH = of.NOWHERE, 0.0, 0.0
 
 
+def _column(index: int) -> int:
+    """Return the number of the derivatives by a parameter, or by a name of one's own, which has none."""
+    name = Parameters._fields[index] if index < len(Parameters._fields) else ""
+    is_known = name in ALL_DIFFERENTIATED and name not in THROUGH_OTHERS
+    return ALL_DIFFERENTIATED.index(name) if is_known else BY_NONE
+
+
 class LawZeros(Curve):
     """Zeros of the equations of one law, and of further conditions.
 
@@ -83,6 +91,8 @@ class LawZeros(Curve):
         Their ranges.
     max_length : float
         Largest weighted length of a step.
+    tied : Tied, optional
+        What follows them.
     """
 
     # Where the orbit touches a support, which is no end of its law: piece, support, time.
@@ -98,6 +108,7 @@ class LawZeros(Curve):
         low: np.ndarray,
         high: np.ndarray,
         max_length: float,
+        tied: Tied | None = None,
     ) -> None:
         law = Law(np.ascontiguousarray(law.codes), float(law.span), int(law.mirrored))
         self.sequence, self.scales, self.marcher = law, scales, marcher
@@ -114,21 +125,23 @@ class LawZeros(Curve):
         super().__init__(np.append(weights, 1.0 / (high - low)), max_length)
         # The cyclic system is eliminated in place of a dense matrix.
         self.work = self.work._replace(matrix=np.zeros((0, 0)))
-        names = [Parameters._fields[index] for index in along]
-        columns = np.array(
-            [
-                BY_NONE if name in THROUGH_OTHERS else ALL_DIFFERENTIATED.index(name)
-                for name in names
-            ]
+        # Where nothing follows, no more is filled than without ties.
+        self.tied, self.n_free = tied if tied is not None and tied.following else None, len(along)
+        moving = along if self.tied is None else np.append(along, self.tied.places)
+        columns = np.array([_column(index) for index in moving])
+        is_acted = any(values[k] != 0.0 or k in moving for k in ACTING)
+        least, most = (
+            np.resize(ends, moving.size) for ends in (2.0 * low - high, 2.0 * high - low)
         )
-        is_acted = any(values[k] != 0.0 or k in along for k in ACTING)
         margins = np.zeros((of.KINDS + 1, 4))
         margins[of.TOUCH] = law.span * (-1.0 if law.mirrored else 1.0), *NO_TOUCH
         self.system = System(
-            self.effects, law, values.reshape(1, -1).copy(), along, columns, 2.0 * low - high,
-            2.0 * high - low, np.zeros((n, width)), new_blocks(n, len(along), self.effects.housing),
+            self.effects, law, values.reshape(1, -1).copy(), moving, columns, least, most,
+            np.zeros((n, width)), new_blocks(n, moving.size, self.effects.housing),
             margins, size, speed, new_through(n, is_acted, self.effects.housing),
         )  # fmt: skip
+        # Derivatives by the parameters that vary, with those of what follows.
+        self.by = self.system.blocks.by
 
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
         """Return a point of this branch."""
@@ -136,8 +149,15 @@ class LawZeros(Curve):
 
     def parameters_of(self, u: np.ndarray) -> Any:
         """Return the `Parameters` at some unknowns."""
-        self.system.values[0, self.system.along] = u[self.width * len(self.sequence.codes) :]
+        self.set_ends(u[self.width * len(self.sequence.codes) :])
         return row_parameters(self.system.values, 0)
+
+    def set_ends(self, ends: np.ndarray) -> None:
+        """Set the parameters that vary, and what follows them."""
+        values = self.system.values[0]
+        values[self.system.along[: self.n_free]] = ends
+        if self.tied is not None:
+            self.tied.fill(values)
 
     def events_of(self, u: np.ndarray) -> np.ndarray:
         """Return the unknowns as an array (n, w)."""
@@ -224,18 +244,30 @@ class LawZeros(Curve):
 
     def _fill(self, u: np.ndarray) -> bool:
         """Fill the blocks at u; return whether they are finite."""
-        return bool(np.isfinite(u).all() and fill_at(self.system, u))
+        if not np.isfinite(u).all():
+            return False
+        if self.tied is None:
+            return bool(fill_at(self.system, u))
+        last, k, system = self.width * len(self.sequence.codes), self.n_free, self.system
+        self.set_ends(u[last:])
+        moving = system.values[0, system.along]
+        reach = np.where(moving[k:] == 0.0, 1.0, np.abs(moving[k:]))
+        system.least[k:], system.most[k:] = moving[k:] - reach, moving[k:] + reach
+        if not fill_at(system, np.append(u[:last], moving)):
+            return False
+        self.by = system.blocks.by @ np.vstack([np.eye(k), self.tied.slopes(system.values[0])])
+        return True
 
     def _solve(
         self, rest: np.ndarray, rows: np.ndarray, targets: np.ndarray
     ) -> tuple[np.ndarray, float]:
         """Return the solution of the equations at the blocks with further rows, and the sign of the determinant."""
         n, w, blocks = len(self.sequence.codes), self.width, self.system.blocks
-        x, q = np.zeros((n, w)), np.zeros(self.system.along.size)
+        x, q = np.zeros((n, w)), np.zeros(self.n_free)
         borders = np.ascontiguousarray(rows[:, : w * n].reshape(-1, w, n).transpose(0, 2, 1))
         corner = np.ascontiguousarray(rows[:, w * n :])
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, targets, x, q,
+            blocks.before, blocks.at, self.by, rest, 1.0, borders, corner, targets, x, q,
             self.effects.housing,
         )  # fmt: skip
         return np.concatenate([x.T.ravel(), q]), sign
@@ -313,10 +345,14 @@ class LawCurve(LawZeros):
 
     def __init__(self, problem: Problem, law: Law, scales: Scales, marcher: Marcher) -> None:
         along, low, high = (np.array([each]) for each in (problem.along, problem.low, problem.high))
-        super().__init__(law, scales, marcher, problem.values, along, low, high, problem.max_length)
+        super().__init__(
+            law, scales, marcher, problem.values, along, low, high, problem.max_length, problem.tied
+        )
         self.problem = problem
 
     def solve(self, u: np.ndarray, target: float) -> Point | None:  # noqa: D102 - as Curve
+        if self.tied is not None:
+            return super().solve(u, target)
         tangent, tests = np.empty(u.size), np.empty(N_TESTS)
         fills = solve(self.system, u, target, self.weights, self.work.border, tangent, tests)
         self.marcher.rows += abs(fills) * len(self.sequence.codes)

@@ -6,8 +6,10 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Parameters
 
 
 class Scales(NamedTuple):
@@ -23,7 +25,7 @@ class Problem(NamedTuple):
     Attributes
     ----------
     values : (parameters,) float
-        Parameters of the exciter.
+        Parameters of the exciter, and the name of one's own that varies, if one does.
     along : int
         Index of the parameter that varies.
     low, high : float
@@ -38,6 +40,8 @@ class Problem(NamedTuple):
         Of all exciters of the range.
     until_fold : bool
         Whether a branch is left where it turns back.
+    tied : Tied or None
+        What follows the parameter that varies.
     """
 
     values: np.ndarray
@@ -49,11 +53,24 @@ class Problem(NamedTuple):
     max_length: float
     effects: Effects = ALL_EFFECTS
     until_fold: bool = False
+    tied: Tied | None = None
+
+    @property
+    def name(self) -> str:
+        """Name of what varies."""
+        return (Parameters._fields if self.tied is None else self.tied.names)[self.along]
+
+    @property
+    def varied(self) -> tuple[str, ...]:
+        """Names of what varies, and of what follows it."""
+        return (self.name, *(() if self.tied is None else self.tied.following))
 
     def values_at(self, value: float) -> np.ndarray:
         """Return `values` at a value of the parameter that varies."""
         values = self.values.copy()
         values[self.along] = value
+        if self.tied is not None:
+            self.tied.fill(values)
         return values
 
     def parameters_at(self, value: float) -> Any:

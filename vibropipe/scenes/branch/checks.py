@@ -4,6 +4,8 @@ from __future__ import annotations
 
 from collections.abc import Iterator
 
+import numpy as np
+
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.keys import BranchScene
@@ -16,11 +18,12 @@ from vibropipe.scenes.keys.checks import (
     check_varied_supports,
 )
 from vibropipe.scenes.keys.parts import MAX_LINES
-from vibropipe.scenes.keys.problems import Problem, refused, required
+from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
 from vibropipe.scenes.keys.proofs import check_covered
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.bifurcations import without_slope
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.records import FINITE
 
 
 def _parameters(scene: BranchScene) -> Iterator[Problem]:
@@ -32,7 +35,7 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
     keyed += [("within", value) for value in scene.ends.within or ()]
     keyed += [("from", scene.ends.begin)] if scene.ends.begin is not None else []
     for key, value in keyed:
-        if not is_allowed(name, value):
+        if name in PARAMETERS and not is_allowed(name, value):
             yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
     if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
         must = "must differ from `from` and from each other"
@@ -42,7 +45,8 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
     if name in RIGID_AT_ZERO and 0.0 in scene.ends.values:
         yield Problem(("along", name), "0", must=SOFT_ALONG)
     for swept, grid in scene.over.items():
-        if not (is_allowed(swept, grid.low) and is_allowed(swept, grid.high)):
+        is_own = swept not in PARAMETERS
+        if not (is_own or (is_allowed(swept, grid.low) and is_allowed(swept, grid.high))):
             yield Problem(("over", swept), repr(grid.low), PARAMETERS[swept].range.text)
         if grid.size > MAX_LINES:
             must = f"must have at most {MAX_LINES} values"
@@ -68,7 +72,11 @@ def _law(scene: BranchScene) -> Iterator[Problem]:
             return
         for key in ("from", "to"):
             if key not in stated:
-                yield required(("along", name, key), PARAMETERS[name].range.text)
+                limits = PARAMETERS[name].range if name in PARAMETERS else FINITE
+                yield required(("along", name, key), limits.text)
+        if name not in PARAMETERS and len(ends.to) > 1:
+            must = "must be one number: a name of one's own is followed one way"
+            yield Problem(("along", name, "to"), "", must=must)
         return
     for key in stated:
         yield Problem(("along", name, key), "", must="must be left out beside law: write within")
@@ -84,10 +92,19 @@ def _law(scene: BranchScene) -> Iterator[Problem]:
 
 def _exciter(scene: BranchScene) -> Iterator[Problem]:
     """Check that the first orbits have supports and a start between them, and effects that can be computed."""
-    changes: list[dict[str, float]] = [
+    varied: list[dict[str, float]] = [
         {str(name): value} for name, grid in scene.over.items() for value in (grid.low, grid.high)
+    ] or [{}]
+    changes = [
+        {
+            n: v
+            for n, v in (each | scene.tied_at(scene.first_values() | each)).items()
+            if n in PARAMETERS
+        }
+        for each in varied
     ]
-    problems = list(check_changes(scene, [scene.followed], changes or [{}]))
+    problems = list(check_changes(scene, [scene.followed], changes))
+    problems = problems or list(_tied(scene))
     yield from problems
     if problems:
         return
@@ -96,8 +113,18 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
         return
-    low = min(scene.ends.values)
-    yield from check_varied_supports(scene, "along", {scene.followed: low})
+    varied_names = {scene.followed, *scene.tied().following([scene.followed])}
+    lows = {name: np.min(v) for name, v in scene.values().items() if name in varied_names}
+    yield from check_varied_supports(scene, "along", lows)
+
+
+def _tied(scene: BranchScene) -> Iterator[Problem]:
+    """Check that what is tied is in range at all values of what varies."""
+    values = {**DEFAULTS, **scene.resolved_exciter(), **scene.sampled()}
+    try:
+        scene.tied().checked(values)
+    except ParameterError as error:
+        yield refused(argument_path(error), error)
 
 
 def _at(scene: BranchScene) -> Iterator[Problem]:

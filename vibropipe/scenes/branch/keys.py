@@ -10,6 +10,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 
 from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.start import largest_start
+from vibropipe.physics.ties import SAMPLES
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
     Work,
@@ -25,12 +26,14 @@ from vibropipe.scenes.keys.parts import (
     Law,
     ParameterName,
     Start,
+    VariedName,
     figure_key,
 )
 from vibropipe.scenes.keys.proofs import ROW_SECONDS
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NameRule, Number, Sigma, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import drawn_by
 
 # Points of a branch that its steps usually need, and seconds per point.
@@ -112,12 +115,13 @@ class BranchScene(TiedScene):
 
     COMPUTES_PIECES = True
     COMPUTES_HOUSING = True
+    FOLLOWS_TIES = True
     kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
     figure: BranchFigure = figure_key(BranchFigure, "picture")
-    along: Annotated[dict[ParameterName, Along], Field(min_length=1, max_length=1)] = Field(
-        description="The parameter along which orbits are followed."
+    along: Annotated[dict[VariedName, Along], Field(min_length=1, max_length=1)] = Field(
+        description="The parameter, or name of one's own in `ties`, along which orbits are followed."
     )
-    over: Annotated[dict[ParameterName, Grid], Field(max_length=1)] = Field(
+    over: Annotated[dict[VariedName, Grid], Field(max_length=1)] = Field(
         default={}, description="A further parameter; a branch is followed at each of its values."
     )
     start: Start = Field(
@@ -162,17 +166,25 @@ class BranchScene(TiedScene):
         swept = {str(name): grid.low for name, grid in self.over.items()}
         return {self.followed: self.ends.first, **swept}
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {**super().resolved_exciter(), **self.first_values()}
-
     def data_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
         values = self.resolved_exciter()
         return {name: value for name, value in values.items() if name not in self.over}
 
     def values(self) -> dict[str, Any]:
-        """Return each parameter with all the values it may take."""
-        ends = np.array(self.ends.values)
-        return {**self.resolved_exciter(), **self.over_arrays(), self.followed: ends}
+        """Return each parameter with all the values it may take; of what is tied those at samples of the range."""
+        own = {**self.over_arrays(), self.followed: np.array(self.ends.values)}
+        if self.tied():
+            own |= self.sampled()
+            own |= self.tied_at(own)
+        known = {name: each for name, each in own.items() if name in PARAMETERS}
+        return {**self.resolved_exciter(), **known}
+
+    def sampled(self) -> dict[str, Any]:
+        """Return what varies at all values of the further parameter and samples of the followed one, in rows."""
+        ends = self.ends.values
+        arrays = self.over_arrays() | {self.followed: np.linspace(min(ends), max(ends), SAMPLES)}
+        grids = np.meshgrid(*arrays.values(), indexing="ij")
+        return {name: grid.ravel() for name, grid in zip(arrays, grids, strict=True)}
 
     def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         return self.values()

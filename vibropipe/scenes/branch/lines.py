@@ -12,8 +12,9 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import orbit_texts, words_of
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
+from vibropipe.solve.rebuild import ties_of
 from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.vocabulary import held_name, quantity
 
 SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
 
@@ -42,9 +43,10 @@ def followed(dataset: xr.Dataset) -> str:
 
 def swept(dataset: xr.Dataset) -> str | None:
     """Return the further parameter with several values, or None."""
-    along = followed(dataset)
-    names = (name for name in parameter_names(dataset) if dataset[name].dims == ("point",))
-    return next((name for name in names if name != along), None)
+    ties = ties_of(dataset)
+    known = {followed(dataset), *(held_name(dataset, name) for name in ties.parameters)}
+    names = [name for name in (*parameter_names(dataset), *ties.own) if name not in known]
+    return next((name for name in names if dataset[name].dims == ("point",)), None)
 
 
 def panels_of(

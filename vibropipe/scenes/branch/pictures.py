@@ -64,6 +64,7 @@ def describe_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
     """Return the caption: what is drawn, and how many bifurcations there are."""
+    ties = str(dataset.attrs.get("ties", ""))
     return sentences(
         f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable",
         f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
@@ -72,6 +73,7 @@ def describe_branches(
         else "",
         CHANGES if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",
+        f"Tied: {ties.replace('; ', ', ')}" if ties else "",
         dataset.attrs.get("incomplete", ""),
     )
 

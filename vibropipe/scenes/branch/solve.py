@@ -3,17 +3,17 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.branch.branch import MUST_REPEAT, branch
 from vibropipe.solve.physical import stored
-from vibropipe.words.vocabulary import attributes, physical_name
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS
+from vibropipe.words.vocabulary import attributes_of_dimension, own_attributes, physical_name
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -23,20 +23,17 @@ if TYPE_CHECKING:
 def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
     """Follow the branches of a scene in memory."""
     name, grid = next(iter(scene.over_arrays().items()), ("", np.array([])))
-    exciters = [
-        Exciter(**{**scene.resolved_exciter(), **change})
-        for change in [{name: value} for value in grid.tolist()] or [{}]
-    ]
+    changes = [{name: value} for value in grid.tolist()] or [{}]
     parts, absent = [], list[ParameterError]()
-    for exciter in exciters:
+    for change in changes:
         try:
-            parts.append(_followed(scene, exciter))
+            parts.append(_followed(scene, change))
         except ParameterError as error:
             if error.name != "law":
                 raise
             absent.append(error)  # the law has no orbits there
         if progress is not None:
-            progress(len(parts) + len(absent), len(exciters))
+            progress(len(parts) + len(absent), len(changes))
     if not parts:
         raise absent[0]
     whole = joined(parts, name) if name else parts[0]
@@ -46,7 +43,18 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
     return stored(whole, scene.mass_and_stiffness)
 
 
-def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
+def _followed(scene: BranchScene, change: dict[str, float]) -> xr.Dataset:
+    """Follow the branches at a value of the further parameter, or name of one's own, which is then tied to it."""
+    stated = {name: value for name, value in change.items() if name in PARAMETERS}
+    own = {name: value for name, value in change.items() if name not in PARAMETERS}
+    ties = scene.tied()
+    exciter = Exciter(**{**scene.untied_exciter(), **stated})
+    branches = _branches(scene, exciter, {**ties.texts, **own})
+    coords = {name: ((), value, own_attributes(name)) for name, value in own.items()}
+    return branches.assign_coords(coords).assign_attrs(ties.attrs)
+
+
+def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.Dataset:
     """Follow the branches of one exciter; an exciter without an orbit to begin with is refused with a remedy."""
     try:
         tolerance = {str(name): sigma for name, sigma in scene.tolerance.items()} or None
@@ -55,18 +63,20 @@ def _followed(scene: BranchScene, exciter: Exciter) -> xr.Dataset:
             ends = scene.ends.values
             return branch(
                 exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law,
-                tolerance=tolerance,
+                tolerance=tolerance, ties=ties,
             )  # fmt: skip
+        to = scene.ends.to if scene.followed in PARAMETERS else scene.ends.values
         return branch(
             exciter,
             scene.followed,
-            scene.ends.to[0] if len(scene.ends.to) == 1 else scene.ends.to,
+            to[0] if len(to) == 1 else to,
             x0=scene.start.x0,
             v0=scene.start.v0,
             at=at,
             switch=scene.switch,
             harmonics=scene.harmonics,
             tolerance=tolerance,
+            ties=ties,
         )
     except ParameterError as error:
         name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)
@@ -86,15 +96,16 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     parts : branches at each value, `name` as a scalar coordinate
     """
     shifted, points, branches = [], 0, 0
-    # a damping that a restitution gives, and that is absent at 0
-    follow = [h for _R, _k, h in SUPPORTS if len({float(part.get(h, 0.0)) for part in parts}) > 1]
-    varied = [name, *(h for h in follow if h != name)]
-    for part in parts:
+    # What follows it, by ties or as a damping that a restitution gives; absent where it has its default.
+    held = {str(each) for part in parts for each, value in part.coords.items() if not value.dims}
+    values = {key: [float(part.get(key, _default(key))) for part in parts] for key in sorted(held)}
+    varied = [name, *(key for key in values if key != name and len({*values[key]}) > 1)]
+    for n, part in enumerate(parts):
         size = part.sizes["point"]
         swept = {
-            key: xr.full_like(
-                part["branch_id"], float(part.get(key, 0.0)), dtype=float
-            ).assign_attrs(attributes(key))
+            key: xr.full_like(part["branch_id"], values[key][n], dtype=float).assign_attrs(
+                attributes_of_dimension(key)
+            )
             for key in varied
         }
         numbered = part.assign(
@@ -118,6 +129,11 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     ]
     merged.attrs.pop("incomplete", None)
     return merged.assign_attrs({"incomplete": "; ".join(incomplete)} if incomplete else {})
+
+
+def _default(name: str) -> float:
+    """Return the value of a parameter that a dataset leaves out."""
+    return DEFAULTS.get(name, 0.0)
 
 
 def names_over(dataset: xr.Dataset, dim: str) -> list[str]:

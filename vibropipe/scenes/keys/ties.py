@@ -36,10 +36,11 @@ class TiedScene(BaseScene):
         # What the study states and a scene ties is tied there, as it is swept where a scene sweeps it.
         stated = (self._shared.keys() - self.ties.keys()) | self.exciter.explicit().keys()
         varied = self.first_values()
-        ties.check(stated, varied, self.key_of(next(iter(varied), "")))
+        named = next((name for name in varied if name in ties.expressions), next(iter(varied), ""))
+        ties.check(stated, varied, self.key_of(named))
         for name in ties.parameters if not self.FOLLOWS_TIES else ():
             for root in varied.keys() & ties.roots[name]:
-                must = f"must be left out, since {name} is tied to it, which only sweeps, designs and fits follow"
+                must = f"must be left out, since {name} is tied to it, which scenes of this kind do not follow"
                 raise ParameterError(f"{self.key_of(root)}.{root}", root, must=must, got="")
         return ties
 

@@ -4,15 +4,17 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.orbits.branches.tree import follow_tree
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
+from vibropipe.physics.ties import TIED, Ties, stated_names
 from vibropipe.solve.branch.branch_dataset import (
     branch_dataset,
     rest_dataset,
@@ -21,9 +23,11 @@ from vibropipe.solve.branch.branch_dataset import (
 )
 from vibropipe.solve.branch.problem import (
     check_range,
+    exciter_at,
     problem_of,
     rules_of,
     seed_of_steady_state,
+    with_ties,
 )
 from vibropipe.solve.branch.rest_branch import follow_rest
 from vibropipe.solve.branch.stretches import STARTS, VALUES, law_stretches
@@ -39,6 +43,7 @@ from vibropipe.solve.rows.steady import steady_state
 from vibropipe.solve.with_units import are_with_units, plain_mapping, plain_name, plain_values
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.outputs import OF_BRANCH, OF_STEADY_STATE
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
@@ -63,6 +68,7 @@ def branch(
     outputs: Sequence[str] = OF_STEADY_STATE,
     law: Sequence[int] | None = None,
     tolerance: Mapping[str, float] | None = None,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Follow the orbit that settles from (x0, v0) along a parameter, stable or not, round folds.
 
@@ -82,7 +88,8 @@ def branch(
     along : str
         The parameter that varies: any of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an
         exciter of `from_physical` also one with units, as omega or F: `to`, `at` and `tolerance` are then in SI, text
-        or quantities of pint, and the dataset is in SI, as `to_physical` returns it.
+        or quantities of pint, and the dataset is in SI, as `to_physical` returns it. Or a name that `ties` use: it is
+        followed from the first to the second of two numbers `to`.
     to : float or (float, float)
         Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
         ways. A branch is left where it leaves this range.
@@ -111,6 +118,9 @@ def branch(
     tolerance : mapping of str to float, optional
         Standard deviations of parameters that scatter independently: bifurcations then have the derivative of their
         place by each of them, and its standard deviation to first order.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others or of names of one's own, as of `sweep`: {"R2": "R1"} along R1, an unbalance
+        {"f": "0.02 * nu**2"} along nu, {"h": "2 * zeta"} along zeta. What is tied follows along the branch.
 
     Returns
     -------
@@ -178,29 +188,32 @@ def branch(
             max_step=max_step,
             outputs=outputs,
             law=law,
+            ties=ties,
             tolerance=None if tolerance is None else plain_mapping(exciter, tolerance),
         )
         return to_physical(dataset, exciter)
+    tied = Ties(ties)
     if law is not None:
         _check_alone(x0, v0, switch)
         check_whole("harmonics", harmonics, limits.HARMONICS)
         return _branch_of_law(
             exciter, along, to, check_law(law), at, harmonics, max_step, _check_outputs(outputs),
-            _check_tolerance(exciter, along, tolerance, outputs),
+            tolerance, tied,
         )  # fmt: skip
     v = 0.0 if v0 is None else v0
+    exciter, to, own = with_ties(exciter, along, to, tied)
     exciter.check_start(x0, v)
-    problem, signs = problem_of(exciter, along, to, at, max_step)
+    problem, signs = problem_of(exciter, along, to, at, max_step, tied, own)
     check_whole("harmonics", harmonics, limits.HARMONICS)
     switches, requested = _check_switch(switch), _check_outputs(outputs)
-    sigma = _check_tolerance(exciter, along, tolerance, outputs)
-    ends = [problem.low, problem.high]
+    sigma = _check_tolerance(exciter, along, tolerance, outputs, tied)
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
     follow = along, _direction(signs)
-    reached = {**values, along: np.array(ends)}
     effects = problem.effects
+    reached = {**values, **ends_of(problem)}
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
+    attrs |= tied.attrs
     if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
         resting = follow_rest(exciter, problem, signs, start, harmonics, requested)
         dataset = rest_dataset(problem, resting, harmonics, attrs)
@@ -235,13 +248,18 @@ def _check_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
 
 
 def _check_tolerance(
-    exciter: Exciter, along: str, tolerance: Mapping[str, float] | None, outputs: Sequence[str]
+    exciter: Exciter,
+    along: str,
+    tolerance: Mapping[str, float] | None,
+    outputs: Sequence[str],
+    ties: Ties,
 ) -> dict[str, float] | None:
     """Return the standard deviations of parameters, or raise a ParameterError."""
     if tolerance is None:
         return None
     sigma = check_tolerances(exciter, tolerance)
     missing = without_slope(exciter.numbers()._asdict(), along)
+    missing |= dict.fromkeys(ties.parameters, TIED)
     for name in sigma:
         if name in missing:
             raise ParameterError(f"tolerance.{name}", sigma[name], must=missing[name])
@@ -249,6 +267,13 @@ def _check_tolerance(
         must = "must leave out sensitivity beside tolerance: both have a dimension parameter of their own"
         raise ParameterError("outputs", outputs, must=must)
     return sigma
+
+
+def ends_of(problem: Problem) -> dict[str, np.ndarray]:
+    """Return what varies at the ends of the range."""
+    ends = [exciter_at(problem, value)._asdict() for value in (problem.low, problem.high)]
+    names = [name for name in problem.varied if name in PARAMETERS]
+    return {name: np.array([end[name] for end in ends]) for name in names}
 
 
 def _direction(signs: tuple[float, ...]) -> str:
@@ -289,21 +314,25 @@ def _branch_of_law(
     harmonics: int,
     max_step: float,
     outputs: tuple[str, ...],
-    sigma: Mapping[str, float] | None,
+    tolerance: Mapping[str, float] | None,
+    ties: Ties,
 ) -> xr.Dataset:
     """Return all stretches of a law as the dataset of `branch`."""
-    ends = check_range(exciter, along, to)
-    found = law_stretches(exciter, along, ends, law, at, max_step)
+    ties.check(stated_names(exciter), [along], "along")
+    ends = check_range(exciter, along, to, ties)
+    first = ties.applied(exciter, {along: ends[0]})
+    sigma = _check_tolerance(first, along, tolerance, outputs, ties)
+    found = law_stretches(exciter, along, ends, law, at, max_step, ties)
     name, effects = f"({law[0]}; {law[1]}, {law[2]})", found.problem.effects
     searched = f"orbits at {VALUES} values of the parameter, from {STARTS} velocities each"
     if not found.branches:
         got = f"{name}, of which none is found ({searched})"
         must = f"must have orbits in the range of {along}"
         raise ParameterError("law", law, must=must, got=got)
-    values = {key: np.array([value]) for key, value in exciter.numbers()._asdict().items()}
-    reached = {**values, along: np.array(ends)}
+    values = {key: np.array([value]) for key, value in first.numbers()._asdict().items()}
+    reached = {**values, **ends_of(found.problem)}
     attrs = origin_attrs(effect_names(effects, reached), searched, follow=(along, "both"))
-    attrs["law"] = name
+    attrs |= ties.attrs | {"law": name}
     if found.n_left:
         attrs["incomplete"] = f"{found.n_left} more branches that may lead to the law are left"
         warnings.warn(

@@ -22,6 +22,7 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.branch.branch_of_pieces import solver_of_pieces
 from vibropipe.solve.branch.places import scattered_places
+from vibropipe.solve.branch.problem import exciter_at
 from vibropipe.solve.branch.rest_branch import RestBranch
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rows.row_results import (
@@ -32,6 +33,7 @@ from vibropipe.solve.rows.row_results import (
     new_rows,
     without_impacts,
 )
+from vibropipe.solve.rows.sensitivity import through_ties
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 from vibropipe.words.outputs import OF_STEADY_STATE, computed
 from vibropipe.words.parameters import without_absent
@@ -160,7 +162,12 @@ def _to_dataset(
     """Return steady states over `row`, the parameter there, and bifurcations as a described dataset."""
     import xarray as xr
 
-    name = Parameters._fields[problem.along]
+    name, tied, labels = problem.name, problem.tied, coordinates(rows, harmonics)
+    at = np.array([problem.values_at(value) for value in values])
+    if tied is not None and PARAMETER in labels:
+        columns = [tied.names.index(each) for each in tied.ties.free]
+        rows, by = through_ties(rows, tied.ties, at[:, columns])
+        labels = labels.assign({PARAMETER: np.array(by)})
     variables: Variables = {
         key: (tuple("point" if dim == "row" else dim for dim in dims), numbers)
         for key, (dims, numbers) in rows.items()
@@ -174,6 +181,9 @@ def _to_dataset(
     variables |= {
         "branch_id": (("point",), ids),
         name: (("point",), values),
+        **{
+            each: (("point",), at[:, Parameters._fields.index(each)]) for each in problem.varied[1:]
+        },
         "bifurcation_kind": (dim, np.array(kinds, np.int8)),
         f"bifurcation_{name}": (dim, values[points]),
         "bifurcation_point": (dim, points),
@@ -181,11 +191,11 @@ def _to_dataset(
     }
     coords: dict[str, Any] = {
         other: ((), np.array(value))
-        for other, value in without_absent(Parameters(*problem.values)._asdict()).items()
-        if other != name
+        for other, value in without_absent(exciter_at(problem, problem.low)._asdict()).items()
+        if other not in problem.varied
     }
-    dataset = xr.Dataset(variables | coords, coordinates(variables, harmonics), attrs)
-    dataset = describe(dataset.set_coords([*coords, name, f"bifurcation_{name}"]))
+    dataset = xr.Dataset(variables | coords, labels, attrs)
+    dataset = describe(dataset.set_coords([*coords, *problem.varied, f"bifurcation_{name}"]))
     if "row_size" in dataset:
         dataset["row_size"].attrs["sample_dimension"] = "impact"
     return dataset
@@ -202,6 +212,11 @@ def _mask_sensitivities(variables: Variables, is_singular: np.ndarray) -> None:
                 dims,
                 np.where(rows[(..., *[None] * (numbers.ndim - 1))], np.nan, numbers),
             )
+
+
+def _parameters(problem: Problem, values: np.ndarray) -> np.ndarray:
+    """Return the parameters (points, parameters) at values of the one that varies."""
+    return np.array([exciter_at(problem, value) for value in values])
 
 
 def _size(branch: Branch) -> int:
@@ -222,7 +237,7 @@ def _label(
     solve: PointSolver,
 ) -> Variables:
     """Return the steady states of the points of a branch as variables over `row`."""
-    parameters = np.array([problem.values_at(value) for value in _values(branch)])
+    parameters = _parameters(problem, _values(branch))
     return label_rows(solve(branch, parameters, harmonics, outputs), parameters, outputs)
 
 

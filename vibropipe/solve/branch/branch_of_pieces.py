@@ -17,7 +17,7 @@ from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces
 from vibropipe.physics.effects import Effects, has_soft_support
-from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import MAX_CALL_WORK
 from vibropipe.solve.equilibrium import from_equilibrium
 from vibropipe.solve.rows.row_results import (
@@ -61,7 +61,7 @@ def seed_of_pieces(
     size = max(amplitude, abs(x), MIN_SIZE * exciter.l)
     speed = max(exciter.nu * size, abs(v))
     marcher, p = Marcher(effects), exciter.parameters()
-    if Parameters._fields[problem.along] == "friction":
+    if "friction" in problem.varied:
         p = p._replace(friction=max(p.friction, MIN_FRICTION))
     state = np.array([x, v])
     if effects.housing is not None:

@@ -42,8 +42,8 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     ----------
     branch : xarray.Dataset
         `vp.branch` along nu (or omega, in SI) with the outputs stability, power and sensitivity. The amplitude f is
-        the same at all speeds, as of a crank that moves a spring or of an electric drive; that of an unbalanced rotor,
-        which grows with nu^2, is the parameter shaker.
+        the same at all speeds, as of a crank that moves a spring or of an electric drive, unless it is tied to nu; that
+        of an unbalanced rotor, which grows with nu^2, is the parameter shaker, or tied by {"f": "m_e * e * nu**2"}.
     torque : mapping or sequence
         What the motor gives: `{"no_load": nu, "stall": torque}` is the straight line from the torque at rest to the
         speed without torque, and beyond. Pairs (nu, torque) are joined by straight lines; there is none beyond. Units

@@ -9,12 +9,20 @@ import numpy as np
 
 from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.branch.branch import branch as follow_branch
 from vibropipe.solve.branch.branch_dataset import branch_dataset, solver_of
 from vibropipe.solve.branch.problem import problem_of, rules_of, seed_of_steady_state
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, section_of, without_units
+from vibropipe.solve.rebuild import (
+    exciter_of,
+    mass_and_stiffness,
+    section_of,
+    tied_again,
+    ties_of,
+    without_units,
+)
 from vibropipe.words.outputs import Output
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
@@ -130,9 +138,9 @@ class MotorLoad:
     def _followed(self, point: int, speed: float) -> xr.Dataset | None:
         """Follow the orbit of a point to a speed; None where it does not reach it."""
         row = self.branch.isel(point=point)
-        exciter, si = exciter_of(row), mass_and_stiffness(row)
+        exciter, si, ties = exciter_of(row), mass_and_stiffness(row), ties_of(row)
         nu = speed if si is None else exciter.nu * (speed / self.speeds[point])
-        found = _branch_to(exciter, nu, row)
+        found = _branch_to(tied_again(row, exciter) if ties else exciter, nu, row, ties)
         if found is None:
             return None
         near = np.flatnonzero(np.abs(found["nu"].values - nu) <= SAME * nu)
@@ -142,14 +150,17 @@ class MotorLoad:
         return found if si is None else to_physical(found, si["m"], si["C"])
 
 
-def _branch_to(exciter: Exciter, nu: float, row: xr.Dataset) -> xr.Dataset | None:
+def _branch_to(exciter: Exciter, nu: float, row: xr.Dataset, ties: Ties) -> xr.Dataset | None:
     """Return the branch from an orbit, stable or not, towards a frequency; None where it has no equations."""
     import xarray as xr
 
     x, v = section_of(row, exciter)
-    problem, signs = problem_of(exciter, "nu", nu, (), STEP)
+    problem, signs = problem_of(exciter, "nu", nu, (), STEP, ties)
     if int(row["regime"]) == Regime.WITH_REST and not problem.effects.has_pieces:
-        return follow_branch(exciter, "nu", nu, x0=x, v0=v, harmonics=1, outputs=OUTPUTS)
+        return follow_branch(
+            ties.untied(exciter), "nu", nu, x0=x, v0=v, harmonics=1, outputs=OUTPUTS,
+            ties=ties.texts,
+        )  # fmt: skip
     m = int(row["period_multiple"])
     if problem.effects.has_pieces:
         held = {"displacement_strobe": x, "velocity_strobe": v, "displacement_amplitude": exciter.l}

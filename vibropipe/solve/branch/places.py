@@ -16,11 +16,12 @@ from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import NO_TOUCH
 from vibropipe.orbits.law.law import Law, without_events
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.problem import Scales
+from vibropipe.orbits.law.problem import Problem, Scales
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.contact import support_offset
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.load import has_second
-from vibropipe.solve.branch.problem import KEEP_SYMMETRY
+from vibropipe.solve.branch.problem import KEEP_SYMMETRY, is_symmetric
 from vibropipe.words.parameters import PARAMETERS
 
 # Bifurcations whose place has a derivative, and the boundaries that they lie on.
@@ -30,6 +31,8 @@ OF_OFFSET = ("delta", "load", "f2", "phi2")
 ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY}
 # Range of a parameter, as a share of its value and of l, that scales the equations.
 RANGE = 0.1
+# Share of a parameter by which it moves where its symmetry is looked at.
+MOVED = 1e-3
 # Share of the range within which two places are one.
 SAME_PLACE = 1e-9
 # Width of a step that scales nothing here.
@@ -88,7 +91,7 @@ def place_slopes(branch: Branch, names: Sequence[str]) -> np.ndarray:
             continue
         orbit, excluded = found
         for column, name in enumerate(names):
-            if name not in excluded:
+            if not _is_excluded(branch.problem, name, excluded):
                 slopes[row, column] = _slope(branch, event, orbit, name)
     return slopes
 
@@ -113,6 +116,19 @@ def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] |
     return Grazing(law, u, NO_TOUCH), ENDS_SYMMETRY if event.kind == "pitchfork" else ()
 
 
+def _is_excluded(problem: Problem, name: str, excluded: Collection[str]) -> bool:
+    """Return whether a parameter is one of some that end the symmetry, and what follows it does not keep that."""
+    if problem.tied is None:
+        return name in excluded
+    tied, index = Tied(problem.tied.ties, (problem.name, name)), Parameters._fields.index(name)
+    if {name, *tied.ties.following([name])}.isdisjoint(excluded):
+        return False
+    values = problem.values_at(problem.low)
+    values[index] += MOVED * (abs(values[index]) or 1.0)
+    tied.fill(values)
+    return not is_symmetric(Parameters(*values[: len(Parameters._fields)]))
+
+
 def _linear_touch(branch: Branch, value: float) -> tuple[Grazing, Collection[str]]:
     """Return the motion without impacts where it touches a support, as `_orbit_at`: maybe both at once."""
     p = branch.problem.parameters_at(value)
@@ -134,6 +150,7 @@ def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
     box = Box(
         problem.values_at(place), np.array([problem.along, index]), ends - half, ends + half, problem.symmetric,
         ANY_LENGTH, problem.effects,
+        None if problem.tied is None else Tied(problem.tied.ties, (problem.name, name)),
     )  # fmt: skip
     if branch.curve is None:
         scales, marcher = Scales(l, l * problem.values[0]), Marcher(problem.effects)

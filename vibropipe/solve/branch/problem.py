@@ -12,9 +12,11 @@ from vibropipe.orbits.branches.following import Seed
 from vibropipe.orbits.branches.tree import IMPACTS, Rules, seed_of_orbit
 from vibropipe.orbits.law.following import LAWS
 from vibropipe.orbits.law.problem import Problem
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
+from vibropipe.physics.ties import SAMPLES, Ties, stated_names
 from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces
 from vibropipe.solve.checks import check_soft
 from vibropipe.words.parameters import (
@@ -25,6 +27,7 @@ from vibropipe.words.parameters import (
     TWINS,
     stated_value,
 )
+from vibropipe.words.records import FINITE
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -38,21 +41,49 @@ NO_FRICTION = (
 )
 
 
-def is_symmetric(exciter: Exciter) -> bool:
+NO_TIES = Ties()
+
+
+def is_symmetric(exciter: Exciter | Parameters) -> bool:
     """Return whether the exciter is its own mirror image half a forcing period later."""
     is_even = all(getattr(exciter, one) == getattr(exciter, two) for one, two in TWINS)
     is_pulled = exciter.mass_ratio > 0.0 and exciter.load + exciter.housing_load != 0.0
     return exciter.delta == exciter.load and exciter.f2 == 0.0 and is_even and not is_pulled
 
 
+def with_ties(
+    exciter: Exciter, along: str, to: Any, ties: Ties
+) -> tuple[Exciter, Any, float | None]:
+    """Return the exciter that a branch begins at with what is tied, how far it is followed, and where a name begins.
+
+    A name of one's own, which no exciter has, is followed from the first to the second of two numbers.
+    """
+    ties.check(stated_names(exciter), [along], "along")
+    if along not in ties.own:
+        return (ties.applied(exciter, {}) if ties else exciter), to, None
+    ends = [as_float("to", value, FINITE.text) for value in np.atleast_1d(to).tolist()]
+    if len(ends) != 2 or ends[0] == ends[1]:
+        raise ParameterError("to", to, f"two numbers: {along} from the first to the second")
+    return ties.applied(exciter, {along: ends[0]}), ends[1], ends[0]
+
+
 def problem_of(
-    exciter: Exciter, along: str, to: Any, at: Sequence[float], max_step: float
+    exciter: Exciter,
+    along: str,
+    to: Any,
+    at: Sequence[float],
+    max_step: float,
+    ties: Ties = NO_TIES,
+    own: float | None = None,
 ) -> tuple[Problem, tuple[float, ...]]:
-    """Return what is followed and in which directions; ParameterError for values that are not allowed."""
-    if along not in FOLLOWED:
-        raise ParameterError("along", along, f"one of {', '.join(FOLLOWED)}")
-    own = stated_value(getattr(exciter, along))
-    ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
+    """Return what is followed and in which directions; ParameterError for values that are not allowed.
+
+    exciter : with what is tied
+    own : where a name of one's own begins
+    """
+    check_along(along, ties)
+    own = stated_value(getattr(exciter, along)) if own is None else own
+    ends = [_check_value(exciter, along, "to", value, ties) for value in np.atleast_1d(to).tolist()]
     if len(ends) == 1:
         if ends[0] == own:
             raise ParameterError("to", to, must=f"must differ from the exciter's own {along}")
@@ -66,31 +97,63 @@ def problem_of(
         signs = (1.0, -1.0)
     if along in RIGID_AT_ZERO and low == 0.0:
         raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
-    exciter.check_frequency((along,))
-    check_soft("along", exciter, (along,), {along: low} if along in RIGID_AT_ZERO else {})
-    wanted = [_check_value(exciter, along, "at", value) for value in at]
+    reached = {along: np.array([low, high])}
+    if ties:
+        reached = {along: np.linspace(low, high, SAMPLES)}
+        reached |= _followed(ties, {**exciter.numbers()._asdict(), **reached}, along)
+    lows = {name: float(values.min()) for name, values in reached.items()}
+    exciter.check_frequency(reached)
+    check_soft(
+        "along", exciter, reached, {name: lows[name] for name in RIGID_AT_ZERO if name in lows}
+    )
+    wanted = [_check_value(exciter, along, "at", value, ties) for value in at]
     for value in wanted:
         if not low <= value <= high:
             raise ParameterError("at", value, f"numbers from {low!r} to {high!r}")
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = is_symmetric(exciter) and along in KEEP_SYMMETRY
-    values = np.array(exciter.numbers())
-    index = Parameters._fields.index(along)
-    reached = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
-    effects = all_effects({**reached, along: np.array([low, high])}, pieces=True, housing=True)
-    check_ground(exciter, effects, {along: low})
+    tied = Tied(ties, (along,)) if ties else None
+    values = np.array([*exciter.numbers(), *([] if along in PARAMETERS else [own])])
+    index = (Parameters._fields if tied is None else tied.names).index(along)
+    held = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
+    effects = all_effects({**held, **reached}, pieces=True, housing=True)
+    check_ground(exciter, effects, lows)
     wanted_values = tuple(sorted(set(wanted)))
-    problem = Problem(values, index, low, high, wanted_values, symmetric, length, effects)
-    return problem, signs
+    problem = Problem(values, index, low, high, wanted_values, False, length, effects, tied=tied)
+    # What is tied may keep an exciter symmetric along a parameter that alone would not.
+    symmetric = all(is_symmetric(exciter_at(problem, value)) for value in reached[along].tolist())
+    return problem._replace(symmetric=symmetric), signs
 
 
-def check_range(exciter: Exciter, along: str, to: Any) -> tuple[float, float]:
+def exciter_at(problem: Problem, value: float) -> Parameters:
+    """Return the parameters, as they are stated, at a value of the one that varies."""
+    return Parameters(*problem.values_at(value)[: len(Parameters._fields)].tolist())
+
+
+def _followed(ties: Ties, values: Mapping[str, Any], along: str) -> dict[str, np.ndarray]:
+    """Return what follows a parameter, at its values; ParameterError if it is out of range or no number."""
+    for name in ties.following([along]):
+        if name not in FOLLOWED:
+            must = f"must not depend on {along}, since no orbit is followed along {name}"
+            raise ParameterError(f"ties.{name}", ties.texts[name], must=must, got="")
+    return {
+        name: np.asarray(each)
+        for name, each in ties.checked(values, ties.following([along])).items()
+    }
+
+
+def check_along(along: str, ties: Ties) -> None:
+    """Raise a ParameterError for a name along which no orbit can be followed."""
+    known = (*FOLLOWED, *ties.own)
+    if along not in known:
+        raise ParameterError("along", along, f"one of {', '.join(known)}")
+
+
+def check_range(exciter: Exciter, along: str, to: Any, ties: Ties = NO_TIES) -> tuple[float, float]:
     """Return a range that a parameter is followed through, wherever the exciter's own value lies."""
-    if along not in FOLLOWED:
-        raise ParameterError("along", along, f"one of {', '.join(FOLLOWED)}")
-    ends = [_check_value(exciter, along, "to", value) for value in np.atleast_1d(to).tolist()]
+    check_along(along, ties)
+    ends = [_check_value(exciter, along, "to", value, ties) for value in np.atleast_1d(to).tolist()]
     if len(ends) != 2 or not ends[0] < ends[1]:
         raise ParameterError(
             "to", to, "two increasing numbers, the range in which the law is sought"
@@ -105,12 +168,13 @@ def check_ground(exciter: Exciter, effects: Effects, lows: Mapping[str, float]) 
         raise ParameterError("housing_friction_1", 0.0, must=NO_FRICTION)
 
 
-def _check_value(exciter: Exciter, along: str, name: str, value: Any) -> float:
+def _check_value(exciter: Exciter, along: str, name: str, value: Any, ties: Ties) -> float:
     """Return a value of the parameter as a float; ParameterError if the exciter cannot have it."""
-    number = as_float(name, value, PARAMETERS[along].range.text)
-    if not PARAMETERS[along].range.contains(number):
-        raise ParameterError(name, value, PARAMETERS[along].range.text)
-    all_effects(vars(Exciter(**{**vars(exciter), along: number})), pieces=True, housing=True)
+    limits = PARAMETERS[along].range if along in PARAMETERS else FINITE
+    number = as_float(name, value, limits.text)
+    if not limits.contains(number):
+        raise ParameterError(name, value, limits.text)
+    all_effects(vars(ties.applied(exciter, {along: number})), pieces=True, housing=True)
     return number
 
 

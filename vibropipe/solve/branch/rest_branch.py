@@ -7,13 +7,15 @@ neither folds nor flips, and following what settles follows the branch.
 from __future__ import annotations
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
 from vibropipe.orbits.law.problem import Problem
-from vibropipe.physics.exciter import Exciter, Parameters
+from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at
+from vibropipe.solve.branch.problem import exciter_at
 from vibropipe.solve.rows.label import Variables, concatenate
 from vibropipe.solve.sweep.blocks import solve_shard
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
@@ -84,12 +86,15 @@ def follow_rest(
     RestBranch
         In the order of the parameter.
     """
-    name, kind = Parameters._fields[problem.along], _kind(start)
+    kind = _kind(start)
     own = float(problem.values[problem.along])
     section = _section(start)
 
     def state_at(value: float, near: tuple[float, float]) -> xr.Dataset:
-        moved = Exciter(**{**vars(exciter), name: value})
+        stated = exciter_at(problem, value)._asdict()
+        moved = replace(
+            exciter, **{name: stated[name] for name in problem.varied if name in stated}
+        )
         x = float(start_at(moved.l, moved.delta, *near))
         grid = SweepGrid({}, None, moved.stated())
         return solve_shard(grid, 0, 1, start=(x, near[1]), harmonics=harmonics, outputs=outputs)

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Iterable, Iterator
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
@@ -13,10 +12,11 @@ from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import Rules, follow_tree, seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.basins.attractors import reachable_velocity
 from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
 from vibropipe.solve.branch.places import values_of
-from vibropipe.solve.branch.problem import problem_of, rules_of, seed_of_steady_state
+from vibropipe.solve.branch.problem import NO_TIES, problem_of, rules_of, seed_of_steady_state
 from vibropipe.solve.branch.same_orbits import (
     Struck,
     begins_or_ends,
@@ -59,6 +59,7 @@ def law_stretches(
     law: tuple[int, int, int],
     at: Iterable[float],
     max_step: float,
+    ties: Ties = NO_TIES,
 ) -> Stretches:
     """Return the stretches of a law.
 
@@ -78,16 +79,19 @@ def law_stretches(
         Values at which points are wanted.
     max_step : float
         As for `branch`.
+    ties : Ties, optional
+        Of the exciter, which does not state what is tied.
     """
     low, high = within
-    middle = replaced(exciter, along, 0.5 * (low + high))
-    problem, signs = problem_of(middle, along, (low, high), [*at], max_step)
+    own = 0.5 * (low + high)
+    middle = ties.applied(exciter, {along: own})
+    problem, signs = problem_of(middle, along, (low, high), [*at], max_step, ties, own)
     values = low + (np.arange(VALUES) + 0.5) * ((high - low) / VALUES)
     problem = problem._replace(at=tuple(sorted({*problem.at, *values.tolist()})))
     found: list[Branch] = []
     rules = near_rules(rules_of(problem.effects), law, found)
     trees = left = 0
-    for own, orbit, seed_of in candidates(exciter, along, values, law):
+    for own, orbit, seed_of in candidates(exciter, along, values, law, ties):
         if is_covered(found, own, orbit):
             continue
         if trees == MAX_TREES:
@@ -106,11 +110,6 @@ def law_stretches(
             kept.append(with_ends(part, found))
     kept.sort(key=lambda each: min(values_of(each)))
     return Stretches(problem, kept, left)
-
-
-def replaced(exciter: Exciter, along: str, value: float) -> Exciter:
-    """Return an exciter at another value of a parameter."""
-    return replace(exciter, **{along: value})
 
 
 def near_rules(rules: Rules, law: tuple[int, int, int], found: Iterable[Branch]) -> Rules:
@@ -134,17 +133,18 @@ def near_rules(rules: Rules, law: tuple[int, int, int], found: Iterable[Branch])
 
 
 def candidates(
-    exciter: Exciter, along: str, values: np.ndarray, law: tuple[int, int, int]
+    exciter: Exciter, along: str, values: np.ndarray, law: tuple[int, int, int], ties: Ties
 ) -> Iterator[tuple[float, Struck, Any]]:
     """Yield a value, the orbit found there, and what returns the start of its branch; those of the law first."""
-    yield from closed_candidates(exciter, along, values, law)
-    ends = [replaced(exciter, along, float(value)) for value in values[[0, -1]]]
+    yield from closed_candidates(exciter, along, values, law, ties)
+    ends = [ties.applied(exciter, {along: float(value)}) for value in values[[0, -1]]]
     reach = max(reachable_velocity(each) for each in ends)
     over = {along: values, "v0": np.linspace(-reach, reach, STARTS)}
     with warnings.catch_warnings():
         # Rows without an orbit begin no branch.
         warnings.simplefilter("ignore", UnsolvedWarning)
-        rows = sweep(ends[0], over, outputs=("impacts",)).stack(row=(along, "v0"))
+        rows = sweep(exciter, over, outputs=("impacts",), ties=ties.texts)
+    rows = rows.stack(row=(along, "v0"))
     listed = []
     for n in np.flatnonzero(rows.period_multiple.values > 0):
         row = rows.isel(row=n)
@@ -160,7 +160,7 @@ def candidates(
             own,
             orbit,
             lambda problem, signs, own=own, row=row: seed_of_row(
-                replaced(exciter, along, own), problem, signs, row
+                ties.applied(exciter, {along: own}), problem, signs, row
             ),
         )
 
@@ -176,7 +176,7 @@ def seed_of_row(
 
 
 def closed_candidates(
-    exciter: Exciter, along: str, values: np.ndarray, law: tuple[int, int, int]
+    exciter: Exciter, along: str, values: np.ndarray, law: tuple[int, int, int], ties: Ties
 ) -> Iterator[tuple[float, Struck, Any]]:
     """Yield, as `candidates`, the orbits of the law in closed form, if it has one: stable or not."""
     m, first, second = law
@@ -195,7 +195,7 @@ def closed_candidates(
         return
     for own in values.tolist():
         try:
-            orbits = solve(replaced(exciter, along, own))
+            orbits = solve(ties.applied(exciter, {along: own}))
         except ParameterError:
             return  # the exciter has no closed form
         for n in np.flatnonzero(orbits.admissible.values == 1):

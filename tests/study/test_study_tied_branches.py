@@ -1,0 +1,119 @@
+"""Scenes of branches with ties: data of the call in Python, over a further parameter, pictures, tables and faults."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from study_texts import faults, study_of
+
+import vibropipe as vp
+from vibropipe.figures.style import house_style
+from vibropipe.jobs.reporting import report_data
+from vibropipe.scenes.branch.curves import VALUE
+from vibropipe.scenes.registry import kind_of
+
+STUDY = """\
+title: T
+exciter: {l: 0.5, R1: 0.7}
+ties: {R2: R1, f: 0.3 * nu**2, h: 2 * zeta}
+scenes:
+  s:
+    kind: branch
+    along: {nu: {from: 1.05, to: 1.6}}
+    over: {zeta: [0.08, 0.1]}
+    start: {v0: 0.1}
+"""
+TIES = {"R2": "R1", "f": "0.3 * nu**2", "h": "2 * zeta"}
+
+
+def text(
+    along: str = "nu: {from: 1.05, to: 1.6}", over: str = "zeta: [0.08, 0.1]", more: str = ""
+) -> str:
+    whole = STUDY.replace("nu: {from: 1.05, to: 1.6}", along) + more
+    return whole.replace(
+        "    over: {zeta: [0.08, 0.1]}\n", f"    over: {{{over}}}\n" if over else ""
+    )
+
+
+def test_a_further_name_of_ones_own_has_a_branch_at_each_value(tmp_path):
+    study = study_of(text(), tmp_path)
+    scene = study.scenes["s"]
+    dataset = kind_of(scene).solve(scene)
+    exciter = vp.Exciter(l=0.5, R1=0.7, nu=1.05)
+    for zeta in (0.08, 0.1):
+        alone = vp.branch(exciter, "nu", 1.6, v0=0.1, harmonics=3, ties={**TIES, "zeta": zeta})
+        own = dataset.isel(point=dataset.zeta.values == zeta)
+        for name in ("nu", "f", "displacement_amplitude", "impact_velocity_max"):
+            np.testing.assert_array_equal(own[name], alone[name])
+        assert (own.h.values == 2 * zeta).all()
+    assert dataset.attrs["ties"] == "R2 = R1; f = 0.3 * nu**2; h = 2 * zeta"
+    assert dataset.zeta.attrs["long_name"] == "zeta"
+    (picture,) = kind_of(scene).pictures
+    with house_style():
+        figure = picture.draw(dataset, scene.figure, {})
+    written = {
+        each.get_text() for ax in figure.axes for each in ax.texts if each.get_gid() == VALUE
+    }
+    assert written == {"zeta = 0.08", "zeta = 0.1"}
+    assert "f = 0.3 * nu**2" in picture.describe(dataset, scene.figure, {})
+    assert report_data(study, {"s": dataset}, {})
+
+
+@pytest.mark.parametrize("more", ["", "    law: [1, 1, 1]\n"])
+def test_a_name_of_ones_own_is_followed(tmp_path, more):
+    along = "zeta: {within: [0.03, 0.1]}" if more else "zeta: {from: 0.03, to: 0.1}"
+    whole = text(along, "", more).replace("R1: 0.7}", "R1: 0.7, nu: 1.05}")
+    study = study_of(whole.replace("    start: {v0: 0.1}\n", "") if more else whole, tmp_path)
+    scene = study.scenes["s"]
+    dataset = kind_of(scene).solve(scene)
+    options = {"law": (1, 1, 1)} if more else {"v0": 0.1}
+    exciter = vp.Exciter(l=0.5, R1=0.7, nu=1.05)
+    expected = vp.branch(exciter, "zeta", (0.03, 0.1), harmonics=3, ties=TIES, **options)
+    xr.testing.assert_identical(dataset, expected)
+    (picture,) = kind_of(scene).pictures
+    with house_style():
+        figure = picture.draw(dataset, scene.figure, {})
+    assert figure.axes[-1].get_xlabel() == "zeta"
+    assert report_data(study, {"s": dataset}, {})
+    assert {"damping", "forcing", "restitution"} <= {*scene.called_effects()}
+
+
+def test_what_follows_the_further_parameter_varies_over_its_branches(tmp_path):
+    whole = text(over="R1: [0.6, 0.7]").replace("R1: 0.7", "nu: 1.05")
+    whole = whole.replace("2 * zeta", "0.2").replace("nu: 1.05}", "}").replace(", }", "}")
+    scene = study_of(whole, tmp_path).scenes["s"]
+    dataset = kind_of(scene).solve(scene)
+    np.testing.assert_array_equal(dataset.R1, dataset.R2)
+    assert {*dataset.R2.values.tolist()} == {0.6, 0.7}
+
+
+def test_branches_with_units_are_those_without_in_si(tmp_path):
+    whole = text("omega: {from: 21 rad/s, to: 30 rad/s}", "R1: [0.7]")
+    whole = whole.replace("exciter: {l: 0.5, R1: 0.7}", "physical: {m: 2 kg, C: 800 N/m, l: 0.5 m}")
+    whole = whole.replace("2 * zeta", "0.2").replace("start: {v0: 0.1}", "start: {v0: 2 m/s}")
+    scene = study_of(whole, tmp_path).scenes["s"]
+    dataset = kind_of(scene).solve(scene)
+    np.testing.assert_allclose(dataset.F, 0.3 * 800 * (dataset.omega / 20) ** 2, rtol=1e-12)
+    plain = vp.branch(
+        vp.Exciter(l=0.5, R1=0.7, nu=1.05), "nu", 1.5, v0=0.1, ties={**TIES, "h": 0.2}
+    )
+    np.testing.assert_allclose(dataset.bifurcation_omega, 20 * plain.bifurcation_nu, rtol=1e-9)
+
+
+@pytest.mark.parametrize(
+    ("along", "over", "told"),
+    [
+        ("f: {from: 1, to: 1.2}", "zeta: [0.1]", "scenes.s.along.f: must be left out, since it is tied"),
+        ("nu: {from: 1, to: 1.2}", "f: [0.1]", "scenes.s.over.f: must be left out, since it is tied"),
+        ("nu: {from: 1, to: 1.2}", "zeta: [-0.1]", "ties.h: must be a finite number >= 0, got -0.2"),
+        ("nu: {from: 1, to: 1.2}", "eta: [0.1]", "scenes.s.over.eta: is an unknown key"),
+        ("zeta: {from: 0.1, to: [0.05, 0.2]}", "nu: [1]", "scenes.s.along.zeta.to: must be one number"),
+        ("zeta: {from: 0.1, to: -0.05}", "nu: [1]", "ties.h: must be a finite number >= 0"),
+        ("zeta: {from: 0.1}", "nu: [1]", "scenes.s.along.zeta.to: is required (a finite number)"),
+        ("nu: {from: 1, to: 1.2}", "", "ties.h: must have a value for zeta"),
+    ],
+)  # fmt: skip
+def test_ties_that_cannot_hold_are_refused(tmp_path, along, over, told):
+    found = faults(text(along, over), tmp_path)
+    assert any(line.startswith(told) for line in found), found

@@ -66,7 +66,7 @@ class Samples(NamedTuple):
     housing: np.ndarray | None = None
 
 
-@jit
+@jit_inline
 def work_of(log):
     """Return the work of all marches with a log, in steps."""
     computed = (COMPUTED_STEPS - 1) * log.counts[COMPUTED]
@@ -96,7 +96,7 @@ def work_left(log):
     return log.counts[TOTAL] - work_of(log) if log.counts[TOTAL] > 0 else MAX_MARCH_STEPS
 
 
-@jit
+@jit_inline
 def is_spent(log) -> bool:
     """Return whether the marches with a log have done the work that they are allowed: any if that was never said."""
     return 0 < log.counts[LIMIT] < work_of(log)
@@ -191,7 +191,7 @@ def log_grazing(log, position, support) -> None:
     log.counts[GRAZINGS] = n + 1
 
 
-@jit
+@jit_inline
 def is_full(log) -> bool:
     """Return whether one more entry of any kind might exceed the capacity."""
     return (

@@ -7,10 +7,11 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import phase_at
+from vibropipe.march.piece_crossing import crossing, largest_between
 from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
 from vibropipe.march.piece_state import coefficients, direction_of, is_beyond, is_in_contact
-from vibropipe.march.roots import NONE, STRIDE_LIMIT, first_root, gap
+from vibropipe.march.roots import NONE, STRIDE_LIMIT, gap
 from vibropipe.march.state import (
     FLIGHT,
     LEAVES_BY_ACCELERATION,
@@ -19,7 +20,7 @@ from vibropipe.march.state import (
     UNLOADS,
 )
 from vibropipe.physics.decay import ALIVE, Decay, decay_of
-from vibropipe.physics.flow import REACH
+from vibropipe.physics.flow import REACH, combine
 from vibropipe.physics.friction import friction_of
 from vibropipe.physics.housing import (
     inertia_factor,
@@ -31,15 +32,15 @@ from vibropipe.physics.stiffness import (
     only_pushes,
     piece_mean_acceleration,
     piece_rate,
-    piece_taylor,
     stiffness_of,
 )
 
 # What ends a step: nothing, the near or the far support of the frame, a zero of the velocity, or one of the force of a
 # support that only pushes, falling or rising.
 NOTHING, NEAR, FAR, ZERO, FORCE_ENDS, FORCE_BEGINS = range(6)
-# Bisections for the time of the largest force, whose value then has an error of the square of theirs.
-BISECTIONS = 30
+# What may happen in a step, as a sum: a zero of the gap to the near or far support, of the velocity, of the force of a
+# support that only pushes, an event of the housing.
+MAY_NEAR, MAY_FAR, MAY_TURN, MAY_PULL, MAY_MOVE, ANY = 1, 2, 4, 8, 16, 31
 # Steps of Newton's method for the length of a Newmark step, and its last correction as a share of that length.
 MAX_STEPS, STEP_TOLERANCE = 20, 2.0**-50
 
@@ -105,6 +106,17 @@ def piece_at(e, p, frame, state) -> Piece:
 
 
 @jit
+def force_on(e, p, grid, frame, piece, state):
+    """Return the `Force` on a piece at a state, with the factor of the piece."""
+    force = no_force()
+    if e.forcing is not None:
+        force = force_at(p, frame.sigma, phase_at(grid, state), e.second_harmonic)
+        if e.housing is not None:
+            force = times_force(piece.factor, force)
+    return force
+
+
+@jit
 def parts_of_step(e, p, grid, frame, piece, state):
     """Return into how many parts a step of the grid is divided, where a piece is stiffer than the spring; its `Decay`.
 
@@ -118,46 +130,39 @@ def parts_of_step(e, p, grid, frame, piece, state):
         return 0, alive
     if parts <= MANY_PARTS or state.mode != FLIGHT or state.y == 0.0:
         return max(1, math.ceil(parts)), alive
-    force, second = no_force(), e.second_harmonic
-    if e.forcing is not None:
-        force = force_at(p, frame.sigma, phase_at(grid, state), second)
-        if e.housing is not None:
-            force = times_force(piece.factor, force)
+    force, second = force_on(e, p, grid, frame, piece, state), e.second_harmonic
     decay = decay_of(state.y, state.w, force, piece.load, piece.stiffness, piece.damping, p, second)
     return max(1, math.ceil(decay.rate * grid.dt / REACH)), decay
 
 
 @jit
-def fill_piece(e, p, grid, frame, piece, state, span, dt, c) -> None:
-    """Fill c with the polynomial of a piece in t/dt, origin at the state; span : length in dt, of Newmark's step."""
-    force, second = no_force(), e.second_harmonic
+def fill_newmark(e, p, grid, frame, piece, state, span, dt, c) -> None:
+    """Fill c with the polynomial of a step of Newmark's method of length span, in t/dt, origin at the state."""
+    second = e.second_harmonic
+    mean = force_value(force_on(e, p, grid, frame, piece, state), second)
     if e.forcing is not None:
-        force = force_at(p, frame.sigma, phase_at(grid, state), second)
+        turn = (state.step + state.theta + span) / grid.steps
+        end = force_value(force_at(p, frame.sigma, turn, second), second)
         if e.housing is not None:
-            force = times_force(piece.factor, force)
-    load, stiffness, damping = piece.load, piece.stiffness, piece.damping
-    if grid.exact is not None:
-        piece_taylor(c, state.y, state.w, force, load, stiffness, damping, p.nu, dt, second)
-        # The derivatives that the mode declares zero are set to zero, without rounding.
-        if piece.velocity_power >= 2:
-            c[2] = 0.0
-        if piece.velocity_power >= 3:
-            c[3] = 0.0
-    else:
-        mean = force_value(force, second)
-        if e.forcing is not None:
-            turn = (state.step + state.theta + span) / grid.steps
-            end = force_value(force_at(p, frame.sigma, turn, second), second)
-            if e.housing is not None:
-                end *= piece.factor
-            mean = 0.5 * (mean + end)
-        c[0], c[1] = state.y, state.w * dt
-        c[2] = (
-            0.5
-            * dt
-            * dt
-            * piece_mean_acceleration(state.y, state.w, mean + load, stiffness, damping, span * dt)
-        )
+            end *= piece.factor
+        mean = 0.5 * (mean + end)
+    force, stiffness, damping = mean + piece.load, piece.stiffness, piece.damping
+    mean = piece_mean_acceleration(state.y, state.w, force, stiffness, damping, span * dt)
+    c[0], c[1], c[2] = state.y, state.w * dt, 0.5 * dt * dt * mean
+
+
+@jit
+def fill_exact(e, piece, flow, state, force, dt, c) -> None:
+    """Fill c with the motion on a piece from a state under a `Force`, in t/dt; flow : of `piece_path.fill_flow`."""
+    combine(e, flow, c, state.y, state.w, piece.load, force)
+    # The derivatives that the mode declares zero are set to zero, without rounding.
+    if piece.velocity_power == 1:
+        push = force_value(force, e.second_harmonic) + piece.load
+        c[2] = 0.5 * (dt * dt * push - piece.stiffness * (dt * dt) * state.y)
+    if piece.velocity_power >= 2:
+        c[2] = 0.0
+    if piece.velocity_power >= 3:
+        c[3] = 0.0
 
 
 @jit
@@ -169,90 +174,67 @@ def fill_support_force(p, home, c, dt, work) -> None:
 
 
 @jit
-def first_event_beyond(p, home, piece, c, span, dt, work, counts):
+def first_event_beyond(p, home, piece, may, c, span, dt, work, counts):
     """Locate the first event of a piece beyond a support that only pushes: as `first_event` does."""
+    if may & (MAY_PULL | MAY_NEAR) == 0:
+        return span, NOTHING, NONE
     fill_support_force(p, home, c, dt, work)
     power, sign = min(piece.force_power, work.size - 1), -1.0 if piece.in_contact else 1.0
     if power == 1 and work[1] * sign <= 0.0:
         # By rounding, or where the force only touches zero.
         work[1], power = 0.0, 2
-    theta, kind = first_root(work, power, sign, 0.0, 0.0, span, counts)
+    theta, kind = crossing(work, power, sign, 0.0, 0.0, span, counts)
     event = NOTHING
     if kind != NONE:
         event = FORCE_ENDS if piece.in_contact else FORCE_BEGINS
     if not piece.in_contact and kind != STRIDE_LIMIT:
-        other, other_kind = first_root(c, power - power, -1.0, 0.0, 0.0, span, counts)
+        other, other_kind = crossing(c, power - power, -1.0, 0.0, 0.0, span, counts)
         if other_kind != NONE and (kind == NONE or other <= theta):
             theta, event, kind = other, NEAR, other_kind
     return theta, event, kind
 
 
 @jit
-def first_event(e, p, home, frame, piece, has_friction, c, span, dt, work, counts):
+def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, counts):
     """Locate the first event of a piece within `span`.
 
     Returns (theta, event, kind): theta in steps of the polynomial, kind of `roots.first_root`, STRIDE_LIMIT where a
-    search has failed. work : array (c.size - 1,).
+    search has failed. may : what may happen; work : array (c.size - 1,).
     """
     power = min(piece.gap_power, c.size - 1)
     theta, event, kind = span, NOTHING, NONE
     if e.no_pull is not None and piece.lets_go:
-        theta, event, kind = first_event_beyond(p, home, piece, c, span, dt, work, counts)
-    elif piece.in_contact:
-        theta, kind = first_root(c, power, -1.0, 0.0, 0.0, span, counts)
+        theta, event, kind = first_event_beyond(p, home, piece, may, c, span, dt, work, counts)
+    elif piece.in_contact and may & MAY_NEAR != 0:
+        theta, kind = crossing(c, power, -1.0, 0.0, 0.0, span, counts)
         event = NEAR if kind != NONE else NOTHING
-    else:
-        if frame.to_near:
+    elif not piece.in_contact:
+        if frame.to_near and may & MAY_NEAR != 0:
             offset = -frame.near if power == 0 else 0.0
-            theta, kind = first_root(c, power, 1.0, offset, frame.load, span, counts)
+            theta, kind = crossing(c, power, 1.0, offset, frame.load, span, counts)
             event = NEAR if kind != NONE else NOTHING
-        if frame.to_far and kind != STRIDE_LIMIT:
-            other, other_kind = first_root(
+        if frame.to_far and may & MAY_FAR != 0 and kind != STRIDE_LIMIT:
+            other, other_kind = crossing(
                 c, power - power, -1.0, frame.far, frame.load, span, counts
             )
             if other_kind != NONE and (kind == NONE or other < theta):
                 theta, event, kind = other, FAR, other_kind
-    if has_friction and kind != STRIDE_LIMIT:
+    if has_friction and may & MAY_TURN != 0 and kind != STRIDE_LIMIT:
         for n in range(work.size):
             work[n] = (n + 1) * c[n + 1]
         power = min(piece.velocity_power, work.size - 1)
-        other, other_kind = first_root(work, power, piece.direction, 0.0, 0.0, span, counts)
+        other, other_kind = crossing(work, power, piece.direction, 0.0, 0.0, span, counts)
         if other_kind != NONE and (kind == NONE or other < theta):
             theta, event, kind = other, ZERO, other_kind
     return theta, event, kind
 
 
 @jit
-def _force_and_slope(c, stiffness, damping, theta):
-    """Return the force of a support that resists by stiffness and damping (per theta), and its slope, at theta."""
-    depth, rate, curvature, _third = gap(c, 0, -1.0, 0.0, theta)
-    return stiffness * depth + damping * rate, stiffness * rate + damping * curvature
-
-
-@jit
-def largest_force_between(c, stiffness, damping, theta, dt) -> float:
-    """Return the largest of -(stiffness y + damping w) over a polynomial piece from 0 to theta."""
-    low, high = 0.0, theta
-    share = damping / dt
-    first, slope_first = _force_and_slope(c, stiffness, share, low)
-    last, slope_last = _force_and_slope(c, stiffness, share, high)
-    if not (slope_first > 0.0 and slope_last < 0.0):
-        return max(first, last)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if _force_and_slope(c, stiffness, share, middle)[1] > 0.0:
-            low = middle
-        else:
-            high = middle
-    return _force_and_slope(c, stiffness, share, low)[0]
-
-
-@jit
 def follow_contact(p, home, contact, c, theta, dt) -> None:
     """Add a part of a contact, from 0 to theta of its polynomial, to the record of the contact."""
-    force = largest_force_between(c, stiffness_of(p, home), damping_of(p, home), theta, dt)
+    force = largest_between(c, -stiffness_of(p, home), -damping_of(p, home) / dt, theta)
     contact[FORCE] = max(contact[FORCE], force)
-    contact[DEPTH] = max(contact[DEPTH], largest_force_between(c, 1.0, 0.0, theta, dt))
+    contact[DEPTH] = max(contact[DEPTH], largest_between(c, -1.0, 0.0, theta))
     contact[ELAPSED] += theta * dt
 
 
@@ -269,13 +251,16 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
         way = 1.0
     length = theta
     for _ in range(MAX_STEPS):
-        fill_piece(e, p, grid, frame, piece, state, length, dt, c)
+        fill_newmark(e, p, grid, frame, piece, state, length, dt, c)
         value, slope, curvature, _third = gap(c, 0, 1.0, -target, length)
         if event == ZERO:
             value, slope, way = slope, curvature, -piece.direction
         if e.no_pull is not None and event in (FORCE_ENDS, FORCE_BEGINS):
             stiffness, share = stiffness_of(p, state.home), damping_of(p, state.home) / dt
-            value, slope = _force_and_slope(c, stiffness, share, length)
+            value, slope = (
+                -stiffness * (value + target) - share * slope,
+                -stiffness * slope - share * curvature,
+            )
             way = -1.0 if event == FORCE_ENDS else 1.0
         if e.housing is not None and event >= SLIP_UP:
             value, slope = housing_margin(
@@ -289,7 +274,7 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
         if not 0.0 < length <= span:
             break
         if abs(change) <= STEP_TOLERANCE * length:
-            fill_piece(e, p, grid, frame, piece, state, length, dt, c)
+            fill_newmark(e, p, grid, frame, piece, state, length, dt, c)
             return length
-    fill_piece(e, p, grid, frame, piece, state, span, dt, c)
+    fill_newmark(e, p, grid, frame, piece, state, span, dt, c)
     return theta

@@ -2,11 +2,12 @@
 
 from __future__ import annotations
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import phase_at
 from vibropipe.march.log import SAMPLES
+from vibropipe.march.piece_crossing import crossing, largest_between
 from vibropipe.march.piece_log import PIECES, extend_housing
-from vibropipe.march.roots import CROSSING, GRAZING, NONE, STRIDE_LIMIT, first_root, gap
+from vibropipe.march.roots import CROSSING, GRAZING, NONE, STRIDE_LIMIT, gap
 from vibropipe.march.state import advance_time, is_before
 from vibropipe.physics.contact import to_displacement
 from vibropipe.physics.housing import (
@@ -28,8 +29,6 @@ SLIP_UP, SLIP_DOWN, STOP, TOUCHES = 6, 7, 8, 9
 NEWMARK_DEGREE = 2
 # Share of a step within which such a touch is the one that the step begins with.
 SAME_TOUCH = 2.0**-40
-# Bisections for the time of the largest speed, whose value then has an error of the square of theirs.
-BISECTIONS = 30
 
 
 @jit
@@ -78,7 +77,7 @@ def slip_offset(p, is_up) -> float:
     return p.housing_friction_1 - load if is_up else p.housing_friction_2 + load
 
 
-@jit
+@jit_inline
 def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, counts):
     """Locate the first event of the housing on a piece within `span`: (theta, event, kind) as of `first_event`.
 
@@ -92,7 +91,7 @@ def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, count
         fill_speed(p, frame.sigma, housing, c, dt, work)
         if grid.exact is None:
             power = min(power, BY_ACCELERATION)
-        theta, kind = first_root(work, power, float(housing.way), 0.0, 0.0, span, counts)
+        theta, kind = crossing(work, power, float(housing.way), 0.0, 0.0, span, counts)
         return theta, 0 if kind == NONE else STOP, kind
     theta, event, kind = span, 0, NONE
     if power == UNWATCHED or p.mass_ratio == 0.0:
@@ -101,7 +100,7 @@ def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, count
     for way in (SLIP_UP, SLIP_DOWN):
         is_up = way == SLIP_UP
         sign, offset = 1.0 if is_up else -1.0, slip_offset(p, is_up)
-        other, other_kind = first_root(work, power, sign, offset, 0.0, span, counts)
+        other, other_kind = crossing(work, power, sign, offset, 0.0, span, counts)
         if other_kind == STRIDE_LIMIT:
             return other, way, other_kind
         if other_kind == GRAZING and other <= SAME_TOUCH:
@@ -131,7 +130,7 @@ def housing_margin(log, e, p, grid, frame, piece, state, event, length, dt, c):
     return value, slope
 
 
-@jit
+@jit_inline
 def largest_housing_speed(log, p, sigma, housing, c, dt, theta) -> float:
     """Return the largest speed of a housing on a piece from 0 to theta; log : `HousingLog`, or None without one."""
     if log is None:
@@ -140,18 +139,7 @@ def largest_housing_speed(log, p, sigma, housing, c, dt, theta) -> float:
         return 0.0
     work = log.work
     fill_speed(p, sigma, housing, c, dt, work)
-    way, low, high = float(housing.way), 0.0, theta
-    first, rises, _curvature, _third = gap(work, 0, way, 0.0, low)
-    last, falls, _curvature, _third = gap(work, 0, way, 0.0, high)
-    if not (rises > 0.0 and falls < 0.0):
-        return max(first, last)
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        if gap(work, 0, way, 0.0, middle)[1] > 0.0:
-            low = middle
-        else:
-            high = middle
-    return gap(work, 0, way, 0.0, low)[0]
+    return largest_between(work, float(housing.way), 0.0, theta)
 
 
 @jit
@@ -168,7 +156,7 @@ def stop_wait(p, housing) -> float:
     return max(0.0, -housing.momentum / rate)
 
 
-@jit
+@jit_inline
 def until_stop(effect, p, grid, state, end):
     """Return the `Instant` at which the housing of a mass that lies still in it stops, or `end` if that is earlier.
 
@@ -184,7 +172,7 @@ def until_stop(effect, p, grid, state, end):
     return end
 
 
-@jit
+@jit_inline
 def is_about_to_move(housing) -> bool:
     """Return whether a housing leaves zero velocity; not without one."""
     if housing is None:
@@ -192,7 +180,15 @@ def is_about_to_move(housing) -> bool:
     return housing.way != STANDS and housing.power != MOVES
 
 
-@jit
+@jit_inline
+def is_held_a_step(housing) -> bool:
+    """Return whether a housing is held within a step of the grid, whatever the force; not without one."""
+    if housing is None:
+        return False
+    return housing.power == UNWATCHED
+
+
+@jit_inline
 def keep_housing(log, samples, first, p, grid, state, housing, speed) -> None:
     """Log a housing at the end of a part of the last piece, which began in a state, and its samples from `first` on.
 
@@ -217,7 +213,7 @@ def still_speed(housing) -> float:
     return 0.0 if housing.way == STANDS else abs(housing.momentum)
 
 
-@jit
+@jit_inline
 def record_housing(samples, counts, first, p, grid, state) -> None:
     """Write velocity and displacement of the housing beside the samples from `first` on, on the piece of a state.
 

@@ -6,9 +6,10 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.load import COLUMNS, COLUMNS_OF_SECOND
 
 # What begins a piece: the march; entering and leaving a soft support; an impact on a rigid one or the tail of a
 # chatter; a zero of the velocity, after which it goes on, or is held; the end of that; a rest and its release; a touch
@@ -31,6 +32,9 @@ CAUSE, FORM, HOME, DIRECTION = range(4)
 PIECES, LEAVES = 0, 1
 ELAPSED, FORCE, DEPTH, IS_OPEN = range(4)
 UNSEEN = 2.0
+# Forms of `flows`: a free piece, a contact with support 1 or 2, and the same beside a housing that slides. Its rows: a
+# basis, and two of the numbers of a step.
+FORMS, ROWS = 6, COLUMNS + COLUMNS_OF_SECOND + 2
 # Columns of `HousingLog.values`.
 P_START, X_START, P_END, X_END, LARGEST = range(5)
 
@@ -77,6 +81,8 @@ class PieceLog(NamedTuple):
         Where integrals go that are not wanted.
     counts : ndarray of int64, shape (2,)
         Numbers of pieces and of leaves.
+    flows : ndarray, shape (FORMS, ROWS, degree + 1)
+        Of each form of a piece, the unit motions on it and what else its steps take (`march.piece_path`).
     housing : HousingLog or None
         Of a housing that may slide.
     """
@@ -90,6 +96,7 @@ class PieceLog(NamedTuple):
     energy: np.ndarray
     no_harmonics: np.ndarray
     counts: np.ndarray
+    flows: np.ndarray
     housing: HousingLog | None
 
 
@@ -109,6 +116,7 @@ def new_piece_log(n: int, degree: int, has_housing: bool) -> PieceLog:
         np.zeros(5),
         np.empty(0, np.complex128),
         np.zeros(2, np.int64),
+        np.zeros((FORMS, ROWS, degree + 1)),
         housing,
     )
 
@@ -121,13 +129,13 @@ def clear_pieces(pieces) -> None:
         pieces.counts[LEAVES] = 0
 
 
-@jit
+@jit_inline
 def is_full_of_pieces(pieces) -> bool:
     """Return whether the pieces of one more event might exceed the capacity."""
     return pieces.counts[PIECES] + 2 >= pieces.values.shape[0]
 
 
-@jit
+@jit_inline
 def begin_piece(pieces, position, cause, form, home, direction, y, w) -> None:
     """Append a piece, `position` in forcing periods."""
     n = pieces.counts[PIECES]
@@ -143,7 +151,7 @@ def begin_piece(pieces, position, cause, form, home, direction, y, w) -> None:
     pieces.counts[PIECES] = n + 1
 
 
-@jit
+@jit_inline
 def begin_housing(log, n, housing) -> None:
     """Begin piece n in the log of a housing, if there is one."""
     if log is None:
@@ -158,7 +166,7 @@ def begin_housing(log, n, housing) -> None:
     )
 
 
-@jit
+@jit_inline
 def extend_housing(log, n, housing, speed) -> None:
     """Let the housing of piece n end in a state, after a part with a largest speed; nothing without a housing."""
     if log is None:
@@ -167,7 +175,7 @@ def extend_housing(log, n, housing, speed) -> None:
     log.values[n, LARGEST] = max(log.values[n, LARGEST], speed)
 
 
-@jit
+@jit_inline
 def extend_piece(pieces, span, y, w) -> None:
     """Add a span of tau to the last piece, which then ends in (y, w)."""
     n = pieces.counts[PIECES] - 1
@@ -175,14 +183,14 @@ def extend_piece(pieces, span, y, w) -> None:
     pieces.values[n, Y_END], pieces.values[n, W_END] = y, w
 
 
-@jit
+@jit_inline
 def begin_contact(pieces, force) -> None:
     """Start the record of a contact; force : of the support at once, by its damping."""
     contact = pieces.contact
     contact[ELAPSED], contact[FORCE], contact[DEPTH], contact[IS_OPEN] = 0.0, force, 0.0, 1.0
 
 
-@jit
+@jit_inline
 def end_contact(pieces, velocity) -> None:
     """Append the end of the contact under way, if its beginning was logged; velocity : of x."""
     n, was_seen = pieces.counts[LEAVES], pieces.contact[IS_OPEN] != UNSEEN

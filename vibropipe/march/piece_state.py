@@ -205,7 +205,7 @@ def state_with(state, mode, way, power, housing):
     )  # fmt: skip
 
 
-@jit
+@jit_inline
 def with_housing(e, p, grid, state, housing):
     """Return a state with a `Housing`; on one without velocity the force decides how it goes on."""
     if housing is None:

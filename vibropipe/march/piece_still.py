@@ -4,11 +4,11 @@ from __future__ import annotations
 
 import numpy as np
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import (
     advance_rest,
 )
-from vibropipe.march.grid import Instant, phase_at
+from vibropipe.march.grid import Instant, evaluate, phase_at
 from vibropipe.march.log import (
     SAMPLES,
     SHORT_FLIGHTS,
@@ -49,7 +49,7 @@ from vibropipe.march.state import (
     advance_time,
     is_before,
 )
-from vibropipe.physics.contact import frame_at
+from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
 from vibropipe.physics.friction import jumps_at_slip, slip_wait
 from vibropipe.physics.housing import moved
 from vibropipe.physics.load import NEVER
@@ -60,7 +60,7 @@ OK = int(Status.OK)
 ONE_PART = np.int64(1)
 
 
-@jit
+@jit_inline
 def next_instant(grid, at, theta):
     """Return (period, step, theta) at theta of the step of `at`; theta = 1 is the start of the next step."""
     if theta < 1.0:
@@ -70,9 +70,41 @@ def next_instant(grid, at, theta):
     return at.period + 1, 0, 0.0
 
 
+@jit_inline
+def record_piece(samples, counts, p, grid, state, c, begin, until, parts) -> None:
+    """Write the samples from `begin` to `until` steps after a state, on a polynomial from `begin` on.
+
+    Nothing without samples. parts : as for `record`.
+    """
+    if samples is not None:
+        i, at_step = counts[SAMPLES], state.period * grid.steps + state.step
+        while i < samples.displacement.size:
+            scaled_steps = i * samples.stride * grid.steps
+            step = samples.start_step + scaled_steps // samples.per_period
+            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
+            after = (step - at_step) + (theta - state.theta)
+            if after > until:
+                break
+            y, w = evaluate(grid, c, (after - begin) * parts)
+            samples.displacement[i] = to_displacement(p, state.home, y)
+            samples.velocity[i] = to_velocity(state.home, w * parts)
+            i += 1
+        counts[SAMPLES] = i
+
+
 @jit
-def hold(e, p, grid, state, limit, log, samples, c):
-    """Hold a mass until `limit` that does not start to move within this step; return what `advance_piece` returns."""
+def step_end(grid, at, end):
+    """Return the `Instant` at which the step of the grid ends that a state is in, or `end` if that is earlier."""
+    if at.period == end.period and at.step == end.step:
+        return end
+    period, step, theta = next_instant(grid, at, 1.0)
+    return Instant(period, step, theta)
+
+
+@jit
+def hold(e, p, grid, state, end, log, samples, c):
+    """Hold a mass that does not start to move within a step of the grid; return what `advance_piece` returns."""
+    limit = end.theta if state.period == end.period and state.step == end.step else 1.0
     for n in range(1, c.size):
         c[n] = 0.0
     at_step, first = state.period * grid.steps + state.step, log.counts[SAMPLES]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import apply_impact, impact_at_start, resolve_departure, support_at
 from vibropipe.march.grid import Instant, turns_at
 from vibropipe.march.log import log_grazing, log_impact, log_rest
@@ -68,7 +68,7 @@ from vibropipe.physics.stiffness import damping_of, is_soft
 SPEED_ROUNDING = 2.0**-48
 
 
-@jit
+@jit_inline
 def speed_rounding(p, grid, home, w):
     """Return the rounding of the speed of an approach within a step that begins in the frame of `home` with w."""
     offset = support_position(p, home) if home > 0 else 0.0
@@ -125,7 +125,7 @@ def start(e, p, grid, log, state, end):
     return after
 
 
-@jit
+@jit_inline
 def departed_with(e, p, grid, state, housing):
     """Return the state of a mass that goes on from a rigid support, with its housing where that has no velocity."""
     if housing is None:
@@ -135,18 +135,19 @@ def departed_with(e, p, grid, state, housing):
     return resume(e, p, grid, state, state.home, 0.0, housing)
 
 
-@jit
-def housing_event(housing, e, p, grid, state, at, event, w, log):
-    """Return the state after a housing slips or stops at theta = `at` of the step of a state; itself without one.
+@jit_inline
+def housing_event(housing, e, p, grid, state, event, w, log):
+    """Return the state after a housing slips or stops, from the state at that event; itself without one.
 
-    housing : that of the state, which is the one at the event; w : there.
+    housing, w : of the state.
     """
     if housing is None:
         return state
     still = stopped(p, housing, to_velocity(state.home, w))
     after = State(
-        state.period, state.step, at, state.home, state.y, w, state.mode, state.rest_start, still
-    )
+        state.period, state.step, state.theta, state.home, state.y, w, state.mode,
+        state.rest_start, still,
+    )  # fmt: skip
     if event == STOP:
         way, power = way_without_velocity(e, p, grid, after)
         # A housing that stops although the force pushes it on does so by rounding.
@@ -160,7 +161,7 @@ def housing_event(housing, e, p, grid, state, at, event, w, log):
     return after
 
 
-@jit
+@jit_inline
 def hold_housing(housing, e, p, grid, state, log):
     """Return a state whose housing, about to move, does not start, and is held within the step; itself without one."""
     if housing is None:
@@ -171,7 +172,7 @@ def hold_housing(housing, e, p, grid, state, log):
     return after
 
 
-@jit
+@jit_inline
 def stop_housing(effect, e, p, grid, state, log):
     """Return the state after the stop of a housing in which the mass lies still, and log it; itself without one.
 
@@ -198,12 +199,12 @@ def stop_housing(effect, e, p, grid, state, log):
     return after
 
 
-@jit
-def touch_rigid(e, p, grid, state, at, side, approach, end, log):
+@jit_inline
+def touch_rigid(e, p, grid, state, side, approach, end, log):
     """Return the state after the mass has met a rigid support with a speed, 0 where it only touches it."""
-    period, step, housing = state.period, state.step, state.housing
+    period, step, at, housing = state.period, state.step, state.theta, state.housing
     if approach > 0.0:
-        moved = State(period, step, state.theta, side, 0.0, -approach, FLIGHT, 0.0, housing)
+        moved = State(period, step, at, side, 0.0, -approach, FLIGHT, 0.0, housing)
         after = apply_impact(e, p, grid, moved, True, approach, at, log)
     else:
         log_grazing(log, turns_at(grid, Instant(period, step, at)), side)
@@ -221,10 +222,17 @@ def touch_rigid(e, p, grid, state, at, side, approach, end, log):
     return departed
 
 
-@jit
-def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log):
-    """Return the state after an event at theta = `at` of the step of a state, with (y, w) just before it."""
-    period, step, home = state.period, state.step, state.home
+@jit_inline
+def after_event(e, p, grid, state, speed, piece, event, is_grazing, end, log):
+    """Return the state after an event, from the one just before it; speed : w at the start of the step."""
+    period, step, at, home, y, w = (
+        state.period,
+        state.step,
+        state.theta,
+        state.home,
+        state.y,
+        state.w,
+    )
     instant = Instant(period, step, at)
     if event == ZERO:
         after = resume(e, p, grid, instant, home, y, state.housing)
@@ -242,10 +250,10 @@ def after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
     leaves = piece.in_contact or piece.lets_go
     side = support_at(home, event != FAR)
     approach = w if event == FAR or leaves else -w
-    if is_grazing or not approach > speed_rounding(p, grid, home, state.w):
+    if is_grazing or not approach > speed_rounding(p, grid, home, speed):
         approach = 0.0
     if not is_soft(e, p, side):
-        return touch_rigid(e, p, grid, state, at, side, approach, end, log)
+        return touch_rigid(e, p, grid, state, side, approach, end, log)
     if approach == 0.0:
         if not leaves:
             log_grazing(log, turns_at(grid, instant), side)

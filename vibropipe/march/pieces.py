@@ -9,7 +9,7 @@ from __future__ import annotations
 
 import math
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import (
     impact_at_end,
     support_at,
@@ -24,19 +24,23 @@ from vibropipe.march.log import (
     STEPS,
     is_full,
     is_spent,
-    record,
 )
 from vibropipe.march.piece_events import (
+    ANY,
     FAR,
     FORCE_BEGINS,
     FORCE_ENDS,
+    MANY_PARTS,
+    MAY_MOVE,
     NEAR,
     NOTHING,
     ZERO,
     end_newmark_step,
-    fill_piece,
+    fill_exact,
+    fill_newmark,
     first_event,
     follow_contact,
+    force_on,
     parts_of_step,
     piece_at,
 )
@@ -46,6 +50,7 @@ from vibropipe.march.piece_housing import (
     TOUCHES,
     first_housing_event,
     is_about_to_move,
+    is_held_a_step,
     keep_housing,
     largest_housing_speed,
     until_stop,
@@ -56,8 +61,15 @@ from vibropipe.march.piece_log import (
     extend_piece,
     is_full_of_pieces,
 )
+from vibropipe.march.piece_path import (
+    coast,
+    ensure_flow,
+    flow_index,
+    instant_after,
+    steps_until,
+)
 from vibropipe.march.piece_state import is_beyond, is_unloaded
-from vibropipe.march.piece_still import advance_held, advance_resting, hold, next_instant
+from vibropipe.march.piece_still import advance_held, advance_resting, hold, record_piece, step_end
 from vibropipe.march.piece_transitions import (
     after_event,
     begin,
@@ -92,7 +104,7 @@ NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
 SUPPORT_REACHED, ROOT_BOUND = int(Status.SUPPORT_REACHED), int(Status.ROOT_BOUND)
 
 
-@jit
+@jit_inline
 def missed_event(e, p, home, frame, piece, has_friction, y, w):
     """Return the event that the end (y, w) of a step shows to have happened within rounding of that end."""
     if e.no_pull is not None and piece.lets_go:
@@ -111,7 +123,7 @@ def missed_event(e, p, home, frame, piece, has_friction, y, w):
     return ZERO if has_friction and piece.direction * w <= 0.0 else NOTHING
 
 
-@jit
+@jit_inline
 def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
     """Return whether a mass without velocity does not start to move the way that its mode says.
 
@@ -132,9 +144,9 @@ def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
     return event < SLIP_UP and is_soft(e, p, support_at(state.home, event != FAR))
 
 
-@jit
+@jit_inline
 def advance_piece(e, p, grid, state, end, log, samples, c):
-    """March a moving state to its next event, or to the end of its step or part of a step.
+    """March a moving state to its next event, or by steps that have none.
 
     Returns (state, status, whether there was an event).
     """
@@ -143,23 +155,38 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     parts, decay = parts_of_step(e, p, grid, frame, piece, state)
     if parts == 0:
         return state, MAX_STEPS, False
-    last = state.period == end.period and state.step == end.step
-    limit = end.theta if last else 1.0
-    span = (limit - state.theta) * parts
+    dt, is_alive = grid.dt / parts, decay.kind == ALIVE
+    flow = log.pieces.flows[flow_index(state.home, piece)]
+    force, may = force_on(e, p, grid, frame, piece, state), ANY
+    if grid.exact is not None and is_alive:
+        ensure_flow(flow, p, piece, dt, e.second_harmonic)
+        if parts <= MANY_PARTS and piece.force_power == 0:
+            state, force, may, n = coast(
+                e, p, grid, frame, piece, flow, parts, state, end, force, log, samples, c
+            )
+            if n > 0:
+                piece = piece_at(e, p, frame, state)
+    # The steps of Newmark's method are those of its grid.
+    goal = end
+    if grid.exact is None or is_held_a_step(state.housing):
+        goal = step_end(grid, state, end)
+    left = steps_until(grid, state, goal)
+    span = left * parts
     is_whole = span <= 1.0
     if not is_whole:
         span = 1.0
-    dt = grid.dt / parts
-    if decay.kind == ALIVE:
-        fill_piece(e, p, grid, frame, piece, state, span, dt, c)
-    else:
+    if not is_alive:
         decayed_taylor(c, state.y, decay, p.nu, dt, e.second_harmonic)
+    elif grid.exact is not None:
+        fill_exact(e, piece, flow, state, force, dt, c)
+    else:
+        fill_newmark(e, p, grid, frame, piece, state, span, dt, c)
     log.counts[POLYNOMIALS] += 1
     has_friction = e.friction is not None and p.friction > 0.0
     theta, event, kind = first_event(
-        e, p, state.home, frame, piece, has_friction, c, span, dt, log.pieces.work, log.counts
+        e, p, state.home, frame, piece, has_friction, may, c, span, dt, log.pieces.work, log.counts
     )
-    if kind != STRIDE_LIMIT:
+    if may & MAY_MOVE != 0 and kind != STRIDE_LIMIT:
         other, other_event, other_kind = first_housing_event(
             log.pieces.housing, e, p, grid, frame, piece, state, span, dt, c, log.counts
         )
@@ -168,7 +195,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     if kind == STRIDE_LIMIT:
         return state, ROOT_BOUND, False
     if does_not_start(e, p, grid, state, piece, event, theta, c):
-        return hold(e, p, grid, state, limit, log, samples, c)
+        return hold(e, p, grid, state, end, log, samples, c)
     if event == STOP and theta <= SHORTEST and is_about_to_move(state.housing):
         return hold_housing(state.housing, e, p, grid, state, log), OK, True
     if event == TOUCHES:
@@ -183,13 +210,15 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     if event == NOTHING and theta > 0.0:
         event = missed_event(e, p, state.home, frame, piece, has_friction, y, w)
         kind = NONE
-    at = limit
+    at, waited = goal, left
     if event != NOTHING or not is_whole:
-        at = min(state.theta + theta / parts, limit)
+        waited = min(theta / parts, left)
+        if waited < left:
+            at = instant_after(grid, state, 0, waited)
     if piece.in_contact:
         follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
-    at_step, first = state.period * grid.steps + state.step, log.counts[SAMPLES]
-    record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, at, parts)
+    first = log.counts[SAMPLES]
+    record_piece(samples, log.counts, p, grid, state, c, 0.0, waited, parts)
     home, mode = state.home, state.mode
     if theta > 0.0:
         mode = UNLOADED if is_unloaded(e, state) else FLIGHT
@@ -197,19 +226,15 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     speed = largest_housing_speed(log.pieces.housing, p, frame.sigma, state.housing, c, dt, theta)
     keep_housing(log, samples, first, p, grid, state, housing, speed)
     extend_piece(log.pieces, theta * dt, y, w)
+    after = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
     if event >= SLIP_UP:
-        after = State(state.period, state.step, at, home, y, w, mode, 0.0, housing)
-        return housing_event(housing, e, p, grid, after, at, event, w, log), OK, True
+        return housing_event(housing, e, p, grid, after, event, w, log), OK, True
     if event != NOTHING:
         is_grazing = kind == GRAZING
-        state = State(
-            state.period, state.step, state.theta, home, state.y, state.w, mode, 0.0, housing
-        )
-        after = after_event(e, p, grid, state, at, piece, event, is_grazing, y, w, end, log)
+        after = after_event(e, p, grid, after, state.w, piece, event, is_grazing, end, log)
         return after, OK, True
     log.counts[STEPS] += 1
-    period, step, at = next_instant(grid, state, at)
-    return State(period, step, at, home, y, w, mode, 0.0, housing), OK, False
+    return after, OK, False
 
 
 @jit

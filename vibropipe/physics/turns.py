@@ -32,9 +32,11 @@ def sincos_turns(u: float) -> tuple[float, float]:
     b = 4.16666666666666019037e-02 + z * (-1.38888888888741095749e-03 + z * b)
     c = 1.0 - (0.5 * z - z * z * b)
     k = int(quarter) & 3
-    sine = c if k & 1 else s
-    cosine = s if k & 1 else c
-    return (-sine if k & 2 else sine), (-cosine if (k + 1) & 2 else cosine)
+    # Products with 0, 1 and -1 are exact; compilers make a table of jumps of the choice itself.
+    odd = float(k & 1)
+    even = 1.0 - odd
+    sine, cosine = even * s + odd * c, even * c + odd * s
+    return (1.0 - (k & 2)) * sine, (1.0 - ((k + 1) & 2)) * cosine
 
 
 @jit_inline

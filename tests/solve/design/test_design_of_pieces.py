@@ -7,6 +7,7 @@ from dataclasses import replace
 import pytest
 
 import vibropipe as vp
+from vibropipe.solve.rows import points
 
 SOFT = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, delta=0.02, k2=200.0, h2=3.0, friction=0.1)
 TWO = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7, f2=0.4, phi2=0.7)
@@ -65,7 +66,10 @@ def test_a_support_does_not_turn_rigid() -> None:
         vp.tolerance(SOFT, {"h1": 0.1})
 
 
-def test_a_search_among_motions_that_take_too_many_steps_ends_in_words() -> None:
+def test_a_search_among_motions_that_take_too_many_steps_ends_in_words(
+    monkeypatch: pytest.MonkeyPatch,
+) -> None:
+    monkeypatch.setattr(points, "LONG_MARCHES", 4)
     exciter = vp.Exciter(l=0.5, nu=2.5, f=1.0, h=0.1, k1=5e4, h1=7e-8, k2=1e-6, h2=1e9)
     with pytest.raises(
         vp.ParameterError, match=r"vary: must leave motions that are settled sooner"

@@ -14,7 +14,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
-from vibropipe.solve.design.pareto import STEPS, front, undominated, work_of
+from vibropipe.solve.design.pareto import STEPS, front, undominated
 from vibropipe.solve.design.problem import Problem, directions
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.design.scatter import (
@@ -293,7 +293,6 @@ def _designs(
     check_presence({**vars(exciter), **lows}, goals)
     exciter.check_start(x0, v0)
     is_front = len(goals.objectives) == 2
-    problem = replace(problem, work=work_of(problem, samples, designs))
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
     candidates = find_candidates(problem, samples, steps)
     swept = None

@@ -6,12 +6,10 @@ from dataclasses import replace
 
 import numpy as np
 
-from vibropipe.physics.limits import MAX_ROW_WORK, START_WORK
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search
-from vibropipe.solve.design.scatter import INSIDE, PARTS, deviations, is_inside, moved_inside
-from vibropipe.solve.design.search import ROUNDS, Candidate, Samples, checked, sample, solved
-from vibropipe.solve.rows.points import CallWork
+from vibropipe.solve.design.scatter import INSIDE, deviations, is_inside, moved_inside
+from vibropipe.solve.design.search import Candidate, Samples, checked, sample, solved
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.progress import WorkCount
 
@@ -28,17 +26,6 @@ AROUND = 64
 EQUAL = 1e-6
 # Steps of the search of a front beside those of the search for candidates.
 STEPS = 2 * ENDS + FRONT + len(REACHES) + CHECKS
-# Marches of a search that may take the largest work of a row; all others take START_WORK on average, several times
-# what they do of ordinary exciters.
-LONG_MARCHES = 20
-
-
-def work_of(problem: Problem, samples: int, designs: int) -> CallWork:
-    """Return the work that a search for designs may take."""
-    rows = ROUNDS * samples + designs * PARTS * bool(problem.scatter)
-    if len(problem.goals.objectives) == 2:
-        rows += GRID + 2 * DENSE
-    return CallWork(LONG_MARCHES * MAX_ROW_WORK + START_WORK * rows)
 
 
 def front(

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass, field
 from functools import cached_property
@@ -84,7 +83,7 @@ class Problem:
     margins: np.ndarray | None = None
     reach: float = 0.0
     ties: Ties = field(default_factory=Ties)
-    work: CallWork = field(default_factory=lambda: CallWork(math.inf))
+    work: CallWork = field(default_factory=CallWork)
 
     @cached_property
     def following(self) -> list[str]:

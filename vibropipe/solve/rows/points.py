@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
 from contextlib import closing
-from dataclasses import dataclass
+from dataclasses import dataclass, field
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Parameters
-from vibropipe.physics.limits import row_work
+from vibropipe.physics.limits import MAX_ROW_WORK, START_WORK, row_work
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rows.many import Start, solve_rows
 from vibropipe.solve.rows.named import Named
@@ -25,6 +25,10 @@ from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
+
+# Marches of a call that may take the largest work of a row (some 50 s); all others take START_WORK on average. Ordinary
+# searches need at most a quarter of it.
+LONG_MARCHES = 200
 
 
 class Points(NamedTuple):
@@ -87,13 +91,13 @@ class WorkSpentError(Exception):
 
 @dataclass
 class CallWork:
-    """Work that is left for the marches of a call, in steps."""
+    """Work that is left for the marches of a call, in steps, beside START_WORK for each row."""
 
-    left: float
+    left: float = field(default_factory=lambda: LONG_MARCHES * MAX_ROW_WORK)
 
-    def take(self, work: int) -> None:
-        """Count work that was done; raises WorkSpentError where no more is left."""
-        self.left -= work
+    def take(self, work: int, rows: int) -> None:
+        """Count the work that rows took; raises WorkSpentError where no more is left."""
+        self.left -= work - START_WORK * rows
         if self.left < 0:
             raise WorkSpentError
 
@@ -141,7 +145,7 @@ def solve_points(
             parts.append(label_rows(solved, parameters[begin:stop], outputs))
             begin = stop
     if work is not None:
-        work.take(sum(spent))
+        work.take(sum(spent), n)
     return Points(parameters, concatenate(parts))
 
 

@@ -127,7 +127,7 @@ def test_a_step_whose_force_is_in_no_table_counts_as_four(h: float, is_computed:
 def test_starts_that_the_work_does_not_suffice_for_do_not_depend_on_threads(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
-    monkeypatch.setattr(attractor_set, "MAX_CALL_WORK", 10**7)
+    monkeypatch.setattr(attractor_set, "MAX_CALL_WORK", 10**6)
     monkeypatch.setattr(attractor_set, "START_WORK", 10**3)
     found, n_threads = [], numba.get_num_threads()
     try:
@@ -144,7 +144,7 @@ def test_points_of_a_branch_that_the_work_does_not_suffice_for_have_a_status(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     whole = vp.branch(SOFT, "nu", 1.5)
-    monkeypatch.setattr(branch_of_pieces, "MAX_CALL_WORK", 10**5)
+    monkeypatch.setattr(branch_of_pieces, "MAX_CALL_WORK", 2 * 10**4)
     part = vp.branch(SOFT, "nu", 1.5)
     is_cut = part.status == Status.MAX_STEPS
     assert 0.1 < is_cut.mean() < 0.9

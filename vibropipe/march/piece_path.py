@@ -14,7 +14,7 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.fast_path import CURVATURE_MARGIN, SLOPE_MARGIN
 from vibropipe.march.grid import Instant
-from vibropipe.march.log import SAMPLES, STEPS
+from vibropipe.march.log import COMPUTED, SAMPLES, STEPS
 from vibropipe.march.piece_events import (
     ANY,
     MAY_FAR,
@@ -301,6 +301,7 @@ def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples
     keep_housing(log, samples, first, p, grid, state, housing, speed)
     extend_piece(log.pieces, n * dt, y, w)
     log.counts[STEPS] += n
+    log.counts[COMPUTED] += n
     mode = UNLOADED if is_unloaded(e, state) else FLIGHT
     after = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
     return after, Force(s, cc, s2, c2), may, n

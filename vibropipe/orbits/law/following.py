@@ -132,12 +132,27 @@ def _marched_beyond(point: Point) -> Point | None:
         first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
         if first is None or not is_kept(first) or _repeats(first):
             continue
-        change = (there.state_at(first) - begin) / np.array(
-            [*curve.scales, curve.speed][: begin.size]
-        )
-        if np.abs(change).max() < CLOSEST:
+        if _is_close(there.state_at(first), begin, curve):
             return first if first.tangent[-1] * share > 0.0 else first.reversed()
+    # From an unstable orbit a march settles on another one: what it meets at first has the law on either side.
+    for share in (BESIDE, -BESIDE):
+        value = point.value + share * reach
+        p = curve.parameters(value)
+        state = curve.marcher.after(p, begin, float(m))
+        read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
+        if read is None or read.law.key == curve.sequence.key:
+            continue
+        there = curve.with_sequence(read.law)
+        begun = begin_at(there, np.concatenate([read.u.T.ravel(), [value]]))
+        if begun is not None and _is_close(there.state_at(begun), begin, curve):
+            return begun
     return None
+
+
+def _is_close(state: np.ndarray, other: np.ndarray, curve: LawCurve) -> bool:
+    """Return whether two states at the section are those of neighbouring orbits."""
+    change = (state - other) / np.array([*curve.scales, curve.speed][: other.size])
+    return bool(np.abs(change).max() < CLOSEST)
 
 
 def _laws_at(point: Point) -> Iterator[tuple[Law, np.ndarray]]:

@@ -222,15 +222,12 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until, parts=None
         Parts of a step that the polynomial is written in: it is one in (theta - origin) parts.
     """
     if samples is not None:
-        i, per_period = counts[SAMPLES], samples.per_period
-        # Integer arithmetic: the time of sample i does not drift. Whole steps and rests, in 1/per_period steps; without
-        # a division for each sample, which takes as long as its polynomial.
-        scaled_steps = samples.stride * grid.steps
-        more, more_rest = scaled_steps // per_period, scaled_steps % per_period
-        whole, rest = i * scaled_steps // per_period, i * scaled_steps % per_period
+        i = counts[SAMPLES]
         while i < samples.displacement.size:
-            step = samples.start_step + whole
-            theta = samples.start_theta + rest / per_period
+            # Integer arithmetic: the time of sample i does not drift. Steps, times per_period.
+            scaled_steps = i * samples.stride * grid.steps
+            step = samples.start_step + scaled_steps // samples.per_period
+            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
             if theta >= 1.0:
                 step, theta = step + 1, theta - 1.0
             if step > at_step or (step == at_step and theta > until):
@@ -245,7 +242,4 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until, parts=None
             samples.displacement[i] = to_displacement(p, home, y)
             samples.velocity[i] = to_velocity(home, w)
             i += 1
-            whole, rest = whole + more, rest + more_rest
-            if rest >= per_period:
-                whole, rest = whole + 1, rest - per_period
         counts[SAMPLES] = i

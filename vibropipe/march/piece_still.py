@@ -78,13 +78,10 @@ def record_piece(samples, counts, p, grid, state, c, begin, until, parts) -> Non
     """
     if samples is not None:
         i, at_step = counts[SAMPLES], state.period * grid.steps + state.step
-        # As in `record`.
-        scaled_steps, per_period = samples.stride * grid.steps, samples.per_period
-        more, more_rest = scaled_steps // per_period, scaled_steps % per_period
-        whole, rest = i * scaled_steps // per_period, i * scaled_steps % per_period
         while i < samples.displacement.size:
-            step = samples.start_step + whole
-            theta = samples.start_theta + rest / per_period
+            scaled_steps = i * samples.stride * grid.steps
+            step = samples.start_step + scaled_steps // samples.per_period
+            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
             after = (step - at_step) + (theta - state.theta)
             if after > until:
                 break
@@ -92,9 +89,6 @@ def record_piece(samples, counts, p, grid, state, c, begin, until, parts) -> Non
             samples.displacement[i] = to_displacement(p, state.home, y)
             samples.velocity[i] = to_velocity(state.home, w * parts)
             i += 1
-            whole, rest = whole + more, rest + more_rest
-            if rest >= per_period:
-                whole, rest = whole + 1, rest - per_period
         counts[SAMPLES] = i
 
 

@@ -121,6 +121,23 @@ def test_noise_alone_is_not_explained():
     assert int(found.fit_result) == FitResult.CONSTANT
 
 
+@pytest.mark.parametrize("order", ["shuffled", "noise about a mean"])
+def test_what_a_mean_fits_as_well_is_not_explained(order):
+    """The noise that is estimated is then all that was measured, and any motion is within it."""
+    exciter = vp.Exciter(l=0.5, nu=1.2, f=0.8, h=0.15, delta=0.05, R1=0.7, R2=0.6)
+    nu = np.linspace(0.8, 2.2, 15)
+    rows = vp.sweep(exciter, {"nu": nu}, harmonics=1)
+    amplitude, random = rows.displacement_amplitude.sel(harmonic=1).values, np.random.default_rng(1)
+    if order == "shuffled":
+        measured = random.permutation(amplitude)
+    else:
+        measured = amplitude.mean() + 0.2 * random.standard_normal(15)
+    table = {"nu": nu, "displacement_amplitude_1": measured}
+    found = vp.identify(exciter, table, {"R1": (0.4, 0.9), "R2": (0.4, 0.9)}, samples=32)
+    assert float(found.reduced_chi_square) < float(found.reduced_chi_square_limit)
+    assert int(found.fit_result) == FitResult.CONSTANT
+
+
 def linear_response(nu, seed=3):
     """Amplitudes of a motion without impacts, with noise of 1e-4: f over |1 - nu^2 + i h nu|."""
     generator = np.random.default_rng(seed)

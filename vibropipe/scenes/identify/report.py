@@ -124,7 +124,7 @@ def fit_text(dataset: xr.Dataset) -> str:
 
 
 def constant_text(dataset: xr.Dataset) -> str:
-    """Write which measured values are all the same, or that they are no larger than the noise."""
+    """Write which measured values are all the same, or that they are no more than noise."""
     same = [
         part.words
         for part in columns(dataset)
@@ -134,7 +134,7 @@ def constant_text(dataset: xr.Dataset) -> str:
         return f"All values of the {series(same)} are equal, as of a dead sensor."
     if dataset.attrs.get("noise") == "given":
         return "The measured values are no larger than their noise, as of a dead sensor."
-    return "The measured values are no larger than the noise that is estimated from the misfits."
+    return "The measured values vary by no more than the noise that is estimated from the misfits."
 
 
 def undetermined_texts(dataset: xr.Dataset) -> list[str]:

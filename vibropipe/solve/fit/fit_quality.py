@@ -84,7 +84,11 @@ def quality_of(
         sigma = np.maximum(np.sqrt((steps**2).mean(axis=0) / 2), floor)
         limit = _ratio_limit(len(misfits))
     chi = float((misfits**2 / sigma**2).sum()) / freedom
-    return Quality(sigma, chi, limit, _result(measured, fitted, chi, limit, sigma))
+    # With estimated noise a mean that fits as well as the motion is explained by no motion.
+    signal = measured if noise is not None else measured - measured.mean(axis=0)
+    power = (signal**2 / sigma**2).sum(axis=0)
+    is_noise = bool((power <= chi2.isf(CHANCE, len(measured))).all())
+    return Quality(sigma, chi, limit, _result(measured, fitted, chi, limit, is_noise))
 
 
 def _ratio_limit(n: int) -> float:
@@ -95,22 +99,18 @@ def _ratio_limit(n: int) -> float:
 
 
 def _result(
-    measured: np.ndarray, fitted: np.ndarray, chi: float, limit: float, sigma: np.ndarray
+    measured: np.ndarray, fitted: np.ndarray, chi: float, limit: float, is_noise: bool
 ) -> FitResult:
     """Return whether the misfit is no larger than the noise; nothing is explained where only noise was measured."""
-    from scipy.stats import chi2
-
     if not np.isfinite(fitted).all():
         return FitResult.ABSENT
-    n = len(measured)
-    if n > 2 and (np.ptp(measured, axis=0) == 0).any():
+    if len(measured) > 2 and (np.ptp(measured, axis=0) == 0).any():
         return FitResult.CONSTANT
     if not np.isfinite(limit):
         return FitResult.NOT_JUDGED
     if chi > limit:
         return FitResult.BEYOND_NOISE
-    power = (measured**2 / sigma**2).sum(axis=0)
-    if (power <= chi2.isf(CHANCE, n)).all():
+    if is_noise:
         return FitResult.CONSTANT
     return FitResult.EXPLAINED
 

@@ -133,8 +133,8 @@ def identify(
             least value, or within the blanking of an impact.
         fit_result
             explained: the misfit is within that limit. beyond_noise: it is not. constant: a quantity has one value
-            only, or all are no larger than the noise. absent: the motion found lacks a measured quantity. not_judged:
-            too few measurements to estimate their noise.
+            only, or none is larger than a given noise or varies by more than an estimated one. absent: the motion
+            found lacks a measured quantity. not_judged: too few measurements to estimate their noise.
 
     Raises
     ------

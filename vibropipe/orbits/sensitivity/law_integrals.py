@@ -59,7 +59,7 @@ _NODES, _WEIGHTS = np.polynomial.legendre.leggauss(4)
 FEW_NODES, FEW_WEIGHTS = 0.5 * (_NODES + 1.0), 0.5 * _WEIGHTS
 # Steps of a piece above which it is looked at what has decayed, and between two such looks.
 MANY_STEPS, STRETCH = 256.0, 16.0
-# Steps of a piece above which its integrals are NaN: they would take a second.
+# Steps of a piece above which the integrals of its orbit are NaN: they would take a second.
 MAX_STEPS = 1e5
 
 
@@ -193,20 +193,29 @@ def add_stretch(e, p, law, i, m, start, stretch, by, out) -> None:
 
 @jit
 def add_moving(e, p, orbit, i, m, changes, node, out):
-    """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start; returns its steps."""
+    """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start.
+
+    Returns
+    -------
+    float, bool
+        Its steps, and whether they suffice.
+    """
     (start, _end, turns), law, period = ends_of_piece(e, p, orbit, i), orbit.law, forcing_period(p)
     second = e.second_harmonic
-    (amplitudes, subharmonics, energy), by = out, (orbit.columns, changes, node)
+    (amplitudes, subharmonics, _energy), by = out, (orbit.columns, changes, node)
     whole = flight_of(e, p, law, i, start.t, turns)
     wave = max(amplitudes.shape[0], subharmonics.shape[0] / m) * p.nu
     rate = max(piece_rate(whole.stiffness, whole.damping), fastest_forcing(p, second))
-    done, total = 0.0, 0.0
+    done, total, y, w, flown_to = 0.0, 0.0, start.y, start.w, 0.0
+    if whole.damping == 0.0 and 2.0 * rate * turns * period > MAX_STEPS * REACH_OF_NODES:
+        return total, False
     while done < turns:
         length = turns - done
         if length * period * (rate + max(rate, wave)) > MANY_STEPS * REACH_OF_NODES:
-            # With steps as long as what is left of the motion allows.
-            y, w = flown(flight_of(e, p, law, i, start.t, done), start.y, start.w)
-            force = force_on(e, p, law, i, start.t + done)
+            # With steps as long as what is left of the motion allows. It is flown on from the last look: from the start
+            # the rounding of a large velocity there would hide a slow creep.
+            y, w = flown(flight_of(e, p, law, i, start.t + flown_to, done - flown_to), y, w)
+            flown_to, force = done, force_on(e, p, law, i, start.t + done)
             decay = decay_of(y, w, force, whole.load, whole.stiffness, whole.damping, p, second)
             rate = decay.rate
             if decay.kind != FOLLOWING:
@@ -215,11 +224,10 @@ def add_moving(e, p, orbit, i, m, changes, node, out):
         steps = np.ceil(reach / REACH_OF_NODES)
         total += steps
         if total > MAX_STEPS:
-            amplitudes[:], subharmonics[:], energy[:] = np.nan, np.nan, np.nan
-            break
+            return total, False
         add_stretch(e, p, law, i, m, start, (done, length, steps, reach < FEW_REACH), by, out)
         done = turns if length == turns - done else done + length
-    return total
+    return total, True
 
 
 @jit
@@ -320,7 +328,11 @@ def add_integrals(e, p, orbit, m, out):
         if orbit.law.codes[i, FORM] in (HELD, RESTING):
             add_still(e, p, orbit, i, m, changes, out)
             continue
-        steps += add_moving(e, p, orbit, i, m, changes, node, out)
+        taken, is_known = add_moving(e, p, orbit, i, m, changes, node, out)
+        steps += taken
+        if not is_known:
+            out[0][:], out[1][:], energy[:] = np.nan, np.nan, np.nan
+            break
         if energy.shape[0] == 0:
             continue
         fill_arrival(e, p, orbit, (i + 1) % orbit.u.shape[0], later)

@@ -121,6 +121,31 @@ def test_noise_alone_is_not_explained():
     assert int(found.fit_result) == FitResult.CONSTANT
 
 
+def test_a_file_may_begin_with_the_mark_of_a_spreadsheet(tmp_path):
+    table = measured_motion(1)
+    rows = [f"{phase},{x}" for phase, x in zip(table["phase"], table["displacement"], strict=True)]
+    (tmp_path / "motion.csv").write_text(
+        "\n".join(["phase,displacement", *rows]), encoding="utf-8-sig"
+    )
+    found = vp.identify(KNOWN, tmp_path / "motion.csv", VARY, samples=32)
+    assert found.R1.item() == vp.identify(KNOWN, table, VARY, samples=32).R1.item()
+
+
+@pytest.mark.parametrize(
+    ("names", "got"),
+    [
+        (["displacment"], r"got displacment \(did you mean 'displacement'\?\)"),
+        (["displacement", "velocity"], "got displacement, velocity"),
+        ([], "got nothing"),
+    ],
+)
+def test_a_phase_wants_the_displacement_beside_it(names, got):
+    table = {"phase": np.arange(40) / 40} | {name: np.arange(40) / 40 for name in names}
+    must = "measured: must have the column displacement, and no other, beside the phase, "
+    with pytest.raises(vp.ParameterError, match=must + got):
+        vp.identify(KNOWN, table, VARY)
+
+
 @pytest.mark.parametrize("order", ["shuffled", "noise about a mean"])
 def test_what_a_mean_fits_as_well_is_not_explained(order):
     """The noise that is estimated is then all that was measured, and any motion is within it."""

@@ -42,6 +42,7 @@ from vibropipe.solve.rows.named import named
 from vibropipe.solve.with_units import are_with_units
 from vibropipe.words.designs import DESIGN_SAMPLES, FitResult
 from vibropipe.words.records import POSITIVE
+from vibropipe.words.spelling import did_you_mean
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -297,6 +298,12 @@ def read_measured(
     """Return a table of a motion or a response, or raise a ParameterError."""
     if {"phase", CURVE} == {*table}:
         over, names, values = {"phase": table["phase"]}, [], table[CURVE][:, None]
+    elif "phase" in table:
+        others = [name for name in table if name != "phase"]
+        hint = " ".join(filter(None, (did_you_mean(name, [CURVE]) for name in others)))
+        got = (", ".join(others) or "nothing") + (f" ({hint})" if hint else "")
+        must = "must have the column displacement, and no other, beside the phase"
+        raise ParameterError("measured", table, must=must, got=got)
     else:
         over = {name: table[name] for name in table if name in Parameters._fields}
         names = [named(name, "measured") for name in table if name not in over]

@@ -80,7 +80,8 @@ def _file(path: Any) -> Any:
     import pandas as pd
 
     try:
-        return pd.read_csv(path, comment="#", sep=None, engine="python")
+        # Spreadsheets begin a file of UTF-8 with a mark.
+        return pd.read_csv(path, comment="#", sep=None, engine="python", encoding="utf-8-sig")
     except (OSError, ValueError) as error:
         why = getattr(error, "strerror", "") or "no table"
         allowed = "a table, or the path of a CSV file"

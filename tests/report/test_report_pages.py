@@ -187,6 +187,33 @@ def test_figures_keep_their_size_unless_too_tall_for_a_page(pages_of):
     assert max(filled(path)) <= 1.0
 
 
+def test_figures_are_a_little_smaller_where_that_saves_a_page(pages_of):
+    path, texts = pages_of(9.0, [[23.5]])
+    assert len(texts) == 2  # with the methods, which would stand alone on a third page
+    sizes = {letter.size for letter in letters(path) if letter.page == 2 and letter.size < 7.0}
+    assert min(sizes) >= MIN_TYPE
+
+
+def test_rows_beside_the_answers_and_units_do_not_break(tmp_path):
+    rows = [
+        {"symbol": "C₁", "value": "100, 200, 800 N·s/mm", "words": "stiffness of support 1"},
+        {"symbol": "κ", "value": "0.5", "words": "mass ratio"},
+    ]
+    note = ", ".join(["20 N·s/m"] * 80)  # at the end of every line stands one
+    data = {
+        "title": "Rows", "kind": "Kind", "question": "Why?", "footer": "", "fixed": 0, "symbols": "", "answers": [],
+        "side": {"rows": rows, "drawing": None}, "groups": [], "methods": [],
+        "hero": Table(["a"], [["1"]], note, title="T").as_data(),
+    }  # fmt: skip
+    path = tmp_path / "rows.pdf"
+    path.write_bytes(typeset(data, {}))
+    lines = [line.replace("\u00a0", " ") for line in page_texts(path)[0].splitlines()]
+    assert "C₁ 100, 200, 800 N·s/mm stiffness of support 1" in lines
+    units = [line for line in lines if "N·s/m" in line][1:]
+    assert len(units) > 3
+    assert all(line.startswith("20 ") and line.rstrip(", ").endswith("N·s/m") for line in units)
+
+
 def test_a_scene_with_a_caption_of_its_own_keeps_the_title_of_its_picture(solved):
     scene = Scene("motion", "a_b", title="")
     assert scene.title == ""

@@ -8,15 +8,18 @@ import xarray as xr
 from drawing import draw
 from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
+from matplotlib.text import Text
 
+from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES, house_style
-from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.figures.text import regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.lines import isolated
+from vibropipe.scenes.sweep.lines import BAR_NAME, Named, bar_name, isolated, label_lines
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.words.regimes import Regime
@@ -30,10 +33,52 @@ def test_every_region_of_a_map_is_named(name, figures, made):
 
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns"])
-def test_every_regime_present_is_in_the_legend(name, figures, made):
+def test_every_regime_present_is_named_in_a_bar_or_in_the_legend(name, figures, made):
     codes = np.unique(made[name][1]["regime"].values)
-    for code in codes:
-        assert REGIME_TEXT[regime_name(int(code))] in words(figures[name])
+    in_bars = {
+        text.get_text() for text in figures[name].findobj(Text) if text.get_gid() == BAR_NAME
+    }
+    names = {bar_name(regime_name(int(code))) for code in codes}
+    legends = figures[name].legends
+    in_legend = {text.get_text() for legend in legends for text in legend.get_texts()}
+    assert in_bars | in_legend == names
+    assert not in_bars & in_legend
+
+
+def test_a_name_beside_a_bar_is_within_the_figure(made):
+    dataset = made["lines"][1].assign_coords(
+        f=("f", [100.0, 200.0, 800.0], {"units": "N", "symbol": "$F_{long}$"})
+    )
+    with house_style():
+        figure = draw_sweep(dataset)
+        figure.draw_without_rendering()
+        names = [label for ax in figure.axes for label in ax.get_yticklabels() if label.get_text()]
+        assert min(label.get_window_extent().x0 for label in names) >= 0.0
+
+
+def test_names_of_lines_keep_off_other_lines_and_jumps():
+    x = np.linspace(5.0, 40.0, 141)
+    values = [
+        np.where(x < end, top * (0.6 + 0.02 * x), 40.0 / x)
+        for end, top in ((26, 6), (27, 5.6), (29, 5))
+    ]
+    with house_style():
+        figure = new_canvas(8.0)
+        ax = axes(figure, 1.5, 1.0, 8.6, 6.0)
+        for y in values:
+            ax.plot(x, y)
+        ax.set_ylim(bottom=0.0)
+        label_lines(ax, [Named(x, y, f"{n} N/mm", "k") for n, y in enumerate(values)])
+        for number, text in enumerate(ax.texts):
+            box = text.get_window_extent()
+            for other in (y for n, y in enumerate(values) if n != number):
+                fine = np.linspace(x[0], x[-1], 20_000)
+                points = ax.transData.transform(np.stack([fine, np.interp(fine, x, other)], axis=1))
+                inside = (points > [box.x0, box.y0]).all(axis=1) & (points < [box.x1, box.y1]).all(
+                    axis=1
+                )
+                assert not inside.any()
+    assert len(ax.texts) == 3
 
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns", "map"])

@@ -64,6 +64,14 @@ def size_of(ax: Axes) -> tuple[float, float]:
     return float(box.width / inch), float(box.height / inch)
 
 
+def width_of(figure: Figure, text: str, fontsize: float) -> float:
+    """Return the printed width of a text in centimetres."""
+    drawn = figure.text(0.5, 0.5, text, fontsize=fontsize)
+    width: float = drawn.get_window_extent().width / figure.dpi * CM_PER_INCH
+    drawn.remove()
+    return width
+
+
 def panel(
     ax: Axes, letter: str = "", title: str = "", note: str = "", indent: float = -0.62
 ) -> None:

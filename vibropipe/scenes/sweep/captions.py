@@ -99,6 +99,8 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
     subject = plain.removeprefix("Largest ")
+    if own.name == "displacement_amplitude":
+        subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
     size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
     seen = f"{subject[0].upper()}{subject[1:]} {size}"
     if own.name == "impact_velocity_max":

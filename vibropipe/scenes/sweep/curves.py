@@ -16,11 +16,20 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
-from vibropipe.figures.canvas import LEGEND_LINE, axes, legend_below, note, plain_ticks, zero_line
+from vibropipe.figures.canvas import (
+    LEGEND_LINE,
+    SMALL,
+    axes,
+    legend_below,
+    note,
+    plain_ticks,
+    width_of,
+    zero_line,
+)
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
 from vibropipe.figures.style import keep_zero_scale, write_centred
-from vibropipe.figures.text import REGIME_TEXT, format_number, regime_name, symbol_of, value_text
+from vibropipe.figures.text import format_number, regime_name, symbol_of, value_text
 from vibropipe.scenes.sweep.layout import (
     BAR_CM,
     LEFT,
@@ -31,7 +40,15 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.lines import Named, draw_line, draw_strips, label_lines, lines_of
+from vibropipe.scenes.sweep.lines import (
+    BAR_NAME,
+    Named,
+    bar_name,
+    draw_line,
+    draw_strips,
+    label_lines,
+    lines_of,
+)
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
     SIGNED,
@@ -57,7 +74,7 @@ BACKBONE: dict[str, Any] = {
 }
 # Names of both directions at their lines, where these are so far apart, as a share of the largest value.
 WAYS, APART = {"up": "upwards", "down": "downwards"}, 0.1
-SHORT_TEXT = 8  # letters of a value that have room for its symbol beside a bar
+BESIDE_BAR = 0.15  # cm between a bar and its name
 LEGEND_COLUMNS = 4  # entries of a line of a legend
 
 
@@ -74,9 +91,16 @@ def draw_sweep(
     lines_dim = others[0] if others else None
     panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
     lines = len(list(lines_of(dataset, lines_dim)))
+
+    def layout_with(legend: list[Patch]) -> Layout:
+        below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
+        return lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
+
     legend = legend_patches(dataset)
-    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
-    layout = lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
+    trial = draw_bars(layout_with(legend), dataset, along, lines_dim)
+    named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
+    legend = [patch for patch in legend if patch.get_label() not in named]
+    layout = layout_with(legend)
     first: dict[Panel, Axes] = {}
     drawn: list[tuple[Spot, Axes]] = []
     letters, is_multiple = iter("abcdefghijklmnopqrstuvwxyz"), len(layout.bars) > 1
@@ -104,9 +128,10 @@ def draw_bars(layout: Layout, dataset: xr.Dataset, along: str, lines_dim: str | 
     found = []
     for bars in layout.bars:
         strips = list(lines_of(bars.part, lines_dim))
-        if lines_dim is not None and len(strips[0].text) <= SHORT_TEXT:
+        if lines_dim is not None:
             named = f"{symbol_of(dataset[lines_dim])} = {strips[0].text}"
-            strips[0] = replace(strips[0], text=named)
+            if width_of(layout.figure, named, SMALL) < LEFT - BESIDE_BAR:
+                strips[0] = replace(strips[0], text=named)
         height = BAR_CM * len(strips)
         ax = axes(layout.figure, bars.left, bars.bottom - height, bars.width, height)
         ax.set_xscale(scale_of(bars.part[along].values))
@@ -273,9 +298,9 @@ def backbone_curves(
 
 
 def legend_patches(dataset: xr.Dataset) -> list[Patch]:
-    """Return a legend entry for each regime of the bars."""
+    """Return a legend entry for each regime of the bars, named as in a bar with room for the name."""
     return [
-        Patch(facecolor=style.colour, hatch=style.hatch, linewidth=0.4, label=REGIME_TEXT[name],
+        Patch(facecolor=style.colour, hatch=style.hatch, linewidth=0.4, label=bar_name(name),
               edgecolor=style.hatch_colour if style.hatch else INK)
         for name in (regime_name(int(code)) for code in np.unique(dataset["regime"].values))
         for style in (REGIME_STYLES[name],)

@@ -176,6 +176,11 @@ def draw_bar(
             collection.set_rasterized(True)
 
 
+def bar_name(regime: str) -> str:
+    """Return how a regime is called in a bar."""
+    return REGIME_TEXT[regime].replace(", support", "")
+
+
 def name_boxes(
     ax: Axes,
     code: int,
@@ -184,7 +189,7 @@ def name_boxes(
 ) -> None:
     """Write the name of a regime into each of its boxes that is long enough."""
     name = regime_name(code)
-    text = REGIME_TEXT[name].replace(", support", "")
+    text = bar_name(name)
     ground: Any = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
     scaled = np.log if ax.get_xscale() == "log" else np.asarray
     first, last = scaled(np.array(ax.get_xlim()))
@@ -206,7 +211,12 @@ PLACES = 48  # that are tried along a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
-BESIDE_CM = 0.03  # cm from a line to a label beside it
+BESIDE_CM = 0.03, 0.12, 0.24, 0.36  # cm from a line to a label beside it, more where it is steep
+TIGHT = 0.08  # cm less around a label beside its line
+STEP_CM, JUMP_CM = (
+    0.05,
+    0.4,
+)  # cm between points of a line that labels avoid; to a next point that lies across a jump
 ON_LINE = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
 
 
@@ -234,7 +244,8 @@ def label_lines(
     size = np.array(size_of(ax))
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     points = [_in_cm(ax, line.x, line.y, size) for line in lines]
-    others = [_in_cm(ax, x, y, size) for x, y in obstacles]
+    drawn = [_joined(shown) for shown in points]
+    others = [_joined(_in_cm(ax, x, y, size)) for x, y in obstacles]
     boxes: list[Floats] = []
     for number, (line, own) in enumerate(zip(lines, points, strict=True)):
         half = _half_size(ax, line.text)
@@ -242,14 +253,16 @@ def label_lines(
         if not inside.size:
             continue
         tried = inside[np.unique(np.linspace(0, len(inside) - 1, PLACES).astype(int))]
-        rest = [*(p for n, p in enumerate(points) if n != number), *others]
+        rest = [*(p for n, p in enumerate(drawn) if n != number), *others, _jumps(own)]
         tried = tried[_is_free(tried, half, boxes)]
         clearance = _distance(tried, half, rest)
         if not (clearance >= CLEAR).any():
-            beside = _beside(inside, half, size, own, rest)
-            beside = beside[_is_free(beside, half, boxes)]
+            beside = _beside(half - TIGHT, size, own, rest)
+            beside = beside[_is_free(beside, half - TIGHT, boxes)]
             if len(beside):
-                tried, clearance = beside, _distance(beside, half, rest)
+                tried, clearance = beside, _distance(beside, half - TIGHT, rest)
+            else:  # over as little of the others as can be
+                clearance = -_covered(tried, half, rest)
         if not len(tried):
             continue
         middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
@@ -260,13 +273,11 @@ def label_lines(
               va="center_baseline", bbox=ON_LINE, zorder=6)  # fmt: skip
 
 
-def _beside(
-    inside: Floats, half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]
-) -> Floats:
+def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
     """Return places above and below a line whose labels are nearer to it than to others, and touch none."""
     found = []
-    for side in (1.0, -1.0):
-        places = inside + np.array([0.0, side * (half[1] + BESIDE_CM)])
+    for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
+        places = own + np.array([0.0, side])
         fits = ((places > half) & (places < size - half)).all(axis=1)
         to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
         found.append(places[fits & (to_own > 0.0) & (to_rest > to_own)])
@@ -279,6 +290,23 @@ def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
     points = np.stack([x[kept], y[kept]], axis=1)
     shown = ax.transAxes.inverted().transform(ax.transData.transform(points)) * size
     return shown[((shown >= 0) & (shown <= size)).all(axis=1)]
+
+
+def _joined(points: Floats) -> Floats:
+    """Return the points of a line with others between them, STEP_CM apart, so that none passes a label unseen."""
+    amount = np.ceil(np.hypot(*np.diff(points, axis=0).T) / STEP_CM).astype(int)
+    parts = [
+        one + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (other - one)
+        for (one, other), n in zip(pairwise(points), amount.tolist(), strict=True)
+    ]
+    return np.concatenate([*parts, points[-1:]])
+
+
+def _jumps(points: Floats) -> Floats:
+    """Return points on the jumps of a line, where arrows stand."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    found = [_joined(points[n : n + 2]) for n in np.flatnonzero(steps > JUMP_CM).tolist()]
+    return np.concatenate([np.empty((0, 2)), *found])
 
 
 def _half_size(ax: Axes, text: str) -> Floats:
@@ -296,6 +324,14 @@ def _distance(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
         if len(points):
             gap = np.maximum(np.abs(at[:, None] - points[None]) - half, 0.0)
             found = np.minimum(found, np.hypot(gap[..., 0], gap[..., 1]).min(axis=1))
+    return found
+
+
+def _covered(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
+    """Return how many points of other lines a label covers."""
+    found = np.zeros(len(at))
+    for points in others:
+        found += (np.abs(at[:, None] - points[None]) < half).all(axis=-1).sum(axis=1)
     return found
 
 

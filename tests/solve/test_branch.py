@@ -415,6 +415,17 @@ def test_no_branch_of_a_cascade_is_lost(exciter, along: str, to: tuple[float, fl
     assert BranchEnd.LOST not in branch.end_reason.values
 
 
+def test_a_parent_of_two_flips_is_followed_once() -> None:
+    """Orbits of eight periods lie between two flips of those of four, which are one branch and no two motions."""
+    exciter = vp.Exciter(l=0.5, nu=2.4, f=1.2, h=0.1, delta=-0.45, R1=0.7, R2=0.7)
+    ds = vp.branch(exciter, "nu", (1.2, 3.4), switch=["flip"])
+    periods = [ds.period_multiple.values[ds.branch_id.values == number] for number in (0, 1)]
+    assert [set(each.tolist()) for each in periods] == [{8}, {4}]
+    assert ds.branch_id.max() == 1
+    flips = [value for kind, value, _ in bifurcations(ds) if kind == FLIP]
+    assert len(flips) == 3  # both ends of the doubled branch, and the one that its parent passes
+
+
 def test_an_isola_ends_with_its_start() -> None:
     """It closes after two folds, within the range of the parameter."""
     exciter = vp.Exciter(

@@ -25,6 +25,9 @@ MAX_BRANCHES, SAME_BIFURCATION = 64, 1e-6
 # Weighted difference of the halves of an orbit that settled, at which they are equal.
 SETTLED_HALVES = 1e-6
 
+# Bifurcations that the orbits of half the period, or symmetric, pass.
+HALVED = ("flip", "pitchfork")
+
 # Indices of nu and of l, the scale of lengths, among the parameters.
 NU, L = 0, 3
 # Least scale of impact velocities, as a share of nu l: on a branch from beside a grazing they grow beyond those there.
@@ -170,6 +173,7 @@ class _Known:
         self._problem = problem
         self._keys: list[Key] = []
         self._arrived: list[Key] = []
+        self._passed: list[tuple[Key, Law]] = []
         self._met: list[tuple[Key, Law]] = []
 
     def enter(
@@ -184,6 +188,8 @@ class _Known:
                 continue
             key = _key(branch, event)
             self._met.append((key, law))
+            if not event.reason:
+                self._passed.append((key, law))
             if not self._find(self._keys, key):
                 self._keys.append(key)
                 new.append((index, key))
@@ -197,8 +203,11 @@ class _Known:
         return self._find([other for other, met in self._met if met == law], key)
 
     def is_reached(self, key: Key, seed: Seed) -> bool:
-        """Return whether a branch that began elsewhere has ended at the bifurcation of a seed, along its branch."""
-        return self._find(self._arrived, key) and self.is_met(key, seed)
+        """Return whether the branch of a seed, followed from elsewhere, has ended at its bifurcation or passed it."""
+        law = _law(seed.curve)
+        passed = [other for other, own in self._passed if own == law]
+        is_met = self._find(self._arrived, key) and self.is_met(key, seed)
+        return is_met or (key[0] in HALVED and self._find(passed, key))
 
     def _find(self, keys: list[Key], key: Key) -> bool:
         """Return whether a bifurcation is among some."""

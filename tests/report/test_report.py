@@ -118,7 +118,8 @@ def test_supports_of_a_housing_that_slides_are_no_ground(solved):
     assert drawing_of(sliding)["housing"]
     assert model_line(sliding).text.startswith("(ẍ + Ẍ) + hẋ + x = f sin ντ")
     rows = {row.symbol: row.words for row in side_of(sliding).rows}
-    assert rows["d₁"] == "friction along x"
+    assert rows["d₁"] == "housing friction along x"
+    assert rows["κ"] == "mass ratio m/M"
 
 
 def test_parameters_in_si_have_their_units(solved):

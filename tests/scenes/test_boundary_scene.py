@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from pathlib import Path
 
 import numpy as np
@@ -133,8 +134,11 @@ def test_the_answers_count_curves_and_meetings(datasets):
     curves, meet = answers({"borders": dataset})["borders"]
     number = np.unique(dataset["curve_id"]).size
     assert curves.lead == f"{amount_text(number, 'curve').capitalize()} part the motions."
-    assert curves.rest.startswith("Among them are ")
-    assert meet.rest.startswith("Among these is ")
+    assert curves.rest.startswith(("Among them are ", "They are "))
+    assert re.fullmatch(r"Curves meet at [a-z-]+ points?\.", meet.lead)
+    assert re.fullmatch(
+        r"(At [a-z-]+ of them|There) .* (meet|twice|begins|rest|direction)\.", meet.rest
+    )
     assert "," not in curves.rest
 
 

@@ -20,6 +20,7 @@ FEW = 3  # values that are listed
 WORDS = {"m": "mass", "C": "stiffness"} | {
     name: each.words for each in PARAMETERS for name in (each.name, physical_name(each.name))
 }
+WORDS["M"] = "mass of the housing"
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
 # Restitution of each support, and the names of the stiffness without which it is rigid.
 RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
@@ -31,7 +32,7 @@ FORCES = {
     and (entry.dimension == "force" or THROUGH_OTHERS.get(entry.non_dimensional))
     for each in (name, entry.non_dimensional)
 }
-LETTERS = SYMBOLS | {each.name: each.letter for each in PARAMETERS}
+LETTERS = SYMBOLS | {each.name: each.plain for each in PARAMETERS}
 
 
 def side_of(datasets: Datasets) -> Side:

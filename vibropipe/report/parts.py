@@ -13,7 +13,6 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.figures.units import LOWERED
-from vibropipe.words.exciter import PARAMETERS
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
 DASH = "–"
@@ -25,7 +24,6 @@ Datasets = Mapping[str, xr.Dataset]
 # Heads and first cells that are names of quantities -> what is written.
 SYMBOLS = {
     **PLAIN_SYMBOLS,
-    **{each.name: f"{each.plain} {each.letter}" for each in PARAMETERS if each.letter != each.plain},
     "multiple": "m", "impacts_1": "struck, support 1", "impacts_2": "struck, support 2",
     "mean": "mean",
     "multipliers": "multipliers",

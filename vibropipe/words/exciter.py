@@ -148,11 +148,11 @@ class OfExciter:
         effect="no_pull", twin="contact_1",
     )
     load: float = parameter_record(
-        FINITE, 0.0, "$q$", "load", "constant force", "constant force",
+        FINITE, 0.0, "$q$", "q", "constant force", "constant force",
         "Constant force", "force", Physical("load"), effect="load", sign=-1,
     )
     friction: float = parameter_record(
-        NOT_NEGATIVE, 0.0, "$d$", "friction", "dry friction", "dry friction",
+        NOT_NEGATIVE, 0.0, "$d$", "d", "dry friction", "dry friction",
         "Dry friction", "force", Physical("friction"), effect="friction",
     )
     friction_ratio: float = parameter_record(
@@ -173,7 +173,7 @@ class OfExciter:
     )
     mass_ratio: float = parameter_record(
         NOT_NEGATIVE, 0.0, r"$\kappa$", "κ", "ratio of the mass to that of the housing, 0 if that is fixed",
-        "sliding housing",
+        "mass ratio m/M",
         "Ratio of the mass to the mass of the housing that carries the supports; without it the housing is fixed",
         physical=Physical(
             "M", "$M$", "M", "mass of the housing",
@@ -183,13 +183,13 @@ class OfExciter:
     )
     housing_friction_1: float = parameter_record(
         NOT_NEGATIVE, 0.0, "$d_1$", "d₁", "dry friction of the housing that slides up",
-        "friction along x",
+        "housing friction along x",
         "Dry friction against a housing that slides in the direction of x, for mass_ratio > 0", "force",
         Physical("D1", "$D_1$", "D₁"), effect="housing", twin="housing_friction_2",
     )
     housing_friction_2: float = parameter_record(
         NOT_NEGATIVE, 0.0, "$d_2$", "d₂", "dry friction of the housing that slides down",
-        "friction against x",
+        "housing friction against x",
         "Dry friction against a housing that slides against x, for mass_ratio > 0", "force",
         Physical("D2", "$D_2$", "D₂"), effect="housing", twin="housing_friction_1",
     )

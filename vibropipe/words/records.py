@@ -172,11 +172,6 @@ class Parameter:
         object.__setattr__(self, "name", name)
 
     @property
-    def letter(self) -> str:
-        """The symbol as plain text where `plain` is a word: q of the load."""
-        return self.plain if self.plain != self.name else self.symbol.strip("$")
-
-    @property
     def description(self) -> str:
         """What the key means, with the default, as a sentence."""
         words = self.range.words

@@ -10,7 +10,7 @@ from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
 from vibropipe.scenes.boundary.levels import shown_levels
-from vibropipe.scenes.boundary.text import boundary_answers, meeting_name, plane
+from vibropipe.scenes.boundary.text import boundary_answers, change_text, meeting_name, plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
@@ -43,7 +43,8 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
             ]
         )
     where = f"({in_brackets(symbol_text(dataset[x]), dataset[x])}, {in_brackets(symbol_text(dataset[y]), dataset[y])})"
-    note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets."
+    note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets"
+    note += f"{change_text(dataset)}."
     if curves.size > longest.size:
         note += f" Left out: {amount_text(curves.size - longest.size, 'shorter curve')}."
     head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]

@@ -7,7 +7,7 @@ from collections.abc import Collection, Iterator
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text, number_word, times_word
+from vibropipe.figures.motion_words import amount_text, changing_text, number_word
 from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.boundary.levels import level_numbers, shown_levels
@@ -96,12 +96,18 @@ def describe_boundaries(
         curves_text(dataset),
         f"Levels: {'; '.join(levels)}" if levels else "",
         f"Not drawn: {series(left_out)}" if left_out else "",
-        "Circles: curves meet" if marks(dataset).any() else "",
+        f"Circles: curves meet{change_text(dataset)}" if marks(dataset).any() else "",
         "Colours: the motions that settle; where they change without a curve, another orbit attracts the start"
         if regimes is not None
         else "",
         dataset.attrs.get("incomplete", ""),
     )
+
+
+def change_text(dataset: xr.Dataset) -> str:
+    """Write what a change is, after a caption or a note; empty if no curve meets one."""
+    changes = dataset["meeting_kind"].values == FLAGS["meeting_kind"]["change"]
+    return f"; change: {changing_text(dataset)}" if changes.any() else ""
 
 
 def curves_text(dataset: xr.Dataset) -> str:
@@ -110,7 +116,9 @@ def curves_text(dataset: xr.Dataset) -> str:
     numbers = {
         name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
     }
-    listed = series(f"{number_word(number)} of {name}" for name, number in numbers.items())
+    listed = series(
+        amount_text(number, name, PLURALS.get(name)) for name, number in numbers.items()
+    )
     sought = [*dataset.attrs.get("sought", "").split()]
     sought += [level.text for level in shown_levels(dataset)]
     none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
@@ -129,8 +137,9 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
     rest = f"{they} {kinds}." if "," not in kinds else f"Among them are {kinds.partition(',')[0]}."
     answers = [Answer(f"{lead} {verb} the motions.", rest)]
-    if met := meetings_text(dataset):
-        answers.append(Answer("Curves meet where two conditions hold at once.", met))
+    met, rest = meetings_text(dataset)
+    if met:
+        answers.append(Answer(f"Curves meet at {met}.", rest))
     return [*answers, *levels]
 
 
@@ -147,15 +156,30 @@ def _level_answers(dataset: xr.Dataset) -> list[Answer]:
     return answers
 
 
-def meetings_text(dataset: xr.Dataset) -> str:
-    """Write which bifurcations meet most often, and how often; empty if none do."""
+# What happens where curves meet, by the kind of meeting.
+MET = {
+    "cusp": "two folds meet",
+    "grazing fold": "a grazing and a fold meet",
+    "grazing flip": "a grazing and a flip meet",
+    "grazing pitchfork": "a grazing and a pitchfork meet",
+    "double grazing": "an orbit grazes twice",
+    "degenerate flip": "a flip changes its direction",
+    "degenerate pitchfork": "a pitchfork changes its direction",
+    "chatter": "chatter begins",
+    "rest": "the mass comes to rest",
+}
+
+
+def meetings_text(dataset: xr.Dataset) -> tuple[str, str]:
+    """Write at how many points curves meet, and what happens there most often; empty if they meet nowhere."""
     codes = dataset["meeting_kind"].values[marks(dataset)]
     if not codes.size:
-        return ""
+        return "", ""
     found, amounts = np.unique(codes, return_counts=True)
-    name = meeting_name(flag_texts("meeting_kind")[int(found[amounts.argmax()])])
-    among = "Among these is" if found.size > 1 else "This is"
-    return f"{among} {name}, {times_word(int(amounts.max()))}."
+    kind = flag_texts("meeting_kind")[int(found[amounts.argmax()])]
+    what = changing_text(dataset) if kind == "change" else MET[kind]
+    where = "There" if found.size == 1 else f"At {number_word(int(amounts.max()))} of them"
+    return amount_text(codes.size, "point"), f"{where} {what}."
 
 
 def meeting_name(kind: str) -> str:

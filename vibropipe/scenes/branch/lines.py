@@ -157,7 +157,7 @@ PLURALS = {
     "flip": "flips",
     "pitchfork": "pitchforks",
     "grazing": "grazings",
-    "change": "changes of contacts, turns, sticks or slips",
+    "change": "changes",
     "Neimark-Sacker bifurcation": "Neimark-Sacker bifurcations",
 }
 

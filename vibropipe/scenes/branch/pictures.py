@@ -7,7 +7,7 @@ from typing import Any
 
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import coexistence, draw_branches
@@ -24,7 +24,6 @@ from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 
 MAX_TITLE = 85  # letters
-CHANGES = "Changes: contacts, turns, sticks or slips of the orbit begin or end"
 
 
 def title_branches(
@@ -71,7 +70,7 @@ def describe_branches(
         "Bars below: where at least two of these motions are stable"
         if coexistence(dataset)
         else "",
-        CHANGES if "change" in kinds_present(dataset) else "",
+        f"Change: {changing_text(dataset)}" if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",
         f"Tied: {ties.replace('; ', ', ')}" if ties else "",
         dataset.attrs.get("incomplete", ""),

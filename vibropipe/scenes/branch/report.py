@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most, inwards
-from vibropipe.figures.motion_words import amount_text, number_word, words_of
+from vibropipe.figures.motion_words import amount_text, changing_text, number_word, words_of
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
@@ -58,6 +58,8 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     note = f"Values of {symbol_text(axis)}"
     if any(DASH in row for row in rows):
         note += "; a dash: it goes on to the end of the range"
+    if any("change" in row for row in rows):
+        note += f"; change: {changing_text(dataset)}"
     note += ". Mirror images are listed once." if len(kept) < len(stretches) else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."

@@ -73,6 +73,11 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     assert rows["free"] == ["log full", "–", "–", Status.LOG_FULL.remedy]
     assert rows["response"][1] == f"{number} of 363"
     assert rows["response"][2] == "ν = 2.415 … 2.595, f = 0.1 … 0.5"
+    # a motion that is known to be aperiodic in its window is a result
+    status = regime.copy(data=np.where(regime == Regime.APERIODIC, Status.MAX_PERIODS, Status.OK))
+    assert (status == Status.MAX_PERIODS).any()
+    chaos = datasets | {"response": datasets["response"].assign(status=status)}
+    assert report_data(study, chaos, {})["fixed"] == 0
 
 
 FILLED = 0.65
@@ -219,7 +224,9 @@ def test_a_scene_with_a_caption_of_its_own_keeps_the_title_of_its_picture(solved
     assert scene.title == ""
     _, _, datasets = solved
     entries = report_data(study_of({"a_b": scene}), {"a_b": datasets["free"]}, {})
-    assert entries["hero"]["title"].startswith("Both supports are struck, hardest at ")
+    assert entries["hero"]["title"].startswith(
+        ("Both supports are struck, hardest at ", "Supports 1 and 2 are struck, hardest at ")
+    )
     bare = datasets["free"].drop_dims(["impact", "grazing", "rest"], errors="ignore")
     entries = report_data(study_of({"a_b": scene}), {"a_b": bare}, {})
     assert entries["hero"]["title"] == "A b"

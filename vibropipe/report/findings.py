@@ -14,6 +14,7 @@ import xarray as xr
 from vibropipe.figures.text import format_number, plain_symbol_of, status_words, with_units
 from vibropipe.report.parts import DASH, Datasets, Table
 from vibropipe.solve.shown_units import shows_cycles
+from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import VOCABULARY
 
@@ -33,7 +34,7 @@ def unsolved_table(datasets: Datasets) -> Table | None:
 
 
 def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
-    """Return a row of the table for each status other than ok of a scene."""
+    """Return a row of the table for each status other than ok of a scene; aperiodic motions are results."""
     if "status" not in dataset:
         return []
     status = dataset["status"]
@@ -42,6 +43,10 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         if code == Status.OK:
             continue
         mask = status == code
+        if "regime" in dataset and code == Status.MAX_PERIODS:
+            mask &= dataset["regime"] != Regime.APERIODIC  # a motion that is known, in a window
+            if not mask.any():
+                continue
         number = f"{int(mask.sum()):,} of {status.size:,}" if status.ndim else DASH
         # numbers of attractors mean nothing to a reader
         among = mask.any("attractor_id") if "attractor_id" in mask.dims else mask

@@ -68,7 +68,7 @@ def test_every_figure_and_table_is_there(report, data):
 def test_captions_of_the_author_stand_in_place_of_those_from_data(data):
     by_scene = {entry["name"]: entry for entry in [data["hero"], *items(data, "figure")]}
     assert by_scene["offset"]["caption"] == f"Look at {HOSTILE}."
-    assert by_scene["offset"]["title"].startswith("Both supports are struck, hardest at ")
+    assert by_scene["offset"]["title"].startswith("Supports 1 and 2 are struck, hardest at ")
     assert HOSTILE in [group["heading"] for group in data["groups"]]
     assert "impacts on support" in by_scene["free"]["caption"]
     assert by_scene["offset"]["alt"] != by_scene["offset"]["caption"]

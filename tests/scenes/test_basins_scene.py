@@ -220,7 +220,7 @@ def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
     share = np.sort(dataset.basin_share.values)[::-1]
     assert coexist.lead == "At least three motions coexist."
     assert f"{100 * share[0]:.1f}\u00a0% of the starts settle on A (no impact)" in coexist.rest
-    assert rest.lead == "Next to rest, the starts of the map lead to A (no impact)."
+    assert rest.lead == "Starts near rest settle on A (no impact)."
     assert f"{100 * float(dataset.border.mean()):.1f}\u00a0%" in rest.rest
     assert knock.lead == "Motion C is lost most easily."
     assert knock.rest.startswith("Beside its states, the map (steps of 0.103 in velocity)")

@@ -9,16 +9,34 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.figures.style import house_style
 from vibropipe.figures.text import digits, format_number
-from vibropipe.report.exciter import values_text
+from vibropipe.jobs.solving import solve_scene
+from vibropipe.report.exciter import bare_symbols, values_text
 from vibropipe.scenes.basins.text import basin_answers, creep_answers, safety_table
+from vibropipe.scenes.motion.captions import describe_motion
+from vibropipe.scenes.motion.findings import answers as motion_answers
+from vibropipe.scenes.motion.panels import draw_motion, panel_names
+from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.scenes.sweep.answers import progress_answer
-from vibropipe.scenes.sweep.maps import has_negative, value_norm
+from vibropipe.scenes.sweep.layout import MAX_SIDE
+from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
+from vibropipe.scenes.sweep.quantities import panels_of
+from vibropipe.study import load_study
 
 ROBOT = vp.Exciter.from_physical(
     m="0.2 kg", M="0.5 kg", C="8 N/mm", H="4 N s/m", l="3 mm", F="20 N", omega="60 Hz",
     D1="1.5 N", D2="4 N", R1=0.6, R2=0.6,
 )  # fmt: skip
+
+
+TWO_MOTIONS = """title: A housing that slides, and one that is held
+exciter: {l: 0.5, nu: 1.2, f: 0.8, h: 0.1, R1: 0.6, R2: 0.6}
+scenes:
+  moving: {kind: motion, exciter: {mass_ratio: 0.5, housing_friction_1: 0.1, housing_friction_2: 0.25},
+           settle_periods: 100, tau_end: 21, outputs: [motion, impacts, harmonics, stability]}
+  held: {kind: motion, settle_periods: 100, tau_end: 21, outputs: [motion, impacts, harmonics, stability]}
+"""
 
 
 @pytest.fixture(scope="module")
@@ -66,6 +84,39 @@ def test_basins_tell_how_fast_each_motion_creeps():
     assert told[1] == f"The housing creeps on A with {first} and B with {second}, along x."
     table = safety_table("s", found)
     assert [row[2] for row in table.rows] == [first, second]
+
+
+def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
+    lines = vp.sweep(ROBOT, {"nu": [0.6, 0.9, 1.2], "friction": [0.0, 0.01]})
+    first, *others = panels_of(lines)
+    assert first.series[0].name == "housing_velocity_mean"
+    assert len(others) <= MAX_SIDE
+    assert map_series(lines)[0].name == "housing_velocity_mean"
+    assert bare_symbols({"a": lines}) == "d"
+    assert bare_symbols({"a": sweep}) == ""
+
+
+def test_a_motion_shows_and_tells_how_the_housing_creeps(tmp_path):
+    file = tmp_path / "two.yaml"
+    file.write_text(TWO_MOTIONS, encoding="utf-8")
+    study = load_study(file)
+    moving, held = (solve_scene(study, name) for name in ("moving", "held"))
+    mean = format_number(float(moving.housing_velocity_mean), 3)
+    told = {each.lead: each.rest for each in motion_answers({"m": moving})["m"]}
+    assert told["The housing creeps along x."] == f"Its mean velocity is {mean}."
+    assert panel_names(moving)[-1] == "housing_velocity"
+    with house_style():
+        figure = draw_motion(moving)
+    (line,) = figure.axes[-2].lines[-1:]
+    assert (line.get_ydata() == moving.housing_velocity.values).all()
+    assert "velocity of the housing over" in describe_motion(moving)
+    (table,) = steady_tables({"m": moving})
+    assert table.rows[0][table.head.index("progression")] == format_number(
+        float(moving.housing_velocity_mean), 4
+    )
+    assert "Progression: mean velocity of the housing." in table.note
+    assert "housing_velocity" not in panel_names(held)
+    assert "housing" not in str(motion_answers({"m": held}))
 
 
 def test_a_force_that_a_scene_leaves_out_is_zero_there(sweep):

@@ -74,11 +74,13 @@ def is_without_meaning(name: str, datasets: Datasets) -> bool:
 
 
 def bare_symbols(datasets: Datasets) -> str:
-    """Return the capitals that are symbols also without a value beside them: those that name no motion."""
+    """Return the letters that are symbols also without a value beside them: capitals that name no motion, d and q."""
+    forces = "".join(SYMBOLS[name] for name in ("friction", "load") if has_value(name, datasets))
     if not any(is_physical(data) for data in datasets.values()):
-        return ""
+        return forces
     motions = max(data.sizes.get("attractor_id", 0) for data in datasets.values())
-    return "".join(each for each in "CFH" if string.ascii_uppercase.index(each) >= motions)
+    capitals = (each for each in "CFH" if string.ascii_uppercase.index(each) >= motions)
+    return "".join([*capitals, forces])
 
 
 def side_of_first(datasets: Datasets) -> Side:

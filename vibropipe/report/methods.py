@@ -30,6 +30,7 @@ def solved_line(datasets: Datasets) -> Line:
     parts = {method: {*method.split(", ")} for method in methods}
     whole = [each for each in methods if not any(parts[each] < other for other in parts.values())]
     texts = [method_words("; ".join(whole))] if whole else []
+    texts = ["the exact method" if text == "exact" else text for text in texts]
     asked = [value for data in datasets.values() if (value := number_of(data, "accuracy_asked"))]
     errors = [error for data in datasets.values() if (error := largest_error(data))]
     if asked:

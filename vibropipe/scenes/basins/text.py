@@ -177,9 +177,7 @@ def border_answer(dataset: xr.Dataset) -> Answer:
     index, is_start = at_rest(dataset)
     near = f"{percent(border)} of the starts have a neighbour in the map that settles elsewhere."
     if index is not None:
-        where = (
-            "From rest it settles on" if is_start else "Next to rest, the starts of the map lead to"
-        )
+        where = "From rest it settles on" if is_start else "Starts near rest settle on"
         return Answer(f"{where} {named(dataset, index)}.", near)
     many = "The start must be known well." if border >= MANY else "Few starts lie at a border."
     return Answer(many, near)

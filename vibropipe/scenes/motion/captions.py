@@ -33,6 +33,7 @@ from vibropipe.scenes.motion.panels import panel_names, window
 from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import count, series
 
+PANEL_WORDS = {"housing_velocity": "velocity of the housing"}
 SAME = 1e-3  # relative difference of speeds that are told as one
 
 
@@ -40,7 +41,7 @@ def describe_motion(
     dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
 ) -> str:
     """Return the caption of the curves: impacts, grazings, rests, steady state, deviation from exact."""
-    curves = series(panel_names(dataset, show)).capitalize()
+    curves = capital(series(PANEL_WORDS.get(name, name) for name in panel_names(dataset, show)))
     time = dataset[clock(dataset)]
     first, last = window(dataset, periods)
     span = f"{format_number(first)} … {format_number(last)}"
@@ -89,10 +90,12 @@ def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
         tails.append("the mass rests at times")
     velocity = dataset["impact_velocity"]
     hard = with_units(velocity, speeds_text(list(struck.values())))
+    tops = {format_number(float(speeds.max())) for speeds in struck.values()}
     if not struck or not any(speeds.max() for speeds in struck.values()):
         text = f"{NO_SUPPORT_STRUCK} with a velocity" if struck else NO_SUPPORT_STRUCK
     elif len(struck) == 2:
-        text = f"Both supports are struck, {hard}"
+        who = "Both supports" if len(tops) == 1 else "Supports 1 and 2"
+        text = f"{who} are struck, {hard}"
     else:
         text = f"Only support {next(iter(struck))} is struck, {hard}"
     return "; ".join([text, *tails])

@@ -8,7 +8,7 @@ from collections.abc import Iterable, Mapping
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import stability_text
+from vibropipe.figures.motion_words import stability_text, way_of
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
 from vibropipe.report.findings import value_text
@@ -67,6 +67,7 @@ def answers(datasets: Datasets) -> Answers:
         ((name, dataset),) = datasets.items()
         found = [
             ramp_answer(dataset) or motion_answer(dataset),
+            creep_answer(dataset),
             certificate_answer(dataset),
             *exponent_answers(datasets),
             hardest_answer(datasets),
@@ -87,6 +88,7 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
     """Return what one motion does: its steady state, else what its record shows."""
     if not is_steady(dataset):
         text = seen_text(dataset).partition(",")[0].partition(";")[0]
+        text = text.replace("Supports 1 and 2", "Both supports")
         return Answer(f"{text} in the record.") if text else None
     tail = []
     text = orbit_text(dataset)
@@ -98,6 +100,21 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
             f"its mean displacement is {mean}" if tail else f"Its mean displacement is {mean}"
         )
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
+
+
+def creep_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how fast the steady state lets a housing creep, and which way; none where it is fixed or not known."""
+    if "housing_velocity_mean" not in dataset or dataset["housing_velocity_mean"].ndim:
+        return None
+    mean, most = (dataset[f"housing_velocity_{name}"] for name in ("mean", "max"))
+    if not np.isfinite(float(mean)):
+        return None
+    way = way_of(float(mean), float(most))
+    if way is None:
+        return Answer("The housing does not creep.")
+    return Answer(
+        f"The housing creeps {way}.", f"Its mean velocity is {value_text(mean, mean, 3)}."
+    )
 
 
 def ramp_headline(dataset: xr.Dataset) -> str:

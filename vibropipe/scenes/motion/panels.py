@@ -21,6 +21,7 @@ from vibropipe.figures.canvas import (
     label_region,
     new_canvas,
     panel,
+    plain_ticks,
     support_bands,
     zero_line,
 )
@@ -37,7 +38,8 @@ from vibropipe.figures.style import EXACT_COLOUR, rasterise_many
 from vibropipe.figures.text import axis_label, clock, is_forced, times_of
 from vibropipe.scenes.motion.curves import curve, forcing_period, jumps, velocities_at_impacts
 
-HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8}  # cm
+HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8, "housing_velocity": 1.8}  # cm
+LABEL_LETTERS = 14  # of a line of the label of an axis
 LEFT, BOTTOM, TOP, GAP = 1.6, 1.1, 0.55, 0.45  # cm
 TIME_CM, PLANE_LEFT, PLANE_CM = 8.3, 11.75, 4.05
 WALL_SHARE = 0.16  # of the range of displacements, on each side
@@ -50,9 +52,13 @@ MANY_POINTS = 4000  # of a path, which is then a thin line
 
 
 def panel_names(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
-    """Return the panels among force, displacement, velocity: those of `show`, or all but a force that is zero."""
+    """Return the panels: those of `show`, or all but a force that is zero and a housing that is fixed."""
     absent = () if show or is_forced(dataset) else ("force",)
-    return [name for name in HEIGHTS if name in (show or HEIGHTS) and name not in absent]
+    return [
+        name
+        for name in HEIGHTS
+        if name in (show or HEIGHTS) and name not in absent and name in dataset
+    ]
 
 
 def draw_motion(
@@ -62,7 +68,7 @@ def draw_motion(
 
     dataset : a motion with samples, as `vp.simulate` returns it
     show : panels among force, displacement, velocity, then without the phase plane (default: all, without the force
-        if it is zero)
+        if it is zero, with the velocity of a housing that slides)
     periods : number of forcing periods to show, up to the end of the record (default: all)
     """
     view = window(dataset, periods)
@@ -76,9 +82,11 @@ def draw_motion(
         bottom -= HEIGHTS[name]
         ax = axes(figure, LEFT, bottom, width, HEIGHTS[name])
         ax.set(ylabel=axis_label(dataset[name]), xlim=view)
-        if name == "force":
+        if name not in limits:
             zero_line(ax)
-            ax.plot(dataset[clock(dataset)], dataset["force"], color=INK, linewidth=1.0)
+            ax.plot(dataset[clock(dataset)], dataset[name], color=INK, linewidth=1.0)
+            if name == "housing_velocity":
+                ax.set_ylabel(axis_label(dataset[name], width=LABEL_LETTERS))
         else:
             ax.set_ylim(limits[name])
             draw_over_time(ax, dataset, name, view)
@@ -86,6 +94,7 @@ def draw_motion(
             ax.tick_params(labelbottom=False)
         bottom -= GAP
     figure.axes[-1].set_xlabel(axis_label(dataset[clock(dataset)]))
+    plain_ticks(figure.axes[-1].xaxis, 7)
     figure.align_ylabels(figure.axes)
     panel(figure.axes[0], note="; ".join(marks_in(dataset, view)))
     if not show:

@@ -93,6 +93,8 @@ def note_text(shown: Sequence[str] | dict[str, list[str]], common: dict[str, str
     soft = any(name.startswith("force") for name in shown)
     both = "Force and contact" if any(name.startswith("contact") for name in shown) else "Force"
     texts.append(f"{both}: the largest of soft supports." if soft else "")
+    creeps = any(name.startswith("progression") for name in shown)
+    texts.append("Progression: mean velocity of the housing." if creeps else "")
     texts.append("Multiplier: largest modulus." if "multiplier" in shown else "")
     return " ".join(filter(None, texts))
 
@@ -116,6 +118,9 @@ def steady_columns(datasets: Datasets) -> dict[str, list[str]]:
     columns |= contact_columns(scenes)
     columns["rests"] = [format_number(rests(d)) for d in scenes]
     columns[with_unit("mean", scenes, "displacement_mean")] = [cell(mean(d)) for d in scenes]
+    if any("housing_velocity_mean" in d for d in scenes):
+        cells = [cell(float(d.get("housing_velocity_mean", math.nan))) for d in scenes]
+        columns[with_unit("progression", scenes, "housing_velocity_mean")] = cells
     for k in (0, 1):
         head = with_unit(f"harmonic {k + 1}", scenes, "displacement_amplitude")
         columns[head] = [cell(harmonic(d, k)) for d in scenes]

@@ -45,6 +45,7 @@ MAX_MAPS = 12
 LETTERS = 16  # of a line of a narrow label
 LEGEND_COLUMNS = 3
 DEFAULT_SHOW = (
+    "housing_velocity_mean",
     "impact_velocity_max",
     "displacement_mean",
     "displacement_amplitude",
@@ -128,8 +129,8 @@ def region_patches(regions: list[Region]) -> list[Patch]:
 def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
     """Return the quantities of the maps; of harmonics the first one.
 
-    Without `show` they are the largest velocity of impacts on either support, the constant part and the first
-    harmonic, DEFAULT_AMOUNT of those that the data have.
+    Without `show` they are the mean velocity of a housing, the largest velocity of impacts on either support, the
+    constant part and the first harmonic, DEFAULT_AMOUNT of those that the data have.
     """
     found: list[Series] = []
     for name in show or DEFAULT_SHOW:

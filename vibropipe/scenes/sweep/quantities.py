@@ -21,6 +21,7 @@ from vibropipe.words.vocabulary import ENERGIES, STEADY, drawn_by
 
 PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 DEFAULT_SHOW = (
+    "housing_velocity_mean",
     "displacement_amplitude",
     "displacement_mean",
     "impact_velocity_max",
@@ -168,6 +169,10 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
             panels += [Panel((each,)) for each in series]
         elif name == "impact_velocity_max":
             panels.append(Panel((Series(name, "support", None),)))
+        elif name == "displacement_amplitude" and is_shown(dataset, DEFAULT_SHOW[0]):
+            panels += [
+                Panel((each,)) for each in series[:2]
+            ]  # what the housing does takes the place of the third
         elif name != "impacts_per_period":
             panels += [Panel((each,)) for each in series]
     return panels

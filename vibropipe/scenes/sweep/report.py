@@ -26,7 +26,7 @@ from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series
 
 MAX_ROWS = 8  # of a table
 DIGITS = 3
@@ -57,7 +57,7 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
     ]
     left = sum(n for _, n in found[MAX_ROWS:])
     note = (
-        f"{len(found) - MAX_ROWS} more orbits share {share_text(left, regime.size)}."
+        f"{count(len(found) - MAX_ROWS, 'more orbit')}: {share_text(left, regime.size)}."
         if left
         else ""
     )

@@ -76,11 +76,13 @@ def test_every_entry_is_a_bar_with_words_impacts_and_bytes(costs):
 
 def test_the_answers_are_of_the_same_motion(costs):
     physics, less, outputs = answers(costs)
-    assert physics.lead == "Physics: dry friction 39 times."
+    assert physics.lead == "Physics: 39 times for dry friction."
     assert physics.rest == "Offset costs nothing."
     assert less.lead == "Less: nothing costs more."
-    assert outputs.lead == "Outputs: energy 1.6 times."
-    assert title_of(costs) == "Price list: dry friction and energy cost most"
+    assert outputs.lead == "Outputs: 1.6 times for energy."
+    assert title_of(costs) == "Price list: with as many impacts, dry friction and energy cost most"
+    few = costs.isel(motion=costs["time_ratio"].values < 50)
+    assert title_of(few) == "Price list: dry friction and energy cost most"
     costs["time_ratio"][2] = 1.01
     assert answers(costs)[0].lead == "Physics: nothing costs more."
 

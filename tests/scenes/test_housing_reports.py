@@ -19,6 +19,7 @@ from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.scenes.sweep.answers import progress_answer
+from vibropipe.scenes.sweep.captions import sweep_title
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.quantities import panels_of
@@ -92,6 +93,7 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert first.series[0].name == "housing_velocity_mean"
     assert len(others) <= MAX_SIDE
     assert map_series(lines)[0].name == "housing_velocity_mean"
+    assert sweep_title(lines).startswith("On the grid, the housing creeps fastest at ")
     assert bare_symbols({"a": lines}) == "d"
     assert bare_symbols({"a": sweep}) == ""
 

@@ -34,7 +34,7 @@ def group_answer(group: str, entries: list[Price]) -> Answer:
     free = [name(price) for price in entries if price.is_nothing]
     title = f"{group}: " if group else ""
     if dear:
-        lead = f"{title}{series(f'{name(p)} {ratio_text(p.ratio)} times' for p in dear)}."
+        lead = f"{title}{series(f'{ratio_text(p.ratio)} times for {name(p)}' for p in dear)}."
     else:
         lead = f"{title}{'nothing costs anything' if len(free) == len(entries) else 'nothing costs more'}."
     cheap = series(free)
@@ -49,11 +49,14 @@ def name(price: Price) -> str:
 
 
 def title_of(dataset: xr.Dataset) -> str:
-    """Return what the picture shows, as a sentence: the two dearest entries."""
-    dear = dearest(prices(dataset))[:MAX_NAMED]
+    """Return what the picture shows, as a sentence: the two dearest entries, and whether others have more impacts."""
+    found = prices(dataset)
+    dear = dearest(found)[:MAX_NAMED]
     if not dear:
         return "Price list: nothing costs more than what it is compared with"
-    return f"Price list: {series(name(price) for price in dear)} cost{'s' * (len(dear) == 1)} most"
+    whole = max(price.ratio for price in found) <= dear[0].ratio
+    among = "" if whole else "with as many impacts, "
+    return f"Price list: {among}{series(name(price) for price in dear)} cost{'s' * (len(dear) == 1)} most"
 
 
 # Deviation of a ratio from 1 that is nothing even without scatter: rounded to two digits the ratio is 1.0.

@@ -271,7 +271,7 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     rest = "" if number == len(lines) else "Some lines have none."
     # Between two rows without impacts none is known.
     if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
-        return Answer(f"Rows with impacts lie {only}.", rest)
+        return Answer(f"Impacts occur {only}.", rest)
     if possible.all():
         where = f"in all rows{solved} along {symbol}"
     else:

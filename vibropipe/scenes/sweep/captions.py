@@ -106,6 +106,8 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" on support {own.position + 1}"
         seen = f"Impacts{on} are hardest"
+    if own.name == "housing_velocity_mean":
+        seen = "The housing creeps fastest"
     # between its points a quantity may be larger
     seen = f"On the grid, {seen[0].lower()}{seen[1:]}"
     texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]

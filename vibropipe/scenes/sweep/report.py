@@ -162,16 +162,18 @@ def together_table(label: str, dataset: xr.Dataset) -> Table | None:
     found = differing_rows(dataset, axis)
     if len(found) < 2:
         return None
+    has_lines = any(each.point for each in found)
     rows = [
-        [each.point or "all", format_number(each.low, 5), format_number(each.high, 5)]
+        [each.point] * has_lines + [format_number(each.low, 5), format_number(each.high, 5)]
         for each in found
     ]
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
     note = "The widest ranges first. A followed motion may be left a row before it ends."
     title = "Rows in which the two directions are on different stable motions"
     return Table(
-        ["line", f"from {symbol}", f"to {symbol}"], rows[:MAX_ROWS], note, title=title, scene=label
-    )
+        ["line"] * has_lines + [f"from {symbol}", f"to {symbol}"], rows[:MAX_ROWS], note, title=title, scene=label,
+        left=int(has_lines),
+    )  # fmt: skip
 
 
 def energy_table(label: str, dataset: xr.Dataset) -> Table | None:

@@ -78,6 +78,16 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     assert (status == Status.MAX_PERIODS).any()
     chaos = datasets | {"response": datasets["response"].assign(status=status)}
     assert report_data(study, chaos, {})["fixed"] == 0
+    # one line tells what is one row of the table
+    few = datasets | {"response": bad["response"]}
+    entries = report_data(study, few, {})
+    assert entries["fixed"] == 0
+    (line,) = [line for line in entries["methods"] if line["name"] == "Unresolved"]
+    where = "ν = 2.415 … 2.595, f = 0.1 … 0.5"
+    assert (
+        line["text"]
+        == f"“response”: {number} of 363 rows, at {where}, too many impacts. {Status.MAX_IMPACTS.remedy}"
+    )
 
 
 FILLED = 0.65

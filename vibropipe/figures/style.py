@@ -32,7 +32,7 @@ from vibropipe.store import atomic_file, with_fingerprint
 
 FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
-SHRINKING = 0.82  # of indices and powers in formulas: 6.56 pt in labels, which print still resolves
+SHRINKING = 0.88  # of indices and powers in formulas: 7.04 pt in labels, and 6.5 in a report that has smaller pictures
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 NOTEBOOK_DPI = 110
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero

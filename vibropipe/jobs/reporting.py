@@ -23,7 +23,7 @@ from vibropipe.jobs.summary import ERROR, causes
 from vibropipe.jobs.up_to_date import stale_files, stale_scenes
 from vibropipe.report import typeset
 from vibropipe.report.exciter import bare_symbols, drawing_of, side_of
-from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_table
+from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_line, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
 from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
 from vibropipe.scenes.kind import Kind
@@ -119,7 +119,8 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     groups = _groups(study, labels, figures, answers, parts, hero)
     if study.table is not None:
         groups.insert(0, Group(items=[own_table(**dict(study.table)).as_data()]))
-    unsolved = unsolved_table({titles[name]: data for name, data in datasets.items()})
+    titled = {titles[name]: data for name, data in datasets.items()}
+    unsolved = unsolved_table(titled)
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
     side = (main.report.side or side_of)(
@@ -143,7 +144,10 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "hero": hero,
         "groups": [asdict(group) for group in groups],
         "fixed": int(unsolved is not None),
-        "methods": [asdict(line) for line in _methods(study, parts, datasets, sidecars)],
+        "methods": [
+            asdict(line)
+            for line in _methods(study, parts, datasets, sidecars, unsolved_line(titled))
+        ],
         "footer": footer(study.name, datasets, sidecars),
     }
 
@@ -249,7 +253,11 @@ def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table
 
 
 def _methods(
-    study: Study, parts: Mapping[Kind, Datasets], datasets: Datasets, sidecars: Sidecars
+    study: Study,
+    parts: Mapping[Kind, Datasets],
+    datasets: Datasets,
+    sidecars: Sidecars,
+    unsolved: Line,
 ) -> list[Line]:
     """Return the lines on methods and provenance, at most MAX_LINES; a description of the study comes first."""
     about = [
@@ -259,11 +267,12 @@ def _methods(
     own = [line for kind, data in parts.items() for line in kind.report.methods(data)]
     source = Path(study.source).name if study.source else ""
     last = [
+        unsolved,
         solved_line(datasets),
         model_line(datasets),
         again_line(study.name, source, datasets, sidecars),
     ]
-    room = max(MAX_LINES - len(about[:1]) - len(last), 0)
+    room = max(MAX_LINES - len(about[:1]) - sum(1 for line in last if line.text), 0)
     return [line for line in (*about, *own[:room], *last) if line.text]
 
 

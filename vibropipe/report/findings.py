@@ -12,7 +12,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, plain_symbol_of, status_words, with_units
-from vibropipe.report.parts import DASH, Datasets, Table
+from vibropipe.report.parts import DASH, Datasets, Line, Table
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -26,11 +26,28 @@ WIDTHS = ("2.7cm", "auto", "auto", "3.9cm", "1fr")
 
 
 def unsolved_table(datasets: Datasets) -> Table | None:
-    """Return a table of all rows and motions with a status other than ok; None if there are none."""
-    rows = [row for name, dataset in datasets.items() for row in unsolved_rows(name, dataset)]
+    """Return a table of all rows and motions with a status other than ok; None if `unsolved_line` tells them."""
+    rows = _all_unsolved(datasets)
     head = ["scene", "status", "rows", "among", "what to do"]
     note = NOTE + DASHES * any(DASH in row for row in rows)
-    return Table(head, rows, note, WIDTHS, left=5, title=TITLE) if rows else None
+    return Table(head, rows, note, WIDTHS, left=5, title=TITLE) if len(rows) > 1 else None
+
+
+def unsolved_line(datasets: Datasets) -> Line:
+    """Return the line on the rows of one status, or the motion, without a result; empty without or with several."""
+    rows = _all_unsolved(datasets)
+    if len(rows) != 1:
+        return Line("Unresolved", "")
+    ((name, status, number, where, remedy),) = rows
+    amount = f" {number} rows," if number != DASH else ""
+    place = f" at {where}," if where != DASH else ""
+    # of what is still changing nothing is to be done
+    todo = "" if status == status_words(Status.MAX_PERIODS) else f". {remedy}"
+    return Line("Unresolved", f"“{name}”:{amount}{place} {status}{todo}", plain=True)
+
+
+def _all_unsolved(datasets: Datasets) -> list[list[str]]:
+    return [row for name, dataset in datasets.items() for row in unsolved_rows(name, dataset)]
 
 
 def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:

@@ -46,6 +46,8 @@ def test_motions_at_a_whole_part_of_the_own_frequency_repeat_each_period() -> No
         (1e4, 10_000),
         (250.25, 1001),
         (7 / 11, 7),
+        (2.0**20, 2**20),
+        (1e7, 10_000_000),
     ],
 )
 def test_a_commensurable_motion_repeats_when_both_frequencies_do(nu: float, m: int) -> None:
@@ -138,6 +140,7 @@ def test_multiples_are_those_of_fractions() -> None:
             if math.gcd(m, q) == 1 and m != q:
                 p = vp.Exciter(nu=m / q, f=0.1, l=1.0).parameters()
                 assert undamped_multiple(p) == (m, q)
+    assert undamped_multiple(vp.Exciter(nu=1e-7, f=0.1, l=1.0).parameters()) == (1, 10_000_000)
     assert undamped_multiple(vp.Exciter(nu=1.0, f=0.1, l=1.0).parameters()) == (0, 0)
     assert undamped_multiple(vp.Exciter(nu=0.5, h=0.1, l=1.0).parameters()) == (0, 0)
 

@@ -16,8 +16,8 @@ MIN_SQUARE, MAX_SQUARE = 1e-280, 1e280
 # Largest argument of `sincos_turns`, in turns.
 MAX_TURNS = 2.0**30
 # Largest number of forcing periods, or of free vibrations, in which an undamped motion is sought to repeat, and of the
-# other; largest rounding of their ratio with which it is known to be whole.
-MAX_COMMENSURABLE, MAX_MULTIPLE, MAX_DOUBT = 10_000, 2.0**20, 1e-4
+# other, that where one of the first suffices, and largest rounding of their ratio with which it is known to be whole.
+MAX_COMMENSURABLE, MAX_MULTIPLE, MAX_WHOLE, MAX_DOUBT = 10_000, 2.0**20, 2.0**30, 1e-4
 # Relative rounding of a frequency with 15 digits, as spreadsheets write it: 1/7 is 0.142857142857143.
 FREQUENCY_ROUNDING = 2.0**-47
 
@@ -182,7 +182,7 @@ def undamped_multiple(p):
     for fewer in range(1, MAX_COMMENSURABLE + 1):
         product = fewer * rate
         rounding = FREQUENCY_ROUNDING * product
-        if not (rounding < MAX_DOUBT and product < MAX_MULTIPLE):
+        if not (rounding < MAX_DOUBT and product < (MAX_WHOLE if fewer == 1 else MAX_MULTIPLE)):
             break
         more = math.floor(product + 0.5)
         if abs(product - more) <= rounding:

@@ -79,6 +79,13 @@ def test_beyond_a_grazing_impacts_are_above_the_threshold(off: float) -> None:
         assert float(np.abs(row.impact_velocity).min()) > 1e-9 * 0.5
 
 
+@pytest.mark.parametrize("unit", [1.0, 3.0, 50.0, 1000.0, 1e6])
+def test_a_grazing_at_the_section_counts_once(unit: float) -> None:
+    """With l = 500 and f = 100 support 2 was grazed twice in an orbit."""
+    row = vp.steady_state(exactly_grazing(l=0.5 * unit, f=0.1 * unit))
+    assert row.grazings_per_orbit.values.max() == 1.0
+
+
 def test_rows_of_a_sweep_keep_grazings_out_of_impacts() -> None:
     f = 0.1 * (1.0 + np.array([-1e-3, 0.0, 1e-15]))
     rows = vp.sweep(exactly_grazing(), over={"f": f}, follow=("f", "up"))

@@ -24,6 +24,8 @@ NO_IMPACT, ONE_SIDED_1, ONE_SIDED_2 = (
     int(Regime.ONE_SIDED_2),
 )
 TWO_SIDED, WITH_REST = int(Regime.TWO_SIDED), int(Regime.WITH_REST)
+# Largest distance of one grazing from itself, in forcing periods: it is found within the root of rounding.
+SAME_GRAZING = 1e-6
 
 
 @jit_inline
@@ -54,10 +56,17 @@ def count_contacts(log, end, impacts, rests, largest) -> None:
 
 
 @jit
-def count_grazings(log, grazings) -> None:
-    """Add the grazings of the log of an orbit to `grazings`, (2,), for each support."""
-    for i in range(min(log.counts[GRAZINGS], log.grazing.size)):
+def count_grazings(log, m, grazings) -> None:
+    """Add the grazings of the log of an orbit to `grazings`, (2,), for each support.
+
+    m : its period multiple. One at the section is met at both ends of the log, and counts once.
+    """
+    n = min(log.counts[GRAZINGS], log.grazing.size)
+    for i in range(n):
         grazings[log.grazing_support[i] - 1] += 1.0
+    is_same = n > 1 and log.grazing_support[0] == log.grazing_support[n - 1]
+    if is_same and log.grazing[n - 1] - log.grazing[0] > m - SAME_GRAZING:
+        grazings[log.grazing_support[0] - 1] -= 1.0
 
 
 @jit

@@ -154,7 +154,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
         solve_without_contact(e, p, x, v, out, row, first, c)
     elif steady.kind == PERIODIC:
         write_orbit(e, p, steady, log, c, room.work, largest, out, row, first)
-        count_grazings(log, out.grazings[row])
+        count_grazings(log, steady.m, out.grazings[row])
         if out.exponent.size > 0:
             write_orbit_exponent(orbit_exponent(p, steady, out.impacts[row]), out.exponent, row)
     else:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import Instant, evaluate, phase_at, turns_at
+from vibropipe.march.grid import Instant, evaluate, phase_at, steps_until, turns_at
 from vibropipe.march.log import SHORT_FLIGHTS, log_grazing, log_impact, log_rest, record
 from vibropipe.march.roots import GRAZING
 from vibropipe.march.state import (
@@ -149,10 +149,9 @@ def release_before(grid, state, wait, end):
 @jit_inline
 def leave_support(e, p, grid, state, at, released, turn, log, samples):
     """Skip a rest up to `at`, and log it if it is `released` there, where the force has the phase `turn` in turns."""
-    at_step = at.period * grid.steps + at.step
-    record(samples, log.counts, p, grid, state.home, None, at_step, 0.0, at.theta)
-    waited = (at.period - state.period) * grid.steps + (at.step - state.step)
-    span = (waited + (at.theta - state.theta)) * grid.dt
+    waited = steps_until(grid, state, at)
+    record(samples, log.counts, p, grid, state, None, 0.0, waited)
+    span = waited * grid.dt
     housing, home = moved(p, state.housing, span, 0.0, 0.0), state.home
     if not released:
         return State(at.period, at.step, at.theta, home, 0.0, 0.0, REST, state.rest_start, housing)

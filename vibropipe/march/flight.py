@@ -208,7 +208,6 @@ def fly(e, p, grid, state, end, log, samples, c):
     limit = end.theta if last else 1.0
     fill_polynomial(e, p, grid, frame, state, limit, c)
     log.counts[POLYNOMIALS] += 1
-    at_step = state.period * grid.steps + state.step
     mode = state.mode
     held_on_support = False
     if e.rest is not None:
@@ -226,18 +225,8 @@ def fly(e, p, grid, state, end, log, samples, c):
         return state, ROOT_BOUND
     if grid.exact is None and kind == CROSSING:
         theta = refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c)
-    theta_end = limit if kind == NONE else state.theta + theta
-    record(
-        samples,
-        log.counts,
-        p,
-        grid,
-        state.home,
-        None if held_on_support else c,
-        at_step,
-        state.theta,
-        theta_end,
-    )
+    motion = None if held_on_support else c
+    record(samples, log.counts, p, grid, state, motion, 0.0, theta)
     if kind != NONE:
         after = apply_contact(e, p, grid, state, kind, at_near, c, theta, log)
         is_hop = grid.exact is None and at_near and mode != FLIGHT and theta <= SHORTEST_FLIGHT

@@ -307,6 +307,12 @@ def turns_at(grid, at):
     return at.period + (at.step + at.theta) / grid.steps
 
 
+@jit_inline
+def steps_until(grid, at, end):
+    """Return the time from an `Instant` or a state to an `Instant`, in steps."""
+    return (end.period - at.period) * grid.steps + (end.step - at.step) + (end.theta - at.theta)
+
+
 @jit
 def grid_time(turns, steps):
     """Return the `Instant` of a time in forcing periods, on a grid with `steps` steps per period."""

@@ -202,8 +202,17 @@ def is_full(log) -> bool:
 
 
 @jit
-def record(samples, counts, p, grid, home, c, at_step, origin, until, parts=None) -> None:
-    """Write the samples that fall in a step up to theta = until.
+def fill_samples(xs, vs, grid, c, parts, offset, sign) -> None:
+    """Write samples on a polynomial, at the places on it that `vs` holds; x is offset + sign y."""
+    # The compiler makes one loop of it that takes several samples at a time.
+    for i in range(vs.size):
+        y, w = evaluate(grid, c, vs[i])
+        xs[i], vs[i] = offset + sign * y, sign * (w * parts)
+
+
+@jit_inline
+def record(samples, counts, p, grid, state, c, begin, until, parts=1) -> None:
+    """Write the samples from `begin` to `until` steps after a state, on a polynomial from `begin` on.
 
     Parameters
     ----------
@@ -211,35 +220,31 @@ def record(samples, counts, p, grid, home, c, at_step, origin, until, parts=None
         None records nothing.
     counts : ndarray
         counts[SAMPLES] grows by the samples written.
-    p, grid, home : Parameters, StepGrid, int
+    p, grid, state : Parameters, StepGrid, State
     c : ndarray or None
-        Polynomial of the motion with its origin at theta = origin; None while the mass sticks to `home`.
-    at_step : int
-        The step, counted from tau = 0.
-    origin, until : float
+        Polynomial of the motion; None while the mass sticks to the support of the state.
+    begin, until : float
         In steps.
-    parts : int, optional
-        Parts of a step that the polynomial is written in: it is one in (theta - origin) parts.
+    parts : int
+        Parts of a step that the polynomial is written in.
     """
     if samples is not None:
-        i = counts[SAMPLES]
+        first = i = counts[SAMPLES]
+        at_step = state.period * grid.steps + state.step
         while i < samples.displacement.size:
             # Integer arithmetic: the time of sample i does not drift. Steps, times per_period.
             scaled_steps = i * samples.stride * grid.steps
             step = samples.start_step + scaled_steps // samples.per_period
             theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
-            if theta >= 1.0:
-                step, theta = step + 1, theta - 1.0
-            if step > at_step or (step == at_step and theta > until):
+            after = (step - at_step) + (theta - state.theta)
+            if after > until:
                 break
-            y, w = 0.0, 0.0
-            if c is not None:
-                if parts is None:
-                    y, w = evaluate(grid, c, theta - origin)
-                else:
-                    y, w = evaluate(grid, c, (theta - origin) * parts)
-                    w *= parts
-            samples.displacement[i] = to_displacement(p, home, y)
-            samples.velocity[i] = to_velocity(home, w)
+            samples.velocity[i] = (after - begin) * parts
             i += 1
         counts[SAMPLES] = i
+        xs, vs = samples.displacement[first:i], samples.velocity[first:i]
+        if c is None:
+            xs[:], vs[:] = to_displacement(p, state.home, 0.0), 0.0
+        else:
+            offset, sign = to_displacement(p, state.home, 0.0), to_velocity(state.home, 1.0)
+            fill_samples(xs, vs, grid, c, parts, offset, sign)

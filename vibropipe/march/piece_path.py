@@ -13,8 +13,8 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.fast_path import CURVATURE_MARGIN, SLOPE_MARGIN
-from vibropipe.march.grid import Instant
-from vibropipe.march.log import COMPUTED, SAMPLES, STEPS
+from vibropipe.march.grid import Instant, steps_until
+from vibropipe.march.log import COMPUTED, SAMPLES, STEPS, record
 from vibropipe.march.piece_events import (
     ANY,
     MAY_FAR,
@@ -31,7 +31,6 @@ from vibropipe.march.piece_housing import (
 )
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE, FORMS, extend_piece
 from vibropipe.march.piece_state import is_unloaded
-from vibropipe.march.piece_still import record_piece
 from vibropipe.march.state import FLIGHT, UNLOADED, State
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.flow import combine, exact_map, exact_map_of_second
@@ -201,12 +200,6 @@ def instant_after(grid, at, steps, share):
 
 
 @jit_inline
-def steps_until(grid, at, end):
-    """Return the time from an `Instant` or a state to an `Instant`, in steps."""
-    return (end.period - at.period) * grid.steps + (end.step - at.step) + (end.theta - at.theta)
-
-
-@jit_inline
 def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples, c):
     """Take steps along a piece until an event may happen in the next one, or the end of the march does.
 
@@ -289,7 +282,7 @@ def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples
             within = largest_housing_speed(log.pieces.housing, p, sigma, then, c, dt, 1.0)
             speed = max(speed, within)
         speed = max(speed, speed_at(state.housing, p, sigma * w1, elapsed + dt))
-        record_piece(samples, log.counts, p, grid, state, c, n / parts, (n + 1) / parts, parts)
+        record(samples, log.counts, p, grid, state, c, n / parts, (n + 1) / parts, parts)
         y, w, s, cc, s2, c2, acceleration = y1, w1, next_s, next_c, next_s2, next_c2, last
         departs = False
         n += 1

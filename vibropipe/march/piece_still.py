@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import numpy as np
-
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import (
     advance_rest,
 )
-from vibropipe.march.grid import Instant, evaluate, phase_at
+from vibropipe.march.grid import Instant, phase_at, steps_until
 from vibropipe.march.log import (
     SAMPLES,
     SHORT_FLIGHTS,
@@ -49,15 +47,13 @@ from vibropipe.march.state import (
     advance_time,
     is_before,
 )
-from vibropipe.physics.contact import frame_at, to_displacement, to_velocity
+from vibropipe.physics.contact import frame_at
 from vibropipe.physics.friction import jumps_at_slip, slip_wait
 from vibropipe.physics.housing import moved
 from vibropipe.physics.load import NEVER
 from vibropipe.words.status import Status
 
 OK = int(Status.OK)
-# One part of a step; a numpy integer, as the causes of pieces.
-ONE_PART = np.int64(1)
 
 
 @jit_inline
@@ -68,28 +64,6 @@ def next_instant(grid, at, theta):
     if at.step + 1 < grid.steps:
         return at.period, at.step + 1, 0.0
     return at.period + 1, 0, 0.0
-
-
-@jit_inline
-def record_piece(samples, counts, p, grid, state, c, begin, until, parts) -> None:
-    """Write the samples from `begin` to `until` steps after a state, on a polynomial from `begin` on.
-
-    Nothing without samples. parts : as for `record`.
-    """
-    if samples is not None:
-        i, at_step = counts[SAMPLES], state.period * grid.steps + state.step
-        while i < samples.displacement.size:
-            scaled_steps = i * samples.stride * grid.steps
-            step = samples.start_step + scaled_steps // samples.per_period
-            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
-            after = (step - at_step) + (theta - state.theta)
-            if after > until:
-                break
-            y, w = evaluate(grid, c, (after - begin) * parts)
-            samples.displacement[i] = to_displacement(p, state.home, y)
-            samples.velocity[i] = to_velocity(state.home, w * parts)
-            i += 1
-        counts[SAMPLES] = i
 
 
 @jit
@@ -107,9 +81,9 @@ def hold(e, p, grid, state, end, log, samples, c):
     limit = end.theta if state.period == end.period and state.step == end.step else 1.0
     for n in range(1, c.size):
         c[n] = 0.0
-    at_step, first = state.period * grid.steps + state.step, log.counts[SAMPLES]
-    record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, limit, ONE_PART)
-    span = (limit - state.theta) * grid.dt
+    first, held = log.counts[SAMPLES], limit - state.theta
+    record(samples, log.counts, p, grid, state, c, 0.0, held)
+    span = held * grid.dt
     housing = moved(p, state.housing, span, 0.0, 0.0)
     keep_still_housing(log, samples, first, p, grid, state, housing)
     extend_piece(log.pieces, span, state.y, 0.0)
@@ -141,10 +115,9 @@ def advance_held(e, p, grid, state, end, log, samples, c):
     for n in range(1, c.size):
         c[n] = 0.0
     c[0] = state.y
-    at_step, first = at.period * grid.steps + at.step, log.counts[SAMPLES]
-    record(samples, log.counts, p, grid, state.home, c, at_step, state.theta, at.theta, ONE_PART)
-    waited = (at.period - state.period) * grid.steps + (at.step - state.step)
-    span = (waited + (at.theta - state.theta)) * grid.dt
+    first, waited = log.counts[SAMPLES], steps_until(grid, state, at)
+    record(samples, log.counts, p, grid, state, c, 0.0, waited)
+    span = waited * grid.dt
     housing = moved(p, state.housing, span, 0.0, 0.0)
     keep_still_housing(log, samples, first, p, grid, state, housing)
     extend_piece(log.pieces, span, state.y, 0.0)
@@ -172,9 +145,8 @@ def advance_resting(e, p, grid, state, end, log, samples):
     """Skip a rest on a rigid support, as `advance_rest`, and log its pieces; return (state, whether released)."""
     first = log.counts[SAMPLES]
     after = advance_rest(e, p, grid, state, end, log, samples)
-    waited = (after.period - state.period) * grid.steps + (after.step - state.step)
     keep_still_housing(log, samples, first, p, grid, state, after.housing)
-    extend_piece(log.pieces, (waited + (after.theta - state.theta)) * grid.dt, 0.0, 0.0)
+    extend_piece(log.pieces, steps_until(grid, state, after) * grid.dt, 0.0, 0.0)
     if after.mode == REST:
         return after, False
     after = with_housing(e, p, grid, after, after.housing)

@@ -14,7 +14,7 @@ from vibropipe.march.contacts import (
     impact_at_end,
     support_at,
 )
-from vibropipe.march.grid import evaluate
+from vibropipe.march.grid import evaluate, steps_until
 from vibropipe.march.log import (
     GRAZINGS,
     IMPACTS,
@@ -24,6 +24,7 @@ from vibropipe.march.log import (
     STEPS,
     is_full,
     is_spent,
+    record,
 )
 from vibropipe.march.piece_events import (
     ANY,
@@ -66,10 +67,9 @@ from vibropipe.march.piece_path import (
     ensure_flow,
     flow_index,
     instant_after,
-    steps_until,
 )
 from vibropipe.march.piece_state import is_beyond, is_unloaded
-from vibropipe.march.piece_still import advance_held, advance_resting, hold, record_piece, step_end
+from vibropipe.march.piece_still import advance_held, advance_resting, hold, step_end
 from vibropipe.march.piece_transitions import (
     after_event,
     begin,
@@ -218,7 +218,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     if piece.in_contact:
         follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
     first = log.counts[SAMPLES]
-    record_piece(samples, log.counts, p, grid, state, c, 0.0, waited, parts)
+    record(samples, log.counts, p, grid, state, c, 0.0, waited, parts)
     home, mode = state.home, state.mode
     if theta > 0.0:
         mode = UNLOADED if is_unloaded(e, state) else FLIGHT

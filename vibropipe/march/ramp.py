@@ -100,9 +100,8 @@ def _fly(e, p, ramp, grid, state, end, log, samples, c):
         theta, kind, at_near = first_contact(grid, frame, state, c, y, theta, log.counts)
     if kind == STRIDE_LIMIT:
         return state, ROOT_BOUND
-    until = limit if kind == NONE else state.theta + theta
     motion = None if held else c
-    record(samples, log.counts, p, grid, state.home, motion, state.period, state.theta, until)
+    record(samples, log.counts, p, grid, state, motion, 0.0, theta)
     if kind != NONE:
         after = apply_contact(e, p, grid, state, kind, at_near, c, theta, log)
         return depart(e, p, grid, after, _turn(ramp, grid, after), end, log), OK

@@ -134,6 +134,17 @@ def test_a_free_vibration_is_an_orbit_of_its_own_period(nu: float) -> None:
         assert float(row.base_frequency) == pytest.approx(1.0, rel=1e-15)
 
 
+@pytest.mark.parametrize("nu", [0.7, 1.0])
+@pytest.mark.parametrize("supports", [{"k1": 50.0, "k2": 50.0}, {"k1": 50.0, "R2": 1.0}])
+def test_a_free_motion_against_soft_supports_is_not_aperiodic(
+    nu: float, supports: dict[str, float]
+) -> None:
+    """It repeats after a period of its own, which is not found; it had the label aperiodic."""
+    row = vp.steady_state(vp.Exciter(l=0.5, nu=nu, **supports), v0=0.7)
+    assert int(row.regime) == Regime.UNRESOLVED
+    assert int(row.period_multiple) == 0
+
+
 def test_multiples_are_those_of_fractions() -> None:
     for q in range(1, 40):
         for m in range(1, 40):

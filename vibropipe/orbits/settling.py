@@ -73,6 +73,7 @@ from vibropipe.orbits.window import WINDOW, record_period, write_sections
 from vibropipe.orbits.window_means import close_window
 from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.linear import undamped_multiple
+from vibropipe.physics.load import largest_force
 from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
 
@@ -296,7 +297,8 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
         write_sections(window, xs, vs, k)
     # Without damping, the derivatives at ever slower impacts grow where the motion does not.
     may_settle = kind == APERIODIC and (p.h == 0.0 or not is_seen_chaotic)
-    if may_settle and still_settles(p, sections, k, norm):
+    # No motion without a force is aperiodic: it repeats after a period of its own, or has not come to rest.
+    if may_settle and (largest_force(p) == 0.0 or still_settles(p, sections, k, norm)):
         kind, is_seen_chaotic = DRIFTING, False
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS

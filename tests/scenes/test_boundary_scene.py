@@ -18,8 +18,10 @@ from vibropipe.jobs.verify import verify
 from vibropipe.scenes.boundary.pictures import ends_of_axis
 from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
+from vibropipe.scenes.boundary.text import UNMARKED, meetings_text
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study
+from vibropipe.words.quantities import FLAGS
 
 STUDY = """
 title: Borders
@@ -215,3 +217,12 @@ def test_boundaries_and_basins_of_a_physical_study_are_in_si(tmp_path):
         with house_style():
             figure = picture.draw(dataset, scene.figure, {})
         assert any("(N)" in ax.get_ylabel() or "(m)" in ax.get_xlabel() for ax in figure.axes)
+
+
+@pytest.mark.parametrize("kind", [name for name in FLAGS["meeting_kind"] if name not in UNMARKED])
+def test_every_kind_of_meeting_has_a_sentence(kind: str) -> None:
+    codes = np.array([FLAGS["meeting_kind"][kind]])
+    where, what = meetings_text(xr.Dataset({"meeting_kind": ("meeting", codes)}))
+    assert where == "one point"
+    assert what.startswith("There ")
+    assert what.endswith(".")

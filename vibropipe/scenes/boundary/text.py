@@ -177,7 +177,7 @@ def meetings_text(dataset: xr.Dataset) -> tuple[str, str]:
         return "", ""
     found, amounts = np.unique(codes, return_counts=True)
     kind = flag_texts("meeting_kind")[int(found[amounts.argmax()])]
-    what = changing_text(dataset) if kind == "change" else MET[kind]
+    what = changing_text(dataset) if kind == "change" else MET.get(kind, f"a {kind} is met")
     where = "There" if found.size == 1 else f"At {number_word(int(amounts.max()))} of them"
     return amount_text(codes.size, "point"), f"{where} {what}."
 

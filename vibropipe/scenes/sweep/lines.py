@@ -213,10 +213,8 @@ MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
 BESIDE_CM = 0.03, 0.12, 0.24, 0.36  # cm from a line to a label beside it, more where it is steep
 TIGHT = 0.08  # cm less around a label beside its line
-STEP_CM, JUMP_CM = (
-    0.05,
-    0.4,
-)  # cm between points of a line that labels avoid; to a next point that lies across a jump
+STEP_CM = 0.05  # cm between points of a line that labels avoid
+JUMP_CM = 0.4  # cm to a next point that lies across a jump
 ON_LINE = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
 
 

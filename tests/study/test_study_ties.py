@@ -216,7 +216,8 @@ def test_scenes_of_a_study_share_its_ties(tmp_path, kind):
 @pytest.mark.parametrize(
     ("kind", "keys", "told"),
     [
-        ("boundary", "of: [fold], over: {nu: [1, 2], delta: [0, 0.1]}", "scenes.s.over.nu: must be left out"),
+        ("boundary", "of: [fold], over: {f: [1, 2], delta: [0, 0.1]}", "scenes.s.over.f: must be left out, since it"),
+        ("boundary", "of: [fold], over: {nu: [1, 2], mu: [0, 1]}", "scenes.s.over.mu: is an unknown key; must be "),
         ("basins", "over: {nu: [1, 2], x0: [0, 0.1], v0: [0, 1]}", "scenes.s.over.nu: must be left out"),
         ("branch", "along: {f: {from: 1, to: 1.2}}", "scenes.s.along.f: must be left out, since it is tied"),
         ("motion", "tau_end: 20, exciter: {f: 2}", "scenes.s.exciter.f: must be left out, since it is tied"),

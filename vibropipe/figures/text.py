@@ -279,9 +279,12 @@ def parameter_line(dataset: xr.Dataset) -> str:
 def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
     """Write the parameters that are not swept as plain text: ν = 1, f = −1, ...; and how parameters are tied."""
     shown = ", ".join(plain_value(dataset[name]) for name in shown_parameters(dataset, leave_out))
-    return "; tied: ".join(
-        filter(None, [shown, str(dataset.attrs.get("ties", "")).replace("; ", ", ")])
-    )
+    return "; tied: ".join(filter(None, [shown, ties_text(dataset)]))
+
+
+def ties_text(dataset: xr.Dataset) -> str:
+    """Write how parameters are tied: R2 = R1, h = 2 * zeta; empty if none are."""
+    return str(dataset.attrs.get("ties", "")).replace("; ", ", ")
 
 
 def sentences(*parts: str) -> str:

@@ -57,6 +57,8 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
 }
 # What the place of a bifurcation begins with, before the name of what is followed.
 PLACE = "bifurcation_"
+# What begins the name of a parameter somewhere, and where that is.
+AT_PLACES = {PLACE: "at the bifurcation", "meeting_": "at the meeting"}
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
 _NAME = re.compile(r"[A-Za-z]\w*")
 UNDEFINED = (
@@ -250,8 +252,9 @@ def own_attributes(name: str) -> dict[str, Any]:
     for suffix, (of, _) in SUFFIXES.items():
         if name.endswith(suffix):
             base, text = name.removesuffix(suffix), of
-    if base.startswith(PLACE):
-        base, text = base.removeprefix(PLACE), text.format("{} at the bifurcation")
+    for place, where in AT_PLACES.items():
+        if base.startswith(place):
+            base, text = base.removeprefix(place), text.format(f"{{}} {where}")
     return {"units": "1", "long_name": text.format(base), "symbol": base}
 
 
@@ -296,7 +299,7 @@ def describe(dataset: Described) -> Described:
     variables = dataset.variables
     own |= {str(name) for name in dataset.coords if variables[name].attrs.get("long_name") == name}
     own -= VOCABULARY.keys()
-    own |= {f"{PLACE}{name}" for name in own}
+    own |= {f"{place}{name}" for name in own for place in AT_PLACES}
     own |= {f"{name}{suffix}" for name in own for suffix in SUFFIXES}
     for name, variable in variables.items():
         if name in own:

@@ -19,10 +19,12 @@ from vibropipe.orbits.boundaries.system import (
 )
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.symmetry import halves_agree
+from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.steps import DOUBLING, GAP, GAP_SIDE, SLOWEST, SPEED, TESTS, UNIT
 from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.forced_flow import acceleration
 
 # Gap or impact speed next to which an orbit may touch twice at once, where the equations are singular.
@@ -39,8 +41,8 @@ class Box(NamedTuple):
 
     Attributes
     ----------
-    values : (7,) float
-        Parameters of the exciter.
+    values : (parameters,) float
+        Parameters of the exciter, and the names of one's own that vary.
     along : (2,) int
         Indices of the parameters that vary.
     low, high : (2,) float
@@ -63,6 +65,25 @@ class Box(NamedTuple):
     max_length: float
     effects: Effects = ALL_EFFECTS
     tied: Tied | None = None
+
+    @property
+    def names(self) -> tuple[str, str]:
+        """Names of what varies."""
+        names = Parameters._fields if self.tied is None else self.tied.names
+        first, second = (names[index] for index in self.along)
+        return first, second
+
+    def problem(self, values: np.ndarray, index: int, at: tuple[float, ...]) -> Problem:
+        """Return what is followed along one of both, from values at which the other is held."""
+        tied = self.tied
+        if tied is not None:
+            along, other = self.names[index], self.names[1 - index]
+            held = () if other in Parameters._fields else (other,)
+            tied = Tied(tied.ties, (along,), held)
+        return Problem(
+            values, int(self.along[index]), self.low[index], self.high[index], at, self.symmetric,
+            self.max_length, self.effects, tied=tied,
+        )  # fmt: skip
 
 
 def weights_of(sequence: Sequence, speed: float, further: Iterable[float]) -> np.ndarray:

@@ -41,6 +41,7 @@ from vibropipe.orbits.law.steps import (
     TRACE,
 )
 from vibropipe.physics.contact import support_position
+from vibropipe.physics.forced_flow import acceleration
 
 # Number of a point beside its tests: the time at which its orbit touches a support.
 TOUCHED = N_TESTS
@@ -221,8 +222,16 @@ class LawBoundary(LawZeros):
 
     def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
         """Return what a boundary meets where a margin is zero: a further touch of a support, or another change."""
-        kind = of.SPEED if test == SPEED else int(point.tests[MARGIN])
-        return TOUCHES[self.kind] if kind in (of.SPEED, of.GAP) else "change"
+        if test != SPEED:
+            if int(point.tests[MARGIN]) == of.GAP:
+                return TOUCHES[self.kind]
+            return "change" if self.effects.has_pieces else "rest"
+        if self.effects.has_pieces:
+            return TOUCHES[self.kind]
+        n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
+        p, support = self.parameters_of(point.u), int(self.sequence.codes[i, HOME])
+        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
+        return "chatter" if (pull > 0.0) == (support == 1) else TOUCHES[self.kind]
 
     def near_end(self, point: Point) -> str:
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""

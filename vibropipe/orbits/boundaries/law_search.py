@@ -8,30 +8,23 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.continuation.curve import Point
-from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import (
-    LawBoundary,
-    grazing_at,
-    in_least_periods,
-    touching,
-)
+from vibropipe.orbits.boundaries.law_curve import LawBoundary, touching
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
 from vibropipe.orbits.boundaries.search import (
     SWITCHED,
     Boundary,
     follow_both_ways,
+    is_known,
     new_levels,
 )
-from vibropipe.orbits.boundaries.seeds import KINDS, settled
-from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.boundaries.seeds import KINDS, MAX_CONTACTS, begin_at, begin_law, settled
+from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.symmetry import halved
 from vibropipe.orbits.branches.tree import follow_tree
-from vibropipe.orbits.law.curve import NO_TOUCH, LawCurve, LawZeros
+from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
-from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.row import row_parameters
@@ -45,8 +38,6 @@ SAME_STATE = 1e-6
 AHEAD = (1e-6, 1e-5, 1e-4, 1e-3)
 # Boundaries after which no more are sought.
 MAX_BOUNDARIES = 64
-# Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
-MAX_CONTACTS = 24
 
 
 class SettledPieces(NamedTuple):
@@ -84,7 +75,7 @@ def find_boundaries_of_pieces(
                 if marcher.is_spent:
                     return boundaries, False
                 is_short = sum(begun[0].contacts()) <= MAX_CONTACTS
-                if not is_short or is_no_motion(begun[1]) or _is_known(boundaries, *begun):
+                if not is_short or is_no_motion(begun[1]) or is_known(boundaries, *begun):
                     continue
                 if len(boundaries) == MAX_BOUNDARIES:
                     return boundaries, False
@@ -103,7 +94,9 @@ def _seeds(
     for event in branch.events:
         kind = "grazing" if event.kind == "change" else event.kind
         if kind in of and kind in KINDS:
-            yield from _begin(box, branch, event, KINDS[kind], marcher)
+            begun = begin_law(box, branch, event, KINDS[kind], marcher)
+            if begun is not None:
+                yield begun
     yield from level_curves(box, branch, levels, marcher)
 
 
@@ -130,10 +123,7 @@ def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> It
                     }
                 )
             )
-            problem = Problem(
-                orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
-                box.max_length, box.effects,
-            )  # fmt: skip
+            problem = box.problem(orbit.values, index, at)
             orbits_there.append((value, orbit.m, state))
             p = row_parameters(orbit.values.reshape(1, -1), 0)
             read = marcher.law_of(p, state, orbit.m, box.symmetric)
@@ -184,26 +174,6 @@ def _contains(
     )
 
 
-def _begin(
-    box: Box, branch: Branch, event: Event, kind: int, marcher: Marcher
-) -> Iterator[tuple[LawBoundary, Point]]:
-    """Yield the boundary through a bifurcation of a branch, if there is one, and its point there."""
-    point = branch.points[event.point]
-    curve = point.curve
-    law, u, touch = curve.sequence, point.u, NO_TOUCH
-    ends = branch.problem.values_at(point.value)[box.along]
-    if kind == GRAZINGS:
-        grazing = grazing_at(point)
-        if grazing is None:
-            return
-        law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
-    elif event.reason == "doubled":
-        law, u = halved(law, u, event.kind)
-    begun = begin_at(box, kind, law, u[: law.width * len(law.codes)], touch, ends, curve)
-    if begun is not None:
-        yield begun
-
-
 def _beyond(box: Box, boundary: Boundary, marcher: Marcher) -> Iterator[tuple[LawBoundary, Point]]:
     """Yield the boundaries that go on, by other events, where one ends, and their points there."""
     curve = boundary.curve
@@ -227,46 +197,8 @@ def _beyond(box: Box, boundary: Boundary, marcher: Marcher) -> Iterator[tuple[La
             else:
                 if curve.kind == GRAZINGS:
                     touch = touching(read.law, read.u, int(touch[1]), touch[2]).touch
-                begun = begin_at(box, curve.kind, read.law, events, touch, ahead[-2:], curve)
+                here = curve.scales, curve.marcher
+                begun = begin_at(box, curve.kind, read.law, events, touch, ahead[-2:], *here)
             if begun is not None and not is_no_motion(begun[1]):
                 yield begun
                 break
-
-
-def begin_at(
-    box: Box,
-    kind: int,
-    law: Law,
-    u: np.ndarray,
-    touch: tuple[float, float, float],
-    ends: np.ndarray,
-    like: LawZeros,
-) -> tuple[LawBoundary, Point] | None:
-    """Return the boundary of a law near some events and both parameters, and its point there; None if there is none."""
-    # A pitchfork is that of a law of half of the orbit.
-    if (kind == PITCHFORKS) != bool(law.mirrored) and kind in (PITCHFORKS, FLIPS):
-        return None
-    curve = LawBoundary(box, kind, law, touch, like.scales, like.marcher)
-    if sum(curve.contacts()) > MAX_CONTACTS:
-        return None
-    begun = settled(curve, np.concatenate([u, ends]))
-    least = in_least_periods(*begun) if begun is not None and kind == GRAZINGS else None
-    if begun is None or least is None:
-        return begun
-    again = LawBoundary(box, kind, least.law, least.touch, like.scales, like.marcher)
-    return settled(again, np.concatenate([least.u.T.ravel(), begun[1].u[-2:]]))
-
-
-def _is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:
-    """Return whether a point lies on a boundary that is known, or its mirror image does."""
-    if isinstance(curve, LevelCurve):
-        return curve.is_again(point, boundaries)
-    law = curve.sequence
-    keys = {law.key, law._replace(codes=law.image(law.codes)).key}
-    return any(
-        isinstance(each.curve, LawBoundary)
-        and each.curve.kind == curve.kind
-        and each.curve.sequence.key in keys
-        and each.curve.passes(each.points, point)
-        for each in boundaries
-    )

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point, Zero
 from vibropipe.continuation.path import Event, Mark, Step
-from vibropipe.march.piece_log import CAUSE, HOME
+from vibropipe.march.piece_log import CAUSE
 from vibropipe.orbits.boundaries.curve import BoundaryFollower, Box
 from vibropipe.orbits.boundaries.law_curve import DIFFERENCE, LawBoundary
 from vibropipe.orbits.boundaries.seeds import settled
@@ -20,14 +20,11 @@ from vibropipe.orbits.branches.following import PARENT_LENGTH, Branch
 from vibropipe.orbits.branches.linear import linear_state
 from vibropipe.orbits.branches.parents import AT_PARENT, NEAR_PARENT, PROBES, parent_ahead
 from vibropipe.orbits.branches.symmetry import doubled, halved, primitive
-from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import NO_TOUCH, LawZeros
 from vibropipe.orbits.law.law import SECTION, Law, without_events
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
-from vibropipe.orbits.law.steps import DOUBLING, MARGIN, SLOW_EVENT, SPEED, UNIT
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.forced_flow import acceleration
+from vibropipe.orbits.law.steps import DOUBLING, UNIT
 
 # Change of a quantity between two points, over its scale, that is rounding: a quantity may have its value in a region.
 NO_CHANGE = 1e-10
@@ -137,19 +134,6 @@ class LevelCurve(LawBoundary):
             and each.curve.passes(each.points, point)
             for each in others
         )
-
-    def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
-        """Return what a level curve meets where its orbit touches a support, or where other events begin or end."""
-        if test != SPEED:
-            if int(point.tests[MARGIN]) == of.GAP:
-                return "grazing"
-            return "change" if self.effects.has_pieces else "rest"
-        if self.effects.has_pieces:
-            return "grazing"
-        n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
-        p, support = self.parameters_of(point.u), int(self.sequence.codes[i, HOME])
-        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
-        return "chatter" if (pull > 0.0) == (support == 1) else "grazing"
 
 
 class LevelFollower(BoundaryFollower):

@@ -10,8 +10,9 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, BoundaryFollower, Box, followed, forms
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, LevelFollower, level_curves
-from vibropipe.orbits.boundaries.seeds import begin
+from vibropipe.orbits.boundaries.seeds import KINDS, begin, begin_law
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import seeds_at
@@ -71,12 +72,17 @@ def find_boundaries(
         for event in branch.events:
             if event.kind not in of:
                 continue
-            begun = begin(box, branch, event)
-            if begun is None or _is_known(boundaries, *begun) or is_no_motion(begun[1]):
+            # Kernels of impacts do not know what is tied.
+            begun = (
+                begin(box, branch, event)
+                if box.tied is None
+                else begin_law(box, branch, event, KINDS[event.kind], marcher)
+            )
+            if begun is None or is_known(boundaries, *begun) or is_no_motion(begun[1]):
                 continue
             boundaries.append(follow_both_ways(*begun))
         for curve, point in level_curves(box, branch, levels, marcher):
-            if not curve.is_again(point, boundaries):
+            if not is_known(boundaries, curve, point):
                 boundaries += new_levels(follow_both_ways(curve, point), boundaries)
     return boundaries
 
@@ -96,10 +102,7 @@ def _branches(box: Box, orbits: Iterable[Settled]) -> Iterator[Branch]:
             key = (float(orbit.values[along]), orbit.m, *_size(orbit.u))
             if _contains(passed, key):
                 continue
-            problem = Problem(
-                orbit.values, along, box.low[index], box.high[index], at, box.symmetric,
-                box.max_length, box.effects,
-            )  # fmt: skip
+            problem = box.problem(orbit.values, index, at)
             u = np.append(orbit.u, orbit.values[along])
             seed = seed_of_orbit(problem, orbit.m, orbit.supports, u, (1.0, -1.0))
             passed.append(key)
@@ -148,8 +151,22 @@ def _contains(
     )
 
 
-def _is_known(boundaries: Iterable[Boundary], curve: BoundaryCurve, point: Point) -> bool:
-    """Return whether a point lies on a boundary that is known."""
+def is_known(
+    boundaries: Iterable[Boundary], curve: BoundaryCurve | LawBoundary, point: Point
+) -> bool:
+    """Return whether a point lies on a boundary that is known, or its mirror image does."""
+    if isinstance(curve, LevelCurve):
+        return curve.is_again(point, boundaries)
+    if isinstance(curve, LawBoundary):
+        law = curve.sequence
+        keys = {law.key, law._replace(codes=law.image(law.codes)).key}
+        return any(
+            isinstance(each.curve, LawBoundary)
+            and each.curve.kind == curve.kind
+            and each.curve.sequence.key in keys
+            and each.curve.passes(each.points, point)
+            for each in boundaries
+        )
     alike = [
         each
         for each in boundaries

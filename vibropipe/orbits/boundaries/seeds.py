@@ -11,15 +11,27 @@ from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
+from vibropipe.orbits.boundaries.law_curve import (
+    LawBoundary,
+    grazing_at,
+    in_least_periods,
+    touching,
+)
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.following import Branch
-from vibropipe.orbits.branches.linear import linear_touch
+from vibropipe.orbits.branches.linear import linear_state, linear_touch
 from vibropipe.orbits.branches.sequence import Sequence
 from vibropipe.orbits.branches.symmetry import SAME_PARTS, halved, halves_agree, repeats
+from vibropipe.orbits.law.curve import NO_TOUCH as BY_LAW
+from vibropipe.orbits.law.law import Law, without_events
+from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.problem import Scales
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.row import row_parameters
 
 KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
+# Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
+MAX_CONTACTS = 24
 # Weighted speed below which an impact has none.
 NO_SPEED = 1e-6
 # Distance of a seed from the bifurcation that it begins at, weighted.
@@ -64,6 +76,67 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     speed = float(np.abs(u[n : 2 * n]).max())
     curve = BoundaryCurve(box, kind, sequence, touch, speed)
     return settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
+
+
+def begin_law(
+    box: Box, branch: Branch, event: Event, kind: int, marcher: Marcher
+) -> tuple[LawBoundary, Point] | None:
+    """Return the boundary by its law that passes through a bifurcation of a branch, and its point there, or None.
+
+    Parameters
+    ----------
+    box, branch, event
+        As for `begin`.
+    kind : int
+        A `Bifurcation`.
+    marcher : Marcher
+    """
+    if branch.curve is None:
+        values = branch.problem.values_at(branch.values[event.point])
+        p = row_parameters(values.reshape(1, -1), 0)
+        law, touch = touching(
+            without_events(1.0, 0), np.array([linear_state(p)]), *linear_touch(p)
+        )[::2]
+        u, scales = np.array(linear_state(p)), Scales(p.l, p.l * p.nu)
+        return begin_at(box, kind, law, u, touch, values[box.along], scales, marcher)
+    point = branch.points[event.point]
+    curve = branch.curve if point.curve is None else point.curve
+    law, u, touch = curve.sequence, point.u, BY_LAW
+    ends = branch.problem.values_at(point.value)[box.along]
+    if kind == GRAZINGS:
+        grazing = grazing_at(point._replace(curve=curve))
+        if grazing is None:
+            return None
+        law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
+    elif event.reason == "doubled":
+        law, u = halved(law, u, event.kind)
+    u = u[: law.width * len(law.codes)]
+    return begin_at(box, kind, law, u, touch, ends, curve.scales, marcher)
+
+
+def begin_at(
+    box: Box,
+    kind: int,
+    law: Law,
+    u: np.ndarray,
+    touch: tuple[float, float, float],
+    ends: np.ndarray,
+    scales: Scales,
+    marcher: Marcher,
+) -> tuple[LawBoundary, Point] | None:
+    """Return the boundary of a law near some events and both parameters, and its point there; None if there is none."""
+    # A pitchfork is that of a law of half of the orbit.
+    if (kind == PITCHFORKS) != bool(law.mirrored) and kind in (PITCHFORKS, FLIPS):
+        return None
+    curve = LawBoundary(box, kind, law, touch, scales, marcher)
+    if sum(curve.contacts()) > MAX_CONTACTS:
+        return None
+    begun = settled(curve, np.concatenate([u, ends]))
+    least = in_least_periods(*begun) if begun is not None and kind == GRAZINGS else None
+    if begun is None or least is None:
+        return begun
+    again = LawBoundary(box, kind, least.law, least.touch, scales, marcher)
+    return settled(again, np.concatenate([least.u.T.ravel(), begun[1].u[-2:]]))
 
 
 def settled(curve: Any, u: np.ndarray, reach: float = SEED_REACH) -> tuple[Any, Point] | None:

@@ -152,6 +152,11 @@ class LawZeros(Curve):
         self.set_ends(u[self.width * len(self.sequence.codes) :])
         return row_parameters(self.system.values, 0)
 
+    def stated(self, ends: np.ndarray) -> np.ndarray:
+        """Return the parameters (parameters,), as they are stated, at values of those that vary."""
+        self.set_ends(ends)
+        return self.system.values[0, : len(Parameters._fields)].copy()
+
     def set_ends(self, ends: np.ndarray) -> None:
         """Set the parameters that vary, and what follows them."""
         values = self.system.values[0]

@@ -17,12 +17,19 @@ class Tied:
     ----------
     ties : Ties
     by : sequence of str
-        The names that vary; those of one's own stand, in this order, after the parameters.
+        The names that vary.
+    held : sequence of str
+        Names of one's own that have a value and do not vary.
+
+    Attributes
+    ----------
+    names : tuple of str
+        Of the values: the parameters, and after them the names of one's own among both, in the order of the ties.
     """
 
-    def __init__(self, ties: Ties, by: Sequence[str]) -> None:
+    def __init__(self, ties: Ties, by: Sequence[str], held: Sequence[str] = ()) -> None:
         self.ties, self.by = ties, tuple(by)
-        self.names = (*Parameters._fields, *(name for name in by if name not in Parameters._fields))
+        self.names = (*Parameters._fields, *(name for name in ties.own if name in (*by, *held)))
         self.following = ties.following(by)
         self.places = np.array([self.names.index(name) for name in self.following], np.int64)
 

@@ -13,6 +13,7 @@ from pydantic import AfterValidator, Field
 from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names, effects_of
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
+from vibropipe.physics.ties import SAMPLES
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name, stored_values
 from vibropipe.scenes.keys.base import BaseScene, each_once
 from vibropipe.scenes.keys.checks import (
@@ -23,8 +24,8 @@ from vibropipe.scenes.keys.checks import (
     check_numbers,
     check_varied_supports,
 )
-from vibropipe.scenes.keys.parts import FigureOptions, Law, ParameterName, figure_key
-from vibropipe.scenes.keys.problems import Problem, describe, refused, required
+from vibropipe.scenes.keys.parts import FigureOptions, Law, VariedName, figure_key
+from vibropipe.scenes.keys.problems import Problem, argument_path, describe, refused, required
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import (
     Interval,
@@ -37,7 +38,8 @@ from vibropipe.scenes.keys.values import (
     refuse,
 )
 from vibropipe.solve.boundary.sought import BOUNDARIES, check_levels, level_of
-from vibropipe.words.parameters import PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.solve.branch.problem import followed_values
+from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.records import FINITE
 
 # Curves of a kind that some lines find, points of a curve, and the seconds and bytes of a point, as usual.
@@ -94,6 +96,7 @@ class BoundaryFigure(FigureOptions):
 class BoundaryScene(TiedScene):
     """Curves of bifurcations, and of values of quantities, in two parameters."""
 
+    FOLLOWS_TIES = True
     kind: Literal["boundary"] = Field(
         description="Curves of bifurcations, and of values of quantities, in two parameters."
     )
@@ -104,8 +107,8 @@ class BoundaryScene(TiedScene):
         description="Kinds of bifurcations, and quantities with their values, named as columns of tables are: "
         "`{impact_velocity_max_1: 0.8}`; with `physical` `{impact_velocity_max_1: 0.8 m/s}`."
     )
-    over: Annotated[dict[ParameterName, Interval], Field(min_length=2, max_length=2)] = Field(
-        description="Ends of both parameters, in the order of the axes."
+    over: Annotated[dict[VariedName, Interval], Field(min_length=2, max_length=2)] = Field(
+        description="Ends of both parameters, or names of one's own in `ties`, in the order of the axes."
     )
     law: Law | None = Field(
         default=None,
@@ -145,21 +148,24 @@ class BoundaryScene(TiedScene):
     def first_values(self) -> dict[str, float]:  # noqa: D102 - as TiedScene
         return {str(name): ends[0] for name, ends in self.over.items()}
 
-    def resolved_exciter(self) -> dict[str, float]:  # noqa: D102 - as BaseScene
-        return {
-            **super().resolved_exciter(),
-            **self.first_values(),
-        }
-
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
         # As a list, since the order is that of the axes.
         return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"], key=str)}
 
     def values(self) -> dict[str, Any]:
-        """Return each parameter with the ends of its values."""
+        """Return each parameter with the ends of its values; what is tied with those at samples of the box."""
         ends = {str(name): np.array(ends) for name, ends in self.over.items()}
-        return {**self.resolved_exciter(), **ends}
+        if self.tied():
+            ends |= self.tied_at(self.sampled())
+        known = {name: each for name, each in ends.items() if name in PARAMETERS}
+        return {**self.resolved_exciter(), **known}
+
+    def sampled(self) -> dict[str, Any]:
+        """Return what varies at samples of the box, in rows."""
+        ranges = [np.linspace(low, high, SAMPLES) for low, high in self.over.values()]
+        grids = np.meshgrid(*ranges)
+        return {str(name): grid.ravel() for name, grid in zip(self.over, grids, strict=True)}
 
     def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         return self.values()
@@ -185,19 +191,24 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
         return
     try:
+        values = scene.values()
+        at = {**DEFAULTS, **values, **scene.sampled()}
+        followed = followed_values(scene.tied(), at, scene.along)
         Exciter(**scene.resolved_exciter())
-        all_effects(scene.values(), pieces=True, housing=True)
-        check_first_harmonic(scene.values())
+        check_first_harmonic(values)
+        all_effects(values, pieces=True, housing=True)
     except ParameterError as error:
-        yield refused(("exciter", error.name), error)
+        path = argument_path(error)
+        yield refused(path if len(path) > 1 else ("exciter", *path), error)
         return
-    lows = {name: ends[0] for name, ends in scene.over.items()}
+    lows = {name: ends[0] for name, ends in scene.over.items() if name in PARAMETERS}
+    lows |= {name: float(np.min(each)) for name, each in followed.items()}
     yield from check_varied_supports(scene, "over", lows)
 
 
 def _levels(scene: BoundaryScene) -> Iterator[Problem]:
     """Check the quantities whose values are sought, as `vibropipe.boundary` does."""
-    largest = {name: ends[1] for name, ends in scene.over.items()}
+    largest = {name: np.max(each) for name, each in scene.values().items()}
     levels = [
         (n, name, value)
         for n, each in enumerate(scene.of)
@@ -211,7 +222,7 @@ def _levels(scene: BoundaryScene) -> Iterator[Problem]:
             yield refused(("of", n, name), error)
             continue
         try:
-            check_levels({**scene.resolved_exciter(), **largest}, [level])
+            check_levels(largest, [level])
         except ParameterError as error:
             yield refused(("exciter", error.name), error)
 

@@ -11,6 +11,7 @@ from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.boundary.boundary import boundary
 from vibropipe.solve.in_si import convert
 from vibropipe.solve.physical import stored
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import held_name
 
 if TYPE_CHECKING:
@@ -20,8 +21,12 @@ if TYPE_CHECKING:
 
 def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     """Follow the boundaries of a scene in memory."""
-    exciter = Exciter(**scene.resolved_exciter())
-    dataset = boundary(exciter, scene.sought, scene.along, scene.within, scene.lines, law=scene.law)
+    varied = set(scene.along)
+    stated = {name: value for name, value in scene.untied_exciter().items() if name not in varied}
+    ties = scene.tied().texts
+    dataset = boundary(
+        Exciter(**stated), scene.sought, scene.along, scene.within, scene.lines, law=scene.law, ties=ties,
+    )  # fmt: skip
     if progress is not None:
         progress(scene.row_count, scene.row_count)
     # without a curve, the data would not tell what was sought and where
@@ -37,7 +42,7 @@ def in_box(
     name: str, ends: tuple[float, float], mass_and_stiffness: tuple[float, float] | None
 ) -> np.ndarray:
     """Return the ends of a parameter of the box, in SI if the study states m and C."""
-    if mass_and_stiffness is None:
+    if mass_and_stiffness is None or name not in PARAMETERS:
         return np.array(ends)
     m, C = mass_and_stiffness
     return np.asarray(convert(name, np.array(ends), {"m": m, "C": C}))

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, changing_text, number_word
-from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences
+from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences, ties_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.boundary.levels import level_numbers, shown_levels
 from vibropipe.words.quantities import FLAGS
@@ -87,7 +87,7 @@ def describe_boundaries(
     dataset = of_kinds(dataset, show)
     x, y = (plain_symbol_of(dataset[name]) for name in plane(dataset))
     unstable = bool((dataset["stable"] == 0).any())
-    levels = [level.text for _number, level in level_numbers(dataset)]
+    levels, ties = [level.text for _number, level in level_numbers(dataset)], ties_text(dataset)
     what = ["bifurcations"] * (bool(kinds_present(without_levels(dataset))) or not levels)
     what += ["levels"] * bool(levels)
     return sentences(
@@ -100,6 +100,7 @@ def describe_boundaries(
         "Colours: the motions that settle; where they change without a curve, another orbit attracts the start"
         if regimes is not None
         else "",
+        f"Tied: {ties}" if ties else "",
         dataset.attrs.get("incomplete", ""),
     )
 

@@ -8,7 +8,7 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, changing_text
-from vibropipe.figures.text import sentences
+from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import coexistence, draw_branches
 from vibropipe.scenes.branch.keys import BranchFigure
@@ -63,7 +63,7 @@ def describe_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
     """Return the caption: what is drawn, and how many bifurcations there are."""
-    ties = str(dataset.attrs.get("ties", ""))
+    ties = ties_text(dataset)
     return sentences(
         f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable",
         f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
@@ -72,7 +72,7 @@ def describe_branches(
         else "",
         f"Change: {changing_text(dataset)}" if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",
-        f"Tied: {ties.replace('; ', ', ')}" if ties else "",
+        f"Tied: {ties}" if ties else "",
         dataset.attrs.get("incomplete", ""),
     )
 

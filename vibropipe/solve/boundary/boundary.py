@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
+from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -11,21 +12,29 @@ import numpy as np
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.search import Settled, find_boundaries
 from vibropipe.orbits.law.marching import Marcher
+from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics import limits
-from vibropipe.physics.effects import all_effects, check_first_harmonic
+from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
+from vibropipe.physics.ties import SAMPLES, Ties, stated_names
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
-from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, parameters_of
+from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
 from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
-from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
+from vibropipe.solve.branch.problem import (
+    KEEP_SYMMETRY,
+    check_ground,
+    followed_values,
+    is_symmetric,
+)
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.blocks import solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.with_units import are_with_units, plain_levels, plain_name, plain_values
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
+from vibropipe.words.records import FINITE
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
@@ -43,6 +52,7 @@ def boundary(
     lines: int = 12,
     max_step: float = 0.02,
     law: Sequence[int] | None = None,
+    ties: Mapping[str, Any] | None = None,
 ) -> xr.Dataset:
     """Follow the curves of bifurcations, and of values of quantities, in two parameters through a box.
 
@@ -90,11 +100,14 @@ def boundary(
         Period multiple and impacts on each support: only curves of orbits of this law, and the grazings at which its
         orbits begin, found as all others. Where mirror images are given once, either side may have the first number of
         impacts.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others, as for `sweep`: what is tied to a parameter that varies varies with it, and
+        so do names of one's own, which `along` may have. Curves of rigid supports then take some ten times as long.
 
     Returns
     -------
     xarray.Dataset
-        Over `point`, in order along each curve, both parameters under their own names and
+        Over `point`, in order along each curve, both parameters under their own names, what is tied to them, and
 
         curve_id
             Number of the curve.
@@ -152,32 +165,43 @@ def boundary(
             lines,
             max_step,
             law,
+            ties,
         )
         return to_physical(dataset, exciter)
     (kinds, levels), wanted = kinds_and_levels(of), None if law is None else check_law(law)
-    names = _check_along(along)
-    low, high = _check_box(exciter, names, within)
-    exciter = with_frequency(exciter, dict(zip(names, low.tolist(), strict=True)))
+    tied = Ties(ties)
+    names = _check_along(along, tied)
+    tied.check(stated_names(exciter), names, "along")
+    given = exciter
+    low, high, reached = _check_box(exciter, names, within, tied)
+    lows = {name: float(np.min(values)) for name, values in reached.items()}
+    exciter = with_frequency(exciter, lows)
     check_whole("lines", lines, limits.BOUNDARY_LINES)
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")
-    symmetric = is_symmetric(exciter) and set(names) <= set(KEEP_SYMMETRY)
-    indices = np.array([Parameters._fields.index(name) for name in names], np.int64)
-    ends = dict(zip(names, np.stack([low, high], axis=1), strict=True))
-    effects = all_effects({**vars(exciter), **ends}, pieces=True, housing=True)
-    check_ground(exciter, effects, dict(zip(names, low.tolist(), strict=True)))
-    check_levels({**vars(exciter), **dict(zip(names, high.tolist(), strict=True))}, levels)
-    box = Box(np.array(exciter.numbers()), indices, low, high, symmetric, length, effects)
-    rows = _settled(exciter, names, box, lines)
+    effects = all_effects({**vars(exciter), **reached}, pieces=True, housing=True)
+    names_of_effects = effect_names(effects, {**vars(exciter), **reached})
+    check_ground(exciter, effects, lows)
+    highs = {name: float(np.max(values)) for name, values in reached.items()}
+    check_levels({**vars(exciter), **highs}, levels)
+    exciter = tied.applied(exciter, dict(zip(names, low.tolist(), strict=True)) if tied else {})
+    follows = Tied(tied, names) if tied else None
+    known = Parameters._fields if follows is None else follows.names
+    own = [float(low[names.index(name)]) for name in known[len(Parameters._fields) :]]
+    box = Box(
+        np.array([*exciter.numbers(), *own]), np.array([known.index(name) for name in names], np.int64),
+        low, high, _stays_symmetric(exciter, names, reached, tied), length, effects, follows,
+    )  # fmt: skip
+    rows = _settled(given, names, box, lines, tied)
     quantities = Quantities(Marcher(effects))
     sought = quantities.levels(levels, exciter.l)
     if not effects.has_pieces:
-        orbits = [orbit for each in rows for orbit in _orbits_of(each)]
+        orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
         found = find_boundaries(box, orbits, kinds, sought)
-        return boundary_dataset(box, found, wanted, levels, quantities)
+        return boundary_dataset(box, found, wanted, levels, quantities, names_of_effects)
     curves, missing = boundaries_of_pieces(box, rows, kinds, effects, sought)
-    dataset = boundary_dataset(box, curves, wanted, levels, quantities)
+    dataset = boundary_dataset(box, curves, wanted, levels, quantities, names_of_effects)
     if missing:
         dataset.attrs["incomplete"] = f"{len(curves)} curves are {missing}"
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
@@ -191,24 +215,27 @@ def _levels_in(of: Any) -> list[Mapping[str, Any]]:
     return [each for each in listed if isinstance(each, Mapping)]
 
 
-def _check_along(along: tuple[str, str]) -> tuple[str, str]:
+def _check_along(along: tuple[str, str], ties: Ties) -> tuple[str, str]:
     """Return the names of both parameters, or raise a ParameterError."""
-    names = () if isinstance(along, str) else tuple(along)
-    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= set(FOLLOWED):
-        raise ParameterError("along", along, f"two of {', '.join(FOLLOWED)}")
+    names, known = () if isinstance(along, str) else tuple(along), (*FOLLOWED, *ties.own)
+    if len(set(names)) != 2 or len(names) != 2 or not set(names) <= {*known}:
+        raise ParameterError("along", along, f"two of {', '.join(known)}")
     return names[0], names[1]
 
 
 def _check_box(
-    exciter: Exciter, names: tuple[str, str], within: Any
-) -> tuple[np.ndarray, np.ndarray]:
-    """Return the lower and upper ends of both parameters, or raise a ParameterError."""
+    exciter: Exciter, names: tuple[str, str], within: Any, ties: Ties
+) -> tuple[np.ndarray, np.ndarray, dict[str, np.ndarray]]:
+    """Return the ends of both parameters, and values of what varies over the box; ParameterError if one is not allowed.
+
+    Of a box without ties the values are both ends of each.
+    """
     allowed = "two pairs of increasing numbers"
     pairs = [list(ends) for ends in within] if np.ndim(within) == 2 else []
     if [len(pair) for pair in pairs] != [2, 2]:
         raise ParameterError("within", within, allowed)
     for name, pair in zip(names, pairs, strict=True):
-        rule = PARAMETERS[name].range
+        rule = PARAMETERS[name].range if name in PARAMETERS else FINITE
         for value in pair:
             if not rule.contains(as_float("within", value, rule.text)):
                 raise ParameterError("within", value, f"{rule.text} for {name}")
@@ -216,18 +243,38 @@ def _check_box(
             raise ParameterError("within", within, allowed)
         if name in RIGID_AT_ZERO and pair[0] == 0.0:
             raise ParameterError(name, 0.0, must=SOFT_ALONG)
-    lows = {name: pair[0] for name, pair in zip(names, pairs, strict=True)}
-    check_soft("along", exciter, names, lows)
+    ends = np.array(pairs, float)
+    reached = dict(zip(names, ends, strict=True))
+    if ties:
+        grids = np.meshgrid(*(np.linspace(low, high, SAMPLES) for low, high in ends))
+        reached = {name: grid.ravel() for name, grid in zip(names, grids, strict=True)}
+        reached |= followed_values(ties, {**exciter.numbers()._asdict(), **reached}, names)
+        reached = {name: values for name, values in reached.items() if name in PARAMETERS}
+    lows = {name: float(values.min()) for name, values in reached.items()}
+    check_soft("along", exciter, reached, lows)
     for first in pairs[0]:
         for second in pairs[1]:
-            changed = {names[0]: first, names[1]: second}
-            all_effects(vars(Exciter(**{**vars(exciter), **changed})), pieces=True, housing=True)
-    ends = np.array(pairs, float)
-    check_first_harmonic({**vars(exciter), **dict(zip(names, ends, strict=True))})
-    return ends[:, 0], ends[:, 1]
+            corner = ties.applied(exciter, {names[0]: first, names[1]: second})
+            all_effects(vars(corner), pieces=True, housing=True)
+    check_first_harmonic({**vars(exciter), **reached})
+    return ends[:, 0], ends[:, 1], reached
 
 
-def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> list[xr.Dataset]:
+def _stays_symmetric(
+    exciter: Exciter, names: tuple[str, str], reached: Mapping[str, np.ndarray], ties: Ties
+) -> bool:
+    """Return whether an exciter is its own mirror image in the whole box; reached : values of what varies in it."""
+    if not ties:
+        return is_symmetric(exciter) and {*names} <= {*KEEP_SYMMETRY}
+    rows = zip(*(values.tolist() for values in reached.values()), strict=True)
+    return all(
+        is_symmetric(replace(exciter, **dict(zip(reached, row, strict=True)))) for row in rows
+    )
+
+
+def _settled(
+    exciter: Exciter, names: tuple[str, str], box: Box, lines: int, ties: Ties
+) -> list[xr.Dataset]:
     """Return what settles at the crossings of a grid of lines, from rest and from neighbours of each side."""
     middles = (np.arange(lines) + 0.5) / lines
     over = {
@@ -235,17 +282,17 @@ def _settled(exciter: Exciter, names: tuple[str, str], box: Box, lines: int) -> 
         for name, low, high in zip(names, box.low, box.high, strict=True)
     }
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
-    grids = [grid_of(exciter, over, follow) for follow in follows]
+    grids = [grid_of(exciter, over, follow, ties.texts) for follow in follows]
     options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
     options["row_work"] = limits.row_work(sum(grid.rows for grid in grids))
     return [solve_shard(grid, 0, grid.rows, **options) for grid in grids]
 
 
-def _orbits_of(rows: xr.Dataset) -> list[Settled]:
-    """Return the orbits of solved rows that can be followed by their impacts."""
+def _orbits_of(rows: xr.Dataset, box: Box) -> list[Settled]:
+    """Return the orbits of solved rows of a box that can be followed by their impacts."""
     multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
     rests = rows["rests_per_orbit"].sum("support").values
-    parameters = parameters_of(rows)
+    parameters = values_of(rows, box)
     times = rows["impact_phase"].values + rows["impact_period"].values
     velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values
     ends = np.cumsum(sizes)

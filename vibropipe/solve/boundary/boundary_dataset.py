@@ -14,7 +14,7 @@ from vibropipe.orbits.boundaries.search import Boundary
 from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.physics.effects import NOT_COMPUTED, all_effect_names
+from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
 from vibropipe.solve.boundary.levels import Quantities
@@ -48,6 +48,7 @@ def boundary_dataset(
     law: tuple[int, int, int] | None,
     levels: Sequence[Bound],
     quantities: Quantities,
+    effects: Sequence[str],
 ) -> xr.Dataset:
     """Return boundaries and level curves as the dataset of `vp.boundary`.
 
@@ -61,10 +62,13 @@ def boundary_dataset(
         Those that were sought.
     quantities : Quantities
         Reads the points of level curves.
+    effects : sequence of str
+        Names of those in the box.
     """
     import xarray as xr
 
-    names = [Parameters._fields[index] for index in box.along]
+    names = box.names
+    following = () if box.tied is None else (*box.tied.following,)
     parts = [_label(box, each, quantities) for each in boundaries]
     if law is not None:
         kept = [n for n, part in enumerate(parts) if law in _laws_of(box, boundaries[n], part)]
@@ -100,22 +104,30 @@ def boundary_dataset(
     for column, name in enumerate(names):
         variables[name] = (("point",), values[:, column])
         variables[f"meeting_{name}"] = (("meeting",), values[points, column])
+    of_points = np.tile(box.values, (len(values), 1))
+    of_points[:, box.along] = values
+    if box.tied is not None:
+        for row in of_points:
+            box.tied.fill(row)
+    for name in following:
+        variables[name] = (("point",), of_points[:, Parameters._fields.index(name)])
+    own = Parameters(*box.values[: len(Parameters._fields)])._asdict()
     coords: dict[str, Any] = {
         other: ((), np.array(value))
-        for other, value in without_absent(Parameters(*box.values)._asdict()).items()
-        if other not in names
+        for other, value in without_absent(own).items()
+        if other not in (*names, *following)
     }
-    of_box = dict(zip(names, np.stack([box.low, box.high], axis=1), strict=True))
-    values_of_box = {**Parameters(*box.values)._asdict(), **of_box}
-    effects = all_effect_names(values_of_box, pieces=True, housing=True)
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
     attrs["boundary"] = " ".join(names)
+    if box.tied is not None:
+        attrs |= box.tied.ties.attrs
     if levels:
         attrs["levels"] = levels_text(levels)
     if law is not None:
         attrs["law"] = f"({law[0]}; {law[1]}, {law[2]})"
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
-    return describe(dataset.set_coords([*coords, *names, *(f"meeting_{name}" for name in names)]))
+    varied = (*names, *following, *(f"meeting_{name}" for name in names))
+    return describe(dataset.set_coords([*coords, *varied]))
 
 
 def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, int, int]]:
@@ -175,7 +187,7 @@ def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarra
 
 def _empty(box: Box) -> Variables:
     """Return the variables of no point."""
-    parameters = box.values.reshape(1, -1).copy()
+    parameters = box.values[np.newaxis, : len(Parameters._fields)].copy()
     parameters[:, NOT_LINEAR] = 0.0
     one = _solve(ImpactSequence(1, 0, np.zeros(0, np.int8)), parameters, np.zeros((1, 1)))
     return {name: (dims, values[:0]) for name, (dims, values) in one.items()}

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
@@ -52,7 +53,7 @@ def boundaries_of_pieces(
     levels : sequence of Level
         Of level curves.
     """
-    orbits = [orbit for each in rows for orbit in _orbits_of(each)]
+    orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
     n = sum(each.sizes["row"] for each in rows)
     marcher = Marcher(effects, MAX_CALL_WORK + 2 * START_WORK * n)
     boundaries, is_complete = find_boundaries_of_pieces(box, orbits, of, marcher, levels)
@@ -61,9 +62,9 @@ def boundaries_of_pieces(
     return boundaries, "" if is_complete else "followed, the most of one call; there are more"
 
 
-def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
-    """Return the orbits of solved rows without rests."""
-    multiples, parameters = rows["period_multiple"].values, parameters_of(rows)
+def _orbits_of(rows: xr.Dataset, box: Box) -> list[SettledPieces]:
+    """Return the orbits of solved rows of a box without rests."""
+    multiples, parameters = rows["period_multiple"].values, values_of(rows, box)
     rests = rows["rests_per_orbit"].sum("support").values
     x = rows["displacement_strobe"].values - parameters[LOAD]
     v = rows["velocity_strobe"].values
@@ -82,15 +83,22 @@ def _orbits_of(rows: xr.Dataset) -> list[SettledPieces]:
     ]  # fmt: skip
 
 
-def parameters_of(rows: xr.Dataset) -> np.ndarray:
-    """Return the parameters (parameters, rows) of solved rows; those that the dataset leaves out are absent."""
-    shape = rows["period_multiple"].shape
-    return np.array(
+def values_of(rows: xr.Dataset, box: Box) -> np.ndarray:
+    """Return the values (names, rows) of solved rows of a box; what the dataset leaves out is tied, or absent."""
+    shape, tied = rows["period_multiple"].shape, box.tied
+    values = np.array(
         [
-            np.broadcast_to(rows[name].values if name in rows.coords else DEFAULTS[name], shape)
-            for name in Parameters._fields
-        ]
+            np.broadcast_to(
+                rows[name].values if name in rows.coords else DEFAULTS.get(name, math.nan), shape
+            )
+            for name in (Parameters._fields if tied is None else tied.names)
+        ],
+        float,
     )
+    if tied is not None:
+        for column in values.T:
+            tied.fill(column)
+    return values
 
 
 def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:

@@ -72,9 +72,8 @@ class Quantities:
             Any of `OF_BRANCH`.
         harmonics : int
         """
-        law, along = curve.sequence, curve.system.along
-        parameters = np.repeat(curve.system.values, len(orbits), axis=0)
-        parameters[:, along] = orbits[:, -along.size :]
+        law, k = curve.sequence, curve.n_free
+        parameters = np.array([curve.stated(u[-k:]) for u in orbits])
         effects = self.marcher.effects
         if effects.has_pieces:
             sections = np.array([section_of(curve, u, is_image) for u in orbits])
@@ -86,7 +85,7 @@ class Quantities:
             rows = solve_points(1, none, parameters, parameters[:, :1], harmonics, outputs)
         else:
             # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
-            ended = np.hstack([orbits[:, : -along.size], np.zeros((len(orbits), 1))])
+            ended = np.hstack([orbits[:, :-k], np.zeros((len(orbits), 1))])
             wholes = [whole_orbit(law, u) for u in ended]
             whole, unknowns = wholes[0][0], np.array([u for _law, u in wholes])
             supports = whole.codes[:, HOME].copy()

@@ -6,6 +6,7 @@ import subprocess
 import sys
 
 import pytest
+from numba import types
 
 from vibropipe.compiler import jit
 from vibropipe.compiler.sources import PACKAGE, source_hash
@@ -93,6 +94,23 @@ def test_a_function_may_be_called_from_compiled_code_first_and_from_python_later
 def test_a_function_may_be_called_from_python_first_and_from_compiled_code_later():
     assert halved(8.0 + 0.0j) == 4.0
     assert quarter(8.0 + 0.0j) == 2.0
+
+
+@jit
+def moved(x, places):
+    return x + places
+
+
+@jit
+def moved_often(x, places):
+    return moved(moved(moved(x, 7), 8), places)
+
+
+def test_a_function_that_is_called_with_constants_is_compiled_once_for_all_integers():
+    assert moved_often(0.5, 3) == 18.5
+    called = types.float64, types.literal(7)
+    template, *_rest = moved.get_call_template(called, {})
+    assert [each.args for each in template.cases] == [(types.float64, types.int64)]
 
 
 def test_a_compiled_callee_raises_its_error():

@@ -12,6 +12,7 @@ from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
 from numba.core.compiler import Compiler, compile_result
 from numba.core.registry import CPUDispatcher
+from numba.core.types import unliteral
 
 from vibropipe.compiler.cache import compiling, interrupted_between, one_at_a_time, opened
 
@@ -99,6 +100,9 @@ def compiled(function: Any, options: Any) -> Any:
         called._cache = opened(_PieceCache, function, "pieces")
         return called
 
-    entry.get_call_template = lambda *types: piece().get_call_template(*types)
+    entry.get_call_template = lambda arguments, named: piece().get_call_template(
+        [unliteral(each) for each in arguments],
+        {name: unliteral(each) for name, each in named.items()},
+    )
     entry.get_overload = lambda signature: piece().get_overload(signature)
     return entry

@@ -32,7 +32,8 @@ def sample_row(e, p, x, v, housing_velocity, m, log, c, motion, row) -> None:
         Index into `motion`.
     """
     grid = exact_grid(e, p)
-    samples = Samples(motion[row, 0], motion[row, 1], m, motion.shape[2], 0, 0.0, None)
+    # An integer of one width, whichever array it comes from: marches are compiled once for all.
+    samples = Samples(motion[row, 0], motion[row, 1], int(m), motion.shape[2], 0, 0.0, None)
     clear_log(log)
     log.counts[SAMPLES] = 0
     state = start_state(log.pieces, e, p, grid, 0.0, x, v, housing_velocity)

@@ -203,10 +203,10 @@ def write_derivatives(e, p, orbit, m, out, row, first):
 
 
 @jit_allocating
-def write_row(e, values, march_room, out, row, first):
-    """Write errors and derivatives of a row; arguments as for `write_rows`, values (1, parameters) of the row.
+def write_row(e, values, march_room, out, row, first, derivatives):
+    """Write errors and, if they are wanted, derivatives of a row; arguments as for `write_rows`.
 
-    Returns the steps of its integrals.
+    values : (1, parameters), of the row. Returns the steps of its integrals.
     """
     p, m, speed = row_parameters(values, 0), out.period_multiple[row], 0.0
     x, v = out.section[row, 0], out.section[row, 1]
@@ -219,15 +219,14 @@ def write_row(e, values, march_room, out, row, first):
     for j in range(first, first + out.impact_count[row]):
         speed = max(speed, abs(out.impact_velocity[j]))
     closing = out.residual[row] * (abs(x) + abs(v) + speed)
-    has_derivatives = out.d_section.size > 0
-    columns = columns_of(e, p) if has_derivatives else np.zeros(0, np.int64)
+    columns = np.zeros(0, np.int64) if derivatives is None else columns_of(e, p)
     orbit, is_isolated = vary_orbit(e, p, march_room[0].pieces, m, closing, columns)
     steps = 0.0
     if not is_isolated:
         return steps
     if e.housing is None:
         write_errors(e, p, orbit, m, closing, out, row, first)
-    if has_derivatives:
+    if derivatives is not None:
         steps = write_derivatives(e, p, orbit, m, out, row, first)
         if e.housing is not None:
             energy = out.d_energy[row] if out.d_energy.size > 0 else out.d_housing[row, :0]
@@ -244,6 +243,7 @@ def write_rows(
     out: RowResults,
     pieces: PieceLog,
     contacts: np.ndarray | None,
+    derivatives: int | None,
 ) -> float:
     """Write the errors of solved rows, their derivatives, and the contacts with soft supports.
 
@@ -258,6 +258,8 @@ def write_rows(
         Its capacity is that for contacts and rests of an orbit, too.
     contacts : (n, columns) float or None
         Those of `out`, if they are wanted: with soft supports and without a housing.
+    derivatives : int or None
+        Whether those of `out` are wanted: 1 or None, so that their code is compiled for calls that ask for them.
 
     Returns
     -------
@@ -271,9 +273,9 @@ def write_rows(
     for row in range(parameters.shape[0]):
         values[0] = parameters[row]
         if out.period_multiple[row] > 0:
-            steps += write_row(e, values, march_room, out, row, first)
+            steps += write_row(e, values, march_room, out, row, first, derivatives)
         write_contacts(contacts, e, row_parameters(values, 0), march_room, out, row, first)
-        if out.d_section.size > 0:
+        if derivatives is not None:
             # Kernels count displacements from the equilibrium, which the load moves.
             out.d_section[row, 0, LOAD] += 1.0
             if out.d_amplitudes.size > 0:
@@ -321,7 +323,10 @@ def with_errors_of_pieces(
     if has_derivatives:
         room = with_impact_derivatives(room)
     has_contacts = effects.soft is not None and effects.housing is None
-    steps = write_rows(effects, parameters, room, pieces, room.contacts if has_contacts else None)
+    steps = write_rows(
+        effects, parameters, room, pieces,
+        room.contacts if has_contacts else None, 1 if has_derivatives else None,
+    )  # fmt: skip
     if spent is not None:
         spent.append(int(steps * INTEGRAL_STEPS))
     if not has_derivatives or effects.second_harmonic is not None:

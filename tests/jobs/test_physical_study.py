@@ -161,7 +161,7 @@ def test_an_edit_of_the_units_of_a_study_is_followed_at_once(results, tmp_path, 
     # the pictures that it chooses, too
     chosen = "follow: {along: omega, direction: up}\n    figure: {show: [displacement_mean]}"
     file.write_text(UNITS.replace("follow: {along: omega, direction: up}", chosen))
-    assert any("constant part" in text.get_text() for text in vp.plot(opened).findobj(Text))
+    assert any("mean displacement" in text.get_text() for text in vp.plot(opened).findobj(Text))
     # a study of the same name that asks for other data is another one
     file.write_text(IN_HZ + "units: {length: cm}", encoding="utf-8")
     assert head_of(response)[:2] == ["omega (rad/s)", "delta (mm)"]

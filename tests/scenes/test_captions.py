@@ -67,7 +67,7 @@ def test_free_response_names_its_parts(made):
     assert "then both supports are struck and the frequency rises" in text
     _, symmetric = made["free_0"]
     text = picture_of(kind, symmetric).describe(symmetric, None, {})
-    assert "the constant part and the even harmonics vanish" in text
+    assert "the mean displacement and the even harmonics vanish" in text
 
 
 def test_sweep_counts_what_is_no_plain_orbit(made):
@@ -112,7 +112,7 @@ def test_captions_name_the_panels_that_a_page_has_no_room_for():
     dataset = sweep(31, f=[0.1, 0.2], delta=np.linspace(0.0, 0.1, 5))
     text = describe_sweep(dataset)
     assert "Not drawn, since a page with a column for each" in text
-    assert "constant part of displacement" in text
+    assert "mean displacement" in text
     assert "Not drawn" not in describe_sweep(dataset, ["displacement_mean"])
     assert "Not drawn" not in describe_sweep(sweep(31))
 

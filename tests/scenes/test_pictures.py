@@ -143,7 +143,7 @@ def test_chosen_panels_and_quantities_alone_are_drawn(made):
     assert [ax.get_ylabel() for ax in panels.axes] == [label("force"), label("velocity")]
     means = draw("sweep", made["line"][1], SweepFigure(show=["displacement_mean"]))
     (title,) = (text.get_text() for text in means.axes[0].texts)
-    assert title == rf"constant part of displacement {quantity('displacement_mean').symbol}"
+    assert title == rf"mean displacement {quantity('displacement_mean').symbol}"
     assert len(means.axes) == 2
     assert "harmonic" not in words(means)
 
@@ -153,7 +153,12 @@ def test_chosen_quantities_of_a_backbone_alone_are_drawn(made):
     options = BackboneFigure(show=["displacement_mean", "velocity_amplitude"])
     figure = draw("backbone", free, options)
     names = [ax.get_ylabel().partition("\n")[0] for ax in figure.axes if ax.get_visible()]
-    assert sorted(names) == ["constant part", "first harmonic", "second harmonic", "third harmonic"]
+    assert sorted(names) == [
+        "first harmonic",
+        "mean displacement",
+        "second harmonic",
+        "third harmonic",
+    ]
     law = draw("backbone", made["law"][1], BackboneFigure(show=["tau_bar"]))
     assert [ax.get_xlabel() for ax in law.axes] == [label("tau_bar")]
 

@@ -125,7 +125,7 @@ def test_the_curve_beside_is_drawn_under_the_sweep(made):
     with house_style():
         alone = draw("sweep", dataset)
         beside = draw("sweep", dataset, SweepFigure(backbone="free"), {"free": free})
-    # Three curves for the harmonics, which share a panel, one for the constant part.
+    # Three curves for the harmonics, which share a panel, one for the mean displacement.
     for one, two, amount in zip(alone.axes[:2], beside.axes[:2], (3, 1), strict=True):
         assert len(two.lines) == len(one.lines) + amount
         assert np.array_equal(two.lines[0].get_xdata(), free["eigenfrequency"].values)

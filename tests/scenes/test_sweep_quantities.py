@@ -61,7 +61,7 @@ def followed(dataset: xr.Dataset) -> xr.Dataset:
 def test_a_sweep_of_one_parameter_shows_what_a_design_needs():
     figure = draw("sweep", with_impacts(sweep()))
     said = words(figure).replace("\n", " ")
-    for text in ("constant part of displacement", "harmonic amplitude", "velocity before impact",
+    for text in ("mean displacement", "harmonic amplitude", "velocity before impact",
                  "impacts per forcing period", "support 1", "support 2", "$A_1$"):  # fmt: skip
         assert text in said
     names = [
@@ -109,7 +109,7 @@ def test_panels_follow_show_and_the_data():
     soft = dataset.assign(energy_friction=0 * dataset["displacement_mean"])
     assert panels_of(soft, ["energy_friction"]) == []
     assert len(panels_of(dataset, joined=True)) == 3
-    # three harmonics, the constant part, the larger velocity of both supports
+    # three harmonics, the mean displacement, the larger velocity of both supports
     assert len(panels_of(dataset)) == 5
 
 

@@ -52,7 +52,7 @@ def test_answers_of_a_line():
         "The first harmonic jumps between ν = 1.6 and 1.7.",
     ]
     mean = mean_answer(one_line())
-    assert mean.lead == "The constant part of displacement reaches −0.016."
+    assert mean.lead == "The mean displacement reaches −0.016."
     assert mean.rest == "That is in the row ν = 1.6."
 
 

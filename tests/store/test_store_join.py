@@ -63,7 +63,7 @@ def test_rows_are_placed_on_the_grid(tmp_path, monkeypatch, follow, small):
     assert "h" in dataset.coords
     assert dataset["harmonic"].values.tolist() == [1, 2, 3]
     assert dataset["row_size"].attrs["sample_dimension"] == "impact"
-    assert dataset["displacement_mean"].attrs["long_name"] == "constant part of displacement"
+    assert dataset["displacement_mean"].attrs["long_name"] == "mean displacement"
 
 
 @settings(max_examples=8)

@@ -51,7 +51,7 @@ def test_a_summary_lists_sizes_quantities_and_regimes():
     assert "  kernel_hash: 0123456789abcdef" in lines
     quantity = next(line.split() for line in lines if line.startswith("  h "))
     assert quantity == ["h", "h", "0.2", "damping"]
-    assert any(line.endswith("constant part of displacement") for line in lines)
+    assert any(line.endswith("mean displacement") for line in lines)
 
 
 def test_a_range_is_of_finite_values():

@@ -15,7 +15,7 @@ QUANTITY = "displacement_mean"
 
 
 def slope_of(exciter: vp.Exciter, name: str) -> float:
-    """Return the derivative of the constant part by differences of fourth order."""
+    """Return the derivative of the mean displacement by differences of fourth order."""
     step = 1e-3 * max(abs(getattr(exciter, name)), 0.05)
     values = [
         float(vp.steady_state(replace(exciter, **{name: getattr(exciter, name) + n * step})).displacement_mean)

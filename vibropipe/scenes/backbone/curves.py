@@ -1,6 +1,6 @@
 """Free vibration with impacts: eq. (10), figures 2 and 3 of the paper; over amplitude, figures 5 and 8.
 
-Over amplitude: constant part and harmonics against the eigenfrequency, which is 1 at any amplitude without impacts and
+Over amplitude: mean and harmonics against the eigenfrequency, which is 1 at any amplitude without impacts and
 grows with the amplitude once a support is struck.
 """
 
@@ -62,7 +62,7 @@ def rows_of(
     if not show or mean in show:
         rows.append(
             (
-                f"constant part\n{in_brackets(symbol_of(dataset[mean]), dataset[mean])}",
+                f"mean {name}\n{in_brackets(symbol_of(dataset[mean]), dataset[mean])}",
                 dataset[mean].values,
             )
         )
@@ -95,7 +95,7 @@ def draw_parts(
 
 
 def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
-    """Draw rows: constant part, first three harmonics; columns: displacement, velocity; or those of `show`."""
+    """Draw rows: mean, first three harmonics; columns: displacement, velocity; or those of `show`."""
     names = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
     found = {name: without_rounding(rows_of(dataset, name, show)) for name in names}
     columns = [name for name in names if found[name]]

@@ -69,7 +69,7 @@ class Line(NamedTuple):
 def draw_overlay(
     free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str = "displacement"
 ) -> Figure:
-    """Draw the first harmonic of free and forced motions, and beside it constant part and further harmonics.
+    """Draw the first harmonic of free and forced motions, and beside it mean and further harmonics.
 
     free : backbones over amplitude
     forced : sweeps over the frequency, at most one more parameter and the direction
@@ -90,7 +90,7 @@ def draw_overlay(
             ax.tick_params(labelbottom=ax is small[-1])
             array = free[0][f"{name}_mean" if order == 0 else f"{name}_amplitude"]
             symbol = symbol_of(array, order or None)
-            words = "constant part" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
+            words = "mean displacement" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
             text = in_brackets(f"{words} {f'|{symbol}|' if order == 0 else symbol}", array)
             label(ax, 0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", zorder=6,
                   bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip
@@ -112,7 +112,7 @@ def draw_overlay(
 
 
 def shown_orders(datasets: Sequence[xr.Dataset], name: str) -> list[int]:
-    """Return what stands beside the first harmonic: 0 for the constant part, 2 and 3, without what is only rounding."""
+    """Return what stands beside the first harmonic: 0 for the mean, 2 and 3, without what is only rounding."""
     number = min(MAX_ORDER, *(dataset.sizes["harmonic"] for dataset in datasets))
     tops = {
         order: max(
@@ -149,7 +149,7 @@ def draw_order(
     ax: Axes, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str, order: int,
     limits: tuple[float, float],
 ) -> None:  # fmt: skip
-    """Draw one harmonic (0: the constant part) of all motions within limits of the frequency."""
+    """Draw one harmonic (0: the mean) of all motions within limits of the frequency."""
     top = 0.0
     families = [list(lines_of(data, name, order, FAMILIES[n % 2])) for n, data in enumerate(forced)]
     for number, dataset in enumerate(free):
@@ -176,7 +176,7 @@ def draw_order(
 
 
 def of_order(dataset: xr.Dataset, name: str, order: int) -> xr.DataArray:
-    """Return a harmonic, or the constant part for order 0."""
+    """Return a harmonic, or the mean for order 0."""
     if order == 0:
         return dataset[f"{name}_mean"]
     return dataset[f"{name}_amplitude"].sel(harmonic=order)

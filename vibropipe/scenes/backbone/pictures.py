@@ -80,7 +80,7 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
         for width, data in zip(("wide", *["thin"] * len(free)), free, strict=False)
     )
     texts = [
-        "a: first harmonic; b: constant part by its modulus and further harmonics",
+        "a: first harmonic; b: mean by its modulus and further harmonics",
         f"Grey: free motions without losses, {widths}"
         if len(free) > 1
         else "Grey: free motion without losses",
@@ -122,15 +122,17 @@ def backbone_title(dataset: xr.Dataset) -> str:
 
 
 def symmetry_text(dataset: xr.Dataset) -> str:
-    """Write whether the constant part and the even harmonics vanish."""
+    """Write whether the mean displacement and the even harmonics vanish."""
     mean = np.abs(dataset["displacement_mean"].values)
     largest = float(np.nanmax(dataset["displacement_amplitude"].values))
     top = int(np.nanargmax(mean))
     if mean[top] <= ROUNDING * largest:
-        return "By symmetry the constant part and the even harmonics vanish"
+        return "By symmetry the mean displacement and the even harmonics vanish"
     at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
     largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
-    return f"Of these motions the constant part is largest, {largest_text}, at the frequency {at}"
+    return (
+        f"Of these motions the mean displacement is largest, {largest_text}, at the frequency {at}"
+    )
 
 
 def shown_value(array: xr.DataArray, value: float, digits: int = 4) -> str:

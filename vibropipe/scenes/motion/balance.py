@@ -163,7 +163,7 @@ def spectrum_title(dataset: xr.Dataset) -> str:
 
 
 def describe_spectra(dataset: xr.Dataset) -> str:
-    """Return the caption of a spectrum: the constant part and the largest harmonic."""
+    """Return the caption of a spectrum: the mean displacement and the largest harmonic."""
     amplitude = dataset["displacement_amplitude"]
     if not np.isfinite(amplitude).any():
         return sentences("No steady state was found, so there is no spectrum")
@@ -174,7 +174,7 @@ def describe_spectra(dataset: xr.Dataset) -> str:
     largest = with_units(amplitude, format_number(float(np.nanmax(amplitude.values))))
     return sentences(
         "Amplitudes of the harmonics of the steady state",
-        f"The constant part of the displacement is {mean}; its largest harmonic is number {number}, {largest}",
+        f"The mean displacement is {mean}; the largest harmonic is number {number}, {largest}",
         parameters_text(dataset),
     )
 

@@ -173,7 +173,7 @@ def harmonic(dataset: xr.Dataset, k: int) -> float:
 
 
 def mean(dataset: xr.Dataset) -> float:
-    """Return the constant part of displacement, nan if not stored."""
+    """Return the mean displacement, nan if not stored."""
     if "displacement_mean" not in dataset:
         return math.nan
     return without_rounding(dataset, float(dataset["displacement_mean"]))

@@ -203,7 +203,7 @@ def exponent_answer(dataset: xr.Dataset) -> Answer | None:
 
 
 def mean_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return the largest constant part of displacement of the orbits and its row; none if it is rounding."""
+    """Return the largest mean displacement of the orbits and its row; none if it is rounding."""
     if "displacement_mean" not in dataset:
         return None
     mean = of_orbits(dataset, "displacement_mean")
@@ -214,9 +214,9 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     if "displacement_amplitude" in dataset:
         scale = largest(of_orbits(dataset, "displacement_amplitude").isel(harmonic=0))
     if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
-        return Answer("The constant part of displacement of every orbit is zero.")
+        return Answer("The mean displacement of every orbit is zero.")
     rises = rising_text(mean, top, dataset["regime"].dims)
-    lead = f"The constant part of displacement reaches {value_text(top, top, DIGITS)}."
+    lead = f"The mean displacement reaches {value_text(top, top, DIGITS)}."
     if rises:
         return Answer(lead, f"Its size {rises.removeprefix('it ')}.")
     if dataset["regime"].ndim == 1:

@@ -130,7 +130,7 @@ def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
     """Return the quantities of the maps; of harmonics the first one.
 
     Without `show` they are the mean velocity of a housing, the largest velocity of impacts on either support, the
-    constant part and the first harmonic, DEFAULT_AMOUNT of those that the data have.
+    mean displacement and the first harmonic, DEFAULT_AMOUNT of those that the data have.
     """
     found: list[Series] = []
     for name in show or DEFAULT_SHOW:

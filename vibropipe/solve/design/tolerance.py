@@ -96,8 +96,8 @@ def tolerance(
     Returns
     -------
     xarray.Dataset
-        What `steady_state` returns of the exciter itself, and of each quantity <name> (constant part, amplitudes and
-        phases of harmonics, impact velocities, contacts with soft supports, energies), beside its own dimensions:
+        What `steady_state` returns of the exciter itself, and of each quantity <name> (mean displacement, amplitudes
+        and phases of harmonics, impact velocities, contacts with soft supports, energies), beside its own dimensions:
 
         <name>_std (estimate)
             Standard deviation: first order, sqrt(sum (s_i sigma_i)^2) with the sensitivities s_i [2]_; and of the

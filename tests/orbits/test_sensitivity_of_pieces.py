@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 from decimal import Decimal
+from typing import Any
 
 import numpy as np
 import pytest
@@ -51,6 +52,13 @@ CASES |= {"no pull": NO_PULL, "reloaded": RELOADED, "sliding, no pull": SLIDING_
 CASES |= {"static": STATIC, "static rest": STATIC_REST}
 CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
 CASES |= {"sliding": SLIDING, "sliding on soft supports": SLIDING_SOFT, "sliding always": ALWAYS}
+# Sets of effects that rows of no other test have: compiling their kernels takes minutes.
+PATIENT = ("reloaded", "sliding, no pull")
+
+
+def case_of(name: str, *more: Any) -> Any:
+    """Return the parameters of a test of a case, which is slow if its kernels serve it alone."""
+    return pytest.param(name, *more, marks=[pytest.mark.slow] if name in PATIENT else [])
 
 
 def steady(exciter: vp.Exciter, **options: float) -> xr.Dataset:
@@ -93,13 +101,13 @@ def differences(
         ("static", ("nu", "f", "h", "l", "R1", "R2", "friction", "friction_ratio", "f2")),
         ("static rest", ("nu", "f", "delta", "R1", "friction", "friction_ratio")),
         ("no pull", ("nu", "f", "h", "l", "delta", "k1", "h1", "k2", "h2", "friction")),
-        ("reloaded", ("nu", "f", "h", "load", "k2", "h2", "f2", "phi2")),
+        case_of("reloaded", ("nu", "f", "h", "load", "k2", "h2", "f2", "phi2")),
         ("resting", ("nu", "f", "delta", "R1", "friction")),
         ("begins at rest", ("nu", "f", "load", "R1", "friction")),
         ("begins held", ("nu", "f", "h", "delta", "R2", "friction")),
         ("sliding", ("nu", "h", "delta", "R1", *OF_HOUSING)),
         ("sliding on soft supports", ("nu", "f", "load", "k1", "h1", "friction", *OF_HOUSING)),
-        ("sliding, no pull", ("nu", "f", "k1", "h1", "friction", "mass_ratio")),
+        case_of("sliding, no pull", ("nu", "f", "k1", "h1", "friction", "mass_ratio")),
         ("sliding always", ("nu", "f2", "phi2", "l", *OF_HOUSING)),
     ],
 )
@@ -132,7 +140,7 @@ SQUARES = ("energy", "power")
 OF_LENGTH = ["f", "l", "delta", "load", "f2", "friction", *OF_HOUSING[1:]]
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", [case_of(name) for name in CASES])
 def test_derivatives_are_homogeneous(case: str) -> None:
     """Euler's theorem: all lengths and forces together scale the motion, exactly."""
     dataset = steady(CASES[case])

@@ -150,8 +150,8 @@ def test_clipped_samples_do_not_count(displacement):
     ("noise", "seed"),
     [
         ({"velocity": 2e-3}, 2),
-        ({"acceleration": 2e-2}, 4),
-        ({"displacement": 2e-3, "acceleration": 2e-2}, 5),
+        pytest.param({"acceleration": 2e-2}, 4, marks=pytest.mark.slow),
+        pytest.param({"displacement": 2e-3, "acceleration": 2e-2}, 5, marks=pytest.mark.slow),
     ],
 )
 def test_velocities_and_accelerations_are_blanked_next_to_impacts(noise, seed):

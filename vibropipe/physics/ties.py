@@ -13,7 +13,7 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import number_within
 from vibropipe.words.expressions import ALLOWED, NAME, RESERVED, Expression, ExpressionError
-from vibropipe.words.parameters import DEFAULTS, FOLLOWING, PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.parameters import DEFAULTS, FOLLOWED, FOLLOWING, PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.records import FINITE
 from vibropipe.words.spelling import did_you_mean, latin
 from vibropipe.words.vocabulary import quantity
@@ -207,6 +207,16 @@ class Ties:
     def following(self, names: Collection[str]) -> list[str]:
         """Return the parameters that are tied to some names, directly or through others."""
         return [each for each in self.parameters if not {*names}.isdisjoint(self.roots[each])]
+
+    def followed(self, values: Mapping[str, Any], along: Collection[str]) -> dict[str, np.ndarray]:
+        """Return what follows names along which orbits are followed, at values of all; errors as of `checked`."""
+        following = self.following(along)
+        for name in following:
+            if name not in FOLLOWED:
+                varied = " or ".join(along)
+                must = f"must not depend on {varied}, since no orbit is followed along {name}"
+                raise ParameterError(f"ties.{name}", self.texts[name], must=must, got="")
+        return {name: np.asarray(each) for name, each in self.checked(values, following).items()}
 
     def chained(
         self,

@@ -38,7 +38,6 @@ from vibropipe.scenes.keys.values import (
     refuse,
 )
 from vibropipe.solve.boundary.sought import BOUNDARIES, check_levels, level_of
-from vibropipe.solve.branch.problem import followed_values
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.records import FINITE
 
@@ -193,7 +192,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
     try:
         values = scene.values()
         at = {**DEFAULTS, **values, **scene.sampled()}
-        followed = followed_values(scene.tied(), at, scene.along)
+        followed = scene.tied().followed(at, scene.along)
         Exciter(**scene.resolved_exciter())
         check_first_harmonic(values)
         all_effects(values, pieces=True, housing=True)

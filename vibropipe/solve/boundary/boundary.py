@@ -25,7 +25,6 @@ from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import (
     KEEP_SYMMETRY,
     check_ground,
-    followed_values,
     is_symmetric,
 )
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
@@ -248,7 +247,7 @@ def _check_box(
     if ties:
         grids = np.meshgrid(*(np.linspace(low, high, SAMPLES) for low, high in ends))
         reached = {name: grid.ravel() for name, grid in zip(names, grids, strict=True)}
-        reached |= followed_values(ties, {**exciter.numbers()._asdict(), **reached}, names)
+        reached |= ties.followed({**exciter.numbers()._asdict(), **reached}, names)
         reached = {name: values for name, values in reached.items() if name in PARAMETERS}
     lows = {name: float(values.min()) for name, values in reached.items()}
     check_soft("along", exciter, reached, lows)

@@ -100,7 +100,7 @@ def problem_of(
     reached = {along: np.array([low, high])}
     if ties:
         reached = {along: np.linspace(low, high, SAMPLES)}
-        reached |= followed_values(ties, {**exciter.numbers()._asdict(), **reached}, [along])
+        reached |= ties.followed({**exciter.numbers()._asdict(), **reached}, [along])
     lows = {name: float(values.min()) for name, values in reached.items()}
     exciter.check_frequency(reached)
     check_soft(
@@ -129,19 +129,6 @@ def problem_of(
 def exciter_at(problem: Problem, value: float) -> Parameters:
     """Return the parameters, as they are stated, at a value of the one that varies."""
     return Parameters(*problem.values_at(value)[: len(Parameters._fields)].tolist())
-
-
-def followed_values(
-    ties: Ties, values: Mapping[str, Any], along: Sequence[str]
-) -> dict[str, np.ndarray]:
-    """Return what follows names that vary, at their values; ParameterError if it is out of range or no number."""
-    following = ties.following(along)
-    for name in following:
-        if name not in FOLLOWED:
-            varied = " or ".join(along)
-            must = f"must not depend on {varied}, since no orbit is followed along {name}"
-            raise ParameterError(f"ties.{name}", ties.texts[name], must=must, got="")
-    return {name: np.asarray(each) for name, each in ties.checked(values, following).items()}
 
 
 def check_along(along: str, ties: Ties) -> None:

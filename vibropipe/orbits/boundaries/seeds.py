@@ -12,6 +12,7 @@ from vibropipe.continuation.path import Event
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.law_curve import (
+    Grazing,
     LawBoundary,
     grazing_at,
     in_least_periods,
@@ -94,11 +95,9 @@ def begin_law(
     if branch.curve is None:
         values = branch.problem.values_at(branch.values[event.point])
         p = row_parameters(values.reshape(1, -1), 0)
-        law, touch = touching(
-            without_events(1.0, 0), np.array([linear_state(p)]), *linear_touch(p)
-        )[::2]
-        u, scales = np.array(linear_state(p)), Scales(p.l, p.l * p.nu)
-        return begin_at(box, kind, law, u, touch, values[box.along], scales, marcher)
+        law, u, touch = linear_grazing(p)
+        scales = Scales(p.l, p.l * p.nu)
+        return begin_at(box, kind, law, u.ravel(), touch, values[box.along], scales, marcher)
     point = branch.points[event.point]
     curve = branch.curve if point.curve is None else point.curve
     law, u, touch = curve.sequence, point.u, BY_LAW
@@ -112,6 +111,11 @@ def begin_law(
         law, u = halved(law, u, event.kind)
     u = u[: law.width * len(law.codes)]
     return begin_at(box, kind, law, u, touch, ends, curve.scales, marcher)
+
+
+def linear_grazing(p: Any) -> Grazing:
+    """Return the motion without impacts where it touches the support that it comes nearest to; p : its parameters."""
+    return touching(without_events(1.0, 0), np.array([linear_state(p)]), *linear_touch(p))
 
 
 def begin_at(

@@ -154,12 +154,15 @@ class LawZeros(Curve):
 
     def stated(self, ends: np.ndarray) -> np.ndarray:
         """Return the parameters (parameters,), as they are stated, at values of those that vary."""
-        self.set_ends(ends)
-        return self.system.values[0, : len(Parameters._fields)].copy()
+        values = self.system.values[0].copy()
+        self._fill_ends(values, ends)
+        return values[: len(Parameters._fields)]
 
     def set_ends(self, ends: np.ndarray) -> None:
         """Set the parameters that vary, and what follows them."""
-        values = self.system.values[0]
+        self._fill_ends(self.system.values[0], ends)
+
+    def _fill_ends(self, values: np.ndarray, ends: np.ndarray) -> None:
         values[self.system.along[: self.n_free]] = ends
         if self.tied is not None:
             self.tied.fill(values)

@@ -90,7 +90,7 @@ def draw_overlay(
             ax.tick_params(labelbottom=ax is small[-1])
             array = free[0][f"{name}_mean" if order == 0 else f"{name}_amplitude"]
             symbol = symbol_of(array, order or None)
-            words = "mean displacement" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
+            words = f"mean {name}" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
             text = in_brackets(f"{words} {f'|{symbol}|' if order == 0 else symbol}", array)
             label(ax, 0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", zorder=6,
                   bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip

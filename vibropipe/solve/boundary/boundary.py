@@ -4,7 +4,6 @@ from __future__ import annotations
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
-from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -22,11 +21,7 @@ from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
 from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
-from vibropipe.solve.branch.problem import (
-    KEEP_SYMMETRY,
-    check_ground,
-    is_symmetric,
-)
+from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.blocks import solve_shard
@@ -265,10 +260,8 @@ def _stays_symmetric(
     """Return whether an exciter is its own mirror image in the whole box; reached : values of what varies in it."""
     if not ties:
         return is_symmetric(exciter) and {*names} <= {*KEEP_SYMMETRY}
-    rows = zip(*(values.tolist() for values in reached.values()), strict=True)
-    return all(
-        is_symmetric(replace(exciter, **dict(zip(reached, row, strict=True)))) for row in rows
-    )
+    own, rows = exciter.numbers(), zip(*(each.tolist() for each in reached.values()), strict=True)
+    return all(is_symmetric(own._replace(**dict(zip(reached, row, strict=True)))) for row in rows)
 
 
 def _settled(

@@ -8,13 +8,13 @@ import numpy as np
 
 from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at, touching
+from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at
+from vibropipe.orbits.boundaries.seeds import linear_grazing
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
 from vibropipe.orbits.branches.following import Branch
-from vibropipe.orbits.branches.linear import linear_state, linear_touch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import NO_TOUCH
-from vibropipe.orbits.law.law import Law, without_events
+from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.tied import Tied
@@ -132,12 +132,8 @@ def _is_excluded(problem: Problem, name: str, excluded: Collection[str]) -> bool
 def _linear_touch(branch: Branch, value: float) -> tuple[Grazing, Collection[str]]:
     """Return the motion without impacts where it touches a support, as `_orbit_at`: maybe both at once."""
     p = branch.problem.parameters_at(value)
-    support, turn = linear_touch(p)
-    law = without_events(1.0, 0)
     touches_both = support_offset(p) == 0.0 and not has_second(p)
-    return touching(
-        law, np.array([linear_state(p)]), support, turn
-    ), OF_OFFSET if touches_both else ()
+    return linear_grazing(p), OF_OFFSET if touches_both else ()
 
 
 def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:

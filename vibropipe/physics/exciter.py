@@ -38,6 +38,7 @@ from vibropipe.words.parameters import (
     THROUGH_OTHERS,
     WITHOUT_UNITS,
     Acted,
+    TiedValue,
     acting,
     of_effect,
     stated_value,
@@ -110,18 +111,28 @@ class Exciter(_OfRecords, Written):
         shaker nu^2 to f.
     wear_exponent : float
         Exponent, from 0 to 10, of speeds in `wear_rate` (output frame); it acts on no motion.
+    ties : mapping of str to str or float, optional
+        Parameters by expressions of others, or of names of one's own that have a number here, too: `{"R2": "R1", "f":
+        "m_e * nu**2", "m_e": 0.02}` (`docs/theory.md`, Ties). They hold in calls that vary what others are tied to, as
+        if the call had these ties, and in copies with other parameters (`dataclasses.replace`). What is tied is not
+        stated; a frequency that a call varies may be left out.
+
+    Attributes
+    ----------
+    ties : mapping of str to str
+        The same as text; empty without ties.
 
     Raises
     ------
     ParameterError
         If a keyword is unknown, a value is out of range (`vibropipe.words.parameters`), the supports coincide in
         floating point, a rigid support has damping, a soft one has a damping beside Ri < 1 that is not the one Ri
-        gives, a fixed housing has friction or a load, or one that may slide a shaker.
+        gives, a fixed housing has friction or a load, one that may slide a shaker, or a tie cannot be read or computed.
     """
 
     if TYPE_CHECKING:
 
-        def __init__(self, l: float, nu: float | None = None, **others: float | None) -> None:  # noqa: E741
+        def __init__(self, l: float = ..., nu: float | None = None, **others: Any) -> None:  # noqa: E741
             ...
 
     def __post_init__(self) -> None:
@@ -135,7 +146,10 @@ class Exciter(_OfRecords, Written):
             object.__setattr__(self, name, DEFAULTS[name])
         for name, entry in PARAMETERS.items():
             own = stated_value(getattr(self, name))
-            object.__setattr__(self, name, number_within(name, own, entry.range))
+            number = number_within(name, own, entry.range)
+            if isinstance(own, TiedValue):
+                number = TiedValue(number, own.ties)
+            object.__setattr__(self, name, number)
         if not (self.lower < self.upper and self.lower - self.load < self.upper - self.load):
             distinct = "so that the supports are distinct floating-point numbers"
             allowed = f"at least 1e-15 |delta| {distinct}"
@@ -181,6 +195,7 @@ class Exciter(_OfRecords, Written):
         delta: Any = DEFAULTS["delta"],
         R1: float = DEFAULTS["R1"],
         R2: float = DEFAULTS["R2"],
+        ties: Any = None,
         **further: Any,
     ) -> Exciter:
         """Return the exciter of a mass m, stiffness C, viscous damping H and force F sin(omega t), by eqs. (2)-(4).
@@ -198,6 +213,8 @@ class Exciter(_OfRecords, Written):
             a frequency in Hz counts cycles, "9 Hz" is 2 pi 9 rad/s.
         R1, R2 : float
             As in `Exciter`.
+        ties : mapping of str to str or float, optional
+            As in `Exciter`: of parameters without units, lengths in metres.
         **further : number, str or pint.Quantity
             Any of C1, C2, H1, H2 (N/m, N s/m: stiffness and damping of soft supports), load (N: a constant force),
             slope (rad: the angle at which x rises) with gravity (default 9.80665 m/s^2), which add -m gravity
@@ -228,7 +245,7 @@ class Exciter(_OfRecords, Written):
         }
         si = {name: si_value(name, value) for name, value in given.items()}
         check_together(given, si, {"R1": R1, "R2": R2})
-        exciter = cls(R1=R1, R2=R2, **numbers, **non_dimensional(si))
+        exciter = cls(R1=R1, R2=R2, **numbers, **non_dimensional(si), ties=ties)
         object.__setattr__(exciter, "_written", given)
         odd = unit_warning(exciter.numbers()._asdict())
         if odd:
@@ -272,9 +289,10 @@ class Exciter(_OfRecords, Written):
 
     def mirrored(self) -> Exciter:
         """Return the mirrored exciter, x -> -x: forces and delta change sign, the supports are exchanged."""
-        values = {name: stated_value(getattr(self, of)) for name, (of, _sign) in MIRRORED.items()}
+        plain = self.without_ties()
+        values = {name: stated_value(getattr(plain, of)) for name, (of, _sign) in MIRRORED.items()}
         negated = {name: -values[name] for name, (_of, sign) in MIRRORED.items() if sign < 0}
-        return replace(self, **{**values, **negated})
+        return replace(plain, **{**values, **negated})
 
     def parameters(self) -> Parameters:
         """Return the parameters as kernels read them; ParameterError for a force without a frequency."""

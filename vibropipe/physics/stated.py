@@ -3,11 +3,26 @@
 from __future__ import annotations
 
 import functools
+import inspect
 from collections.abc import Mapping
+from copy import copy
 from typing import TYPE_CHECKING, Any
 
-from vibropipe.physics.parameter_error import ParameterError, check_keywords, required
-from vibropipe.words.parameters import PARAMETERS
+from vibropipe.physics.parameter_error import (
+    ParameterError,
+    check_keywords,
+    number_within,
+    required,
+)
+from vibropipe.physics.ties import Ties
+from vibropipe.words.parameters import (
+    DEFAULTS,
+    FOLLOWING,
+    PARAMETERS,
+    Acted,
+    TiedValue,
+    stated_value,
+)
 
 if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter
@@ -27,6 +42,22 @@ class Written:
         """The arguments of `from_physical`, as they were given; empty for any other exciter."""
         return getattr(self, "_written", {})
 
+    @property
+    def ties(self) -> Mapping[str, str]:
+        """The expression of each tied parameter, and of names of one's own; empty for an exciter without ties."""
+        return next((value.ties for value in _tied(self).values() if value.ties), {})
+
+    def without_ties(self) -> Exciter:
+        """Return the exciter with the values that tied parameters have, each stated."""
+        plain: Any = copy(self)
+        for name, value in _tied(self).items():
+            own, number = getattr(self, name), float(value)
+            plain._set(name, Acted(own, number) if isinstance(own, Acted) else number)
+        return plain
+
+    def _set(self, name: str, value: Any) -> None:
+        object.__setattr__(self, name, value)
+
     def __setstate__(self, state: Any) -> None:
         fields, slots = state if isinstance(state, tuple) else (state, None)
         for name, value in {**fields, **(slots or {})}.items():
@@ -34,16 +65,65 @@ class Written:
 
 
 def telling_keywords(cls: type[Exciter]) -> type[Exciter]:
-    """Return the class, whose call says of an unknown keyword what could be meant, and what is missing."""
-    init = cls.__init__
+    """Return the class, whose call takes ties, says of an unknown keyword what could be meant, and what is missing."""
+    init, names = cls.__init__, tuple(cls.__dataclass_fields__)
 
     @functools.wraps(init)
-    def checked(self: Exciter, *args: Any, **given: Any) -> None:
-        check_keywords(given, tuple(PARAMETERS))
+    def checked(
+        self: Exciter, *args: Any, ties: Mapping[str, Any] | None = None, **given: Any
+    ) -> None:
+        check_keywords(given, (*PARAMETERS, "ties"))
+        positional = dict(zip(names, args, strict=False))
+        kept = [value for value in map(stated_value, given.values()) if _follows(value)]
+        if ties is not None or kept:
+            args, given = (), _with_tied(positional | given, ties, kept)
         if not args and "l" not in given:
             allowed = PARAMETERS["l"].range.text
             raise ParameterError("l", None, allowed, required(allowed), got="")
         init(self, *args, **given)
 
+    signature = inspect.signature(init)
+    last = inspect.Parameter("ties", inspect.Parameter.KEYWORD_ONLY, default=None)
+    checked.__signature__ = signature.replace(  # type: ignore[attr-defined]
+        parameters=[*signature.parameters.values(), last]
+    )
     cls.__init__ = checked  # type: ignore[method-assign]
     return cls
+
+
+def _follows(value: Any) -> bool:
+    return isinstance(value, TiedValue) and bool(value.ties)
+
+
+def _tied(exciter: Any) -> dict[str, TiedValue]:
+    """Return the tied parameters of an exciter."""
+    values = ((name, stated_value(value)) for name, value in vars(exciter).items())
+    return {name: value for name, value in values if isinstance(value, TiedValue)}
+
+
+def _with_tied(
+    given: Mapping[str, Any], ties: Mapping[str, Any] | None, kept: list[TiedValue]
+) -> dict[str, Any]:
+    """Return parameters with those that are tied; ParameterError if one cannot be computed, or is stated, too.
+
+    given : as they are stated, or copied from an exciter
+    kept : those that were tied in it; where `ties` are not given, what is stated in its place is tied no more
+    """
+    values = {name: stated_value(value) for name, value in given.items()}
+    stated = {
+        name: value
+        for name, value in values.items()
+        if not (_follows(value) or value is None or isinstance(value, Unstated))
+    }
+    if ties is None:
+        ties = {name: text for name, text in kept[0].ties.items() if name not in stated}
+    tied = Ties(ties)
+    differ = {name for name in stated if name in FOLLOWING or stated[name] != DEFAULTS.get(name)}
+    # A call may vary the frequency, and asks for it where it does not.
+    tied.check(differ if "nu" in tied.expressions else {*differ, "nu"})
+    numbers = {
+        name: number_within(name, value, PARAMETERS[name].range) for name, value in stated.items()
+    }
+    found = tied.checked({**DEFAULTS, **numbers})
+    left_out = {name: None for name in values if name in FOLLOWING}
+    return {**left_out, **stated} | {name: TiedValue(found[name], tied.texts) for name in found}

@@ -3,20 +3,32 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterable, Mapping, Sequence
+from copy import copy
 from dataclasses import replace
 from functools import cached_property
 from graphlib import CycleError, TopologicalSorter
-from typing import Any
+from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.parameter_error import ParameterError, number_within
 from vibropipe.words.expressions import ALLOWED, NAME, RESERVED, Expression, ExpressionError
-from vibropipe.words.parameters import DEFAULTS, FOLLOWED, FOLLOWING, PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.parameters import (
+    DEFAULTS,
+    FOLLOWED,
+    FOLLOWING,
+    PARAMETERS,
+    PHYSICAL,
+    STARTS,
+    TiedValue,
+    stated_value,
+)
 from vibropipe.words.records import FINITE
 from vibropipe.words.spelling import did_you_mean, latin
 from vibropipe.words.vocabulary import quantity
+
+if TYPE_CHECKING:
+    from vibropipe.physics.exciter import Exciter
 
 A_TIE = f"a number or text with {ALLOWED}"
 A_NAME = "a parameter, or a name of one's own of letters, digits and _ that begins with a letter"
@@ -155,10 +167,12 @@ class Ties:
         return replace(exciter, **changed)
 
     def untied(self, exciter: Exciter) -> Exciter:
-        """Return an exciter that does not state what is tied, but for l, which all have."""
-        names = [name for name in self.parameters if name != "l"]
-        left_out: dict[str, Any] = {n: None if n in FOLLOWING else DEFAULTS[n] for n in names}
-        return replace(exciter, **left_out)
+        """Return an exciter of the same values that does not state what is tied."""
+        untied = copy(exciter)
+        for name in self.parameters:
+            own = float(stated_value(getattr(exciter, name)))
+            object.__setattr__(untied, name, TiedValue(own))
+        return untied
 
     def spans(
         self, given: Mapping[str, float], ranges: Mapping[str, tuple[float, float]]
@@ -244,7 +258,9 @@ class Ties:
         total: np.ndarray = np.where(moves == 0.0, 0.0, jacobian[:, :, None] * moves).sum(axis=1)
         return total
 
-    def check(self, stated: Collection[str], varied: Iterable[str], argument: str) -> None:
+    def check(
+        self, stated: Collection[str], varied: Iterable[str] = (), argument: str = ""
+    ) -> None:
         """Raise a ParameterError for a name without a value, or one with two.
 
         Parameters
@@ -254,7 +270,7 @@ class Ties:
         varied : iterable of str
             Names that the call gives values.
         argument : str
-            The argument that does.
+            The argument that does, if any.
         """
         names = [*varied]
         for name in self.expressions:
@@ -270,18 +286,47 @@ class Ties:
                 # Of others the default says that an effect is absent; these follow from what else is stated.
                 if used in PARAMETERS and (used not in FOLLOWING or used in stated):
                     continue
-                must = f"must have a value for {used}: give it in {argument} or by a tie"
+                where = f"in {argument} or " if argument else ""
+                must = f"must have a value for {used}: give it {where}by a tie"
                 hint = "" if used in PARAMETERS else did_you_mean(used, known)
                 got = repr(each.text) + (f" ({hint})" if hint else "")
                 raise ParameterError(f"ties.{name}", each.text, must=must, got=got)
 
 
+def ties_of_call(
+    exciter: Exciter, ties: Mapping[str, Any] | None, varied: Collection[str] = ()
+) -> tuple[Exciter, Ties]:
+    """Return an exciter that states nothing that is tied, and its ties with those of a call, which take precedence.
+
+    varied : what the call gives values; a name of one's own that has a number by the exciter's ties varies from it
+    """
+    called = Ties(ties)
+    if not exciter.ties:
+        return exciter, called
+    own = Ties(exciter.ties)
+    numbers = {name for name, each in own.expressions.items() if not each.names} - {*PARAMETERS}
+    kept = {name: text for name, text in own.texts.items() if name not in numbers & {*varied}}
+    return own.untied(exciter), Ties({**kept, **called.texts})
+
+
+def check_untied(exciter: Exciter, argument: str, varied: Iterable[str]) -> None:
+    """Raise a ParameterError where a call varies what an exciter ties, or ties others to, and does not follow it."""
+    tied = Ties(exciter.ties)
+    for name in varied:
+        if name in tied.expressions:
+            raise ParameterError(argument, name, must=TIED, got="")
+        for each in tied.following([name]):
+            must = f"must leave {name} as it is: {each} is tied to it, which is not followed here"
+            raise ParameterError(argument, name, must=must, got="")
+
+
 def stated_names(exciter: Exciter) -> set[str]:
     """Return the parameters that an exciter states: those that differ from their default, without l, which all have."""
-    numbers = exciter.numbers()._asdict()
-    differ = {name for name, default in DEFAULTS.items() if numbers[name] != default}
+    own = {name: stated_value(value) for name, value in vars(exciter).items()}
+    stated = {name for name, value in own.items() if not isinstance(value, TiedValue)}
+    differ = {name for name, default in DEFAULTS.items() if own[name] != default}
     follow = {name for name in FOLLOWING if exciter.states(name)}
-    return (differ - {*FOLLOWING}) | follow
+    return stated & ((differ - {*FOLLOWING}) | follow)
 
 
 def check_own(argument: str, name: str) -> None:

@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import HARMONICS
+from vibropipe.physics.ties import check_untied
 from vibropipe.solve.checks import check_whole
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED
@@ -121,6 +122,8 @@ def prove(
         return prove_rows(orbit, progress)
     given = given_orbit(orbit)
     tolerances = None if within is None else check_within(given.exciter, within)
+    if isinstance(orbit, Exciter):
+        check_untied(orbit, "within", within or ())
     return prove_orbit(given, tolerances, harmonics, parts, largest, stretches)
 
 
@@ -175,6 +178,8 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         raise ParameterError("kind", kind, f"one of {', '.join(KINDS)}")
     if along not in BOXED:
         raise ParameterError("along", along, f"one of {', '.join(BOXED)}")
+    if isinstance(orbit, Exciter):
+        check_untied(orbit, "along", [along])
     return prove_critical(given_orbit(orbit), KINDS[kind], along)
 
 

@@ -5,7 +5,6 @@
 
 from __future__ import annotations
 
-import dataclasses
 import inspect
 import re
 import tomllib
@@ -86,19 +85,9 @@ def _of_call(name: str, call: Any) -> Iterator[str]:
 
 def _signature(call: Any) -> str:
     """Return a signature without types, one argument a line where it is long."""
-    if dataclasses.is_dataclass(call):
-        bare = [
-            inspect.Parameter(
-                each.name, inspect.Parameter.POSITIONAL_OR_KEYWORD,
-                default=inspect.Parameter.empty if each.default is dataclasses.MISSING else each.default,
-            )
-            for each in dataclasses.fields(call)
-        ]  # fmt: skip
-    else:
-        parameters = inspect.signature(call).parameters.values()
-        bare = [each.replace(annotation=inspect.Parameter.empty) for each in parameters]
-        bare = [each for each in bare if each.name != "self"]
-    text = str(inspect.Signature(bare))
+    parameters = inspect.signature(call).parameters.values()
+    bare = [each.replace(annotation=inspect.Parameter.empty) for each in parameters]
+    text = str(inspect.Signature([each for each in bare if each.name != "self"]))
     return text if len(text) <= 90 else "(\n    " + ",\n    ".join(map(str, bare)) + ",\n)"
 
 

@@ -123,6 +123,17 @@ class Acted(float):
         return self
 
 
+class TiedValue(float):
+    """The value of a parameter that is tied to others: copies of its exciter compute it again, by its `ties` if any."""
+
+    ties: Mapping[str, str]
+
+    def __new__(cls, value: float, ties: Mapping[str, str] | None = None) -> TiedValue:  # noqa: D102
+        self = super().__new__(cls, value)
+        self.ties = ties or {}
+        return self
+
+
 def stated_value(value: Any) -> Any:
     """Return the own value of a parameter that another one may act on."""
     return value.stated if isinstance(value, Acted) else value

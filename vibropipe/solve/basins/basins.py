@@ -10,6 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.ties import check_untied
 from vibropipe.solve.basins.attractor_families import follow_attractors
 from vibropipe.solve.basins.attractors import (
     STARTS,
@@ -251,6 +252,7 @@ def _check_over(exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray) -> di
         must, got = f"must have one key among {', '.join(PARAMETERS)}", ", ".join(arrays)
         raise ParameterError("over", over, must=must, got=got)
     ((name, values),) = arrays.items()
+    check_untied(exciter, f"over.{name}", [name])
     if not (np.diff(values) > 0).all():
         raise ParameterError(f"over.{name}", over[name], "increasing numbers")
     check_soft("over", exciter, (name,), {name: float(values[0])})

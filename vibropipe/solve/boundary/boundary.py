@@ -16,7 +16,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
-from vibropipe.physics.ties import SAMPLES, Ties, stated_names
+from vibropipe.physics.ties import SAMPLES, Ties, stated_names, ties_of_call
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
 from vibropipe.solve.boundary.levels import Quantities
@@ -163,7 +163,7 @@ def boundary(
         )
         return to_physical(dataset, exciter)
     (kinds, levels), wanted = kinds_and_levels(of), None if law is None else check_law(law)
-    tied = Ties(ties)
+    exciter, tied = ties_of_call(exciter, ties, along)
     names = _check_along(along, tied)
     tied.check(stated_names(exciter), names, "along")
     given = exciter

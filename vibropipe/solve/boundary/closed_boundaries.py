@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.ties import check_untied
 from vibropipe.solve.boundary.closed_flights import (
     Family,
     fly,
@@ -108,6 +109,8 @@ def _with_unit_force(exciter: Exciter) -> Exciter:
     if exciter.shaker != 0.0:
         must = "must be 0: the whole amplitude of the force is sought (at nu it is f + shaker nu^2)"
         raise ParameterError("shaker", exciter.shaker, must=must)
+    check_untied(exciter, "nu", ["nu"])
+    check_untied(exciter, "exciter", ["f"])
     return dataclasses.replace(exciter, f=1.0, nu=1.0)
 
 

@@ -14,7 +14,7 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
-from vibropipe.physics.ties import TIED, Ties, stated_names
+from vibropipe.physics.ties import TIED, Ties, stated_names, ties_of_call
 from vibropipe.solve.branch.branch_dataset import (
     branch_dataset,
     rest_dataset,
@@ -192,7 +192,8 @@ def branch(
             tolerance=None if tolerance is None else plain_mapping(exciter, tolerance),
         )
         return to_physical(dataset, exciter)
-    tied = Ties(ties)
+    begin = exciter.ties.get(along)
+    exciter, tied = ties_of_call(exciter, ties, [along])
     if law is not None:
         _check_alone(x0, v0, switch)
         check_whole("harmonics", harmonics, limits.HARMONICS)
@@ -201,7 +202,7 @@ def branch(
             tolerance, tied,
         )  # fmt: skip
     v = 0.0 if v0 is None else v0
-    exciter, to, own = with_ties(exciter, along, to, tied)
+    exciter, to, own = with_ties(exciter, along, to, tied, begin)
     exciter.check_start(x0, v)
     problem, signs = problem_of(exciter, along, to, at, max_step, tied, own)
     check_whole("harmonics", harmonics, limits.HARMONICS)

@@ -52,16 +52,18 @@ def is_symmetric(exciter: Exciter | Parameters) -> bool:
 
 
 def with_ties(
-    exciter: Exciter, along: str, to: Any, ties: Ties
+    exciter: Exciter, along: str, to: Any, ties: Ties, own: str | None = None
 ) -> tuple[Exciter, Any, float | None]:
     """Return the exciter that a branch begins at with what is tied, how far it is followed, and where a name begins.
 
-    A name of one's own, which no exciter has, is followed from the first to the second of two numbers.
+    A name of one's own is followed from the first to the second of two numbers, or from its `own` number to one.
     """
     ties.check(stated_names(exciter), [along], "along")
     if along not in ties.own:
         return (ties.applied(exciter, {}) if ties else exciter), to, None
     ends = [as_float("to", value, FINITE.text) for value in np.atleast_1d(to).tolist()]
+    if own is not None and len(ends) == 1:
+        ends = [float(own), *ends]
     if len(ends) != 2 or ends[0] == ends[1]:
         raise ParameterError("to", to, f"two numbers: {along} from the first to the second")
     return ties.applied(exciter, {along: ends[0]}), ends[1], ends[0]

@@ -10,7 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.ties import Ties
+from vibropipe.physics.ties import Ties, ties_of_call
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
@@ -244,8 +244,9 @@ def design(
         wanted["vary"] = plain_mapping(exciter, vary)
         wanted["tolerance"] = tolerance and plain_deviations(exciter, tolerance, vary)
         wanted["minimise"] = plain_objectives(minimise)
+    untied, tied = ties_of_call(exciter, ties, vary)
     try:
-        found, missed = _designs(exciter, samples, designs, progress, Ties(ties), **wanted)
+        found, missed = _designs(untied, samples, designs, progress, tied, **wanted)
     except WorkSpentError:
         raise ParameterError("vary", dict(vary), must=TOO_MUCH, got="") from None
     if missed and with_units:

@@ -11,7 +11,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import number_within
-from vibropipe.physics.ties import Ties
+from vibropipe.physics.ties import ties_of_call
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.checks import check_whole
@@ -150,7 +150,8 @@ def tolerance(
             ties,
         )
         return to_physical(dataset, exciter)
-    exciter, tied, sigma = check_tied(exciter, tolerances, Ties(ties))
+    exciter, stated = ties_of_call(exciter, ties)
+    exciter, tied, sigma = check_tied(exciter, tolerances, stated)
     exciter.check_frequency(sigma.keys() - {"nu"})
     check_whole("samples", samples, SAMPLES_LIMITS)
     check_whole("harmonics", harmonics, HARMONICS)
@@ -173,7 +174,7 @@ def tolerance(
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
     effects = all_effect_names(vars(exciter), pieces=True, housing=True)
-    attrs = origin_attrs(effects, f"x0 = {x0 or 0.0:g}, v0 = {v0:g}") | Ties(ties).attrs
+    attrs = origin_attrs(effects, f"x0 = {x0 or 0.0:g}, v0 = {v0:g}") | stated.attrs
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     dataset = dataset.assign_coords(tied.own)
     points = from_start(moved_rows(base, sigma, samples, reach, tied))

@@ -11,7 +11,7 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import number_within, si_value
 from vibropipe.physics.si import eigenfrequency
-from vibropipe.physics.ties import Ties
+from vibropipe.physics.ties import Ties, ties_of_call
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
@@ -166,7 +166,8 @@ def identify(
     table = plain_table(exciter, columns, with_units)
     if with_units:
         given = plain_arguments(exciter, given)
-    found = _identify(exciter, table, samples, Ties(ties), sign, **given)
+    untied, tied = ties_of_call(exciter, ties, vary)
+    found = _identify(untied, table, samples, tied, sign, **given)
     return to_physical(found, exciter) if with_units else found
 
 

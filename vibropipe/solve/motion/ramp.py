@@ -20,6 +20,7 @@ from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_P
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.ramp import Ramp
+from vibropipe.physics.ties import check_untied
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.solve.motion.contacts import contacts_of, drain_log
@@ -75,6 +76,7 @@ def check_ramp(exciter: Exciter, tau_start: float, tau_end: float, nu_end: Any) 
     turn, _end = span_in_turns(exciter, tau_start, tau_end)
     if not tau_end > tau_start:
         raise ParameterError("tau_end", tau_end, must="must be above tau_start with nu_end")
+    check_untied(exciter, "nu_end", ["nu"])
     shaker = exciter.numbers().shaker
     if shaker != 0.0:
         must = (

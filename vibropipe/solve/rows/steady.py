@@ -6,6 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.physics.ties import ties_of_call
 from vibropipe.solve.sweep.blocks import MAX_PERIODS, assemble, solve_shard
 from vibropipe.solve.sweep.sweep import check_solver
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
@@ -166,10 +167,9 @@ def steady_state(
     """
     exciter.check_start(x0, v0)
     exciter.check_frequency()
-    grid, start = (
-        SweepGrid({}, None, exciter.stated()),
-        (None if x0 is None else float(x0), float(v0)),
-    )
+    exciter, ties = ties_of_call(exciter, None)
+    grid = SweepGrid({}, None, exciter.stated(), ties)
+    start = None if x0 is None else float(x0), float(v0)
     solver = check_solver(harmonics, outputs, accuracy, patience)
     shard = solve_shard(grid, 0, 1, start=start, effects=effects, **solver)
     return warn_unsolved(assemble([shard], grid).drop_vars("row_size", errors="ignore"))

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.ties import Ties, stated_names
+from vibropipe.physics.ties import stated_names, ties_of_call
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.checks import (
     check_follow,
@@ -152,7 +152,7 @@ def grid_of(
     ties: Mapping[str, Any] | None = None,
 ) -> SweepGrid:
     """Return the grid of a sweep; ParameterError if `over`, `follow` or `ties` is not valid."""
-    tied = Ties(ties)
+    exciter, tied = ties_of_call(exciter, ties, over)
     values, followed = check_over(over, (*tied.own, *tied.expressions)), check_follow(over, follow)
     tied.check(stated_names(exciter), values, "over")
     grid = SweepGrid(values, followed, exciter.stated(), tied)

@@ -83,7 +83,7 @@ def test_branches_of_several_forces_stand_one_after_the_other(dataset):
 
 
 def test_the_picture_marks_what_the_data_hold(scene, dataset):
-    (picture,) = kind_of(scene).pictures
+    (picture,) = kind_of(scene).pictures_of(dataset)
     with house_style():
         figure = picture.draw(dataset, scene.figure, {})
     entries = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
@@ -268,7 +268,7 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     assert data.attrs["follow"] == "omega both"
     free = kind_of(study.scenes["free"]).solve(study.scenes["free"])
     shown = display_units({"free": free, "response": data})
-    (picture,) = kind_of(scene).pictures
+    (picture,) = kind_of(scene).pictures_of(data)
     with house_style():
         figure = picture.draw(shown["response"], scene.figure, shown)
     assert figure.axes[0].texts[-1].get_text() == "first harmonic $A_1$ (mm)"
@@ -369,7 +369,7 @@ def test_the_caption_counts_each_place_once(tmp_path):
         rows = dataset["bifurcation_nu"].values[kinds == Bifurcation[name.upper()]]
         assert abs(rows[:, None] - at).min(axis=1).max() < 1e-9
         assert at.size == 1 or np.diff(at).min() > 1e-9
-    (picture,) = kind_of(scene).pictures
+    (picture,) = kind_of(scene).pictures_of(dataset)
     caption = picture.describe(dataset, scene.figure, {})
     for name, at in places.items():
         assert f"{amount_text(at.size, name)}" in caption

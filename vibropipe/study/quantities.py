@@ -51,6 +51,10 @@ KEYS: dict[str, tuple[str, Range]] = {
     "amplitude": ("length", POSITIVE),
     "steady_from": ("time", FINITE),
     "blanking": ("time", NOT_NEGATIVE),
+    "no_load": ("frequency", POSITIVE),
+    "stall": ("energy", POSITIVE),
+    "speed": ("frequency", FINITE),
+    "torque": ("energy", FINITE),
 }
 # Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
 BARE, QUANTITIES = (
@@ -140,7 +144,9 @@ class QuantityReader:
         if key in NAMES:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
         p = eigenfrequency(**self.units)
-        return {"velocity": si / p, "time": si * p}.get(dimension, si)
+        plain = {"velocity": si / p, "time": si * p, "frequency": si / p}
+        plain["energy"] = si / self.units["C"]
+        return plain.get(dimension, si)
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
         """Return a target, a bound, an allowance or a column without units."""

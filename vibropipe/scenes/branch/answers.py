@@ -24,6 +24,7 @@ from vibropipe.scenes.branch.lines import (
     stretches_of,
     swept,
 )
+from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.words.wording import series
 
@@ -57,6 +58,7 @@ def branch_answers(dataset: xr.Dataset) -> list[Answer]:
         changes = kinds_answer(dataset)
     found = [
         law_answer(dataset, stretches),
+        motor_answer(dataset),
         proof_answer(dataset),
         together_answer(dataset, stretches),
         changes,

@@ -9,6 +9,7 @@ import numpy as np
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.keys import BranchScene
+from vibropipe.scenes.branch.motor_keys import check_motor
 from vibropipe.scenes.keys.checks import (
     TIES,
     TOGETHER,
@@ -161,6 +162,10 @@ CHECKS = (
     Check((("along",), ("over",), ("law",), ("start",), ("switch",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
+    Check(
+        (("along",), ("over",), ("law",), ("tolerance",), ("motor",), ("figure", "pictures")),
+        check_motor,
+    ),
     Check((("along",), ("over",), ("exciter",), ("tolerance",)), _tolerance),
     Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
     Check(

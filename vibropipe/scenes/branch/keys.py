@@ -11,6 +11,7 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.start import largest_start
 from vibropipe.physics.ties import SAMPLES
+from vibropipe.scenes.branch.motor_keys import MotorKeys
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
     Work,
@@ -31,7 +32,7 @@ from vibropipe.scenes.keys.parts import (
 )
 from vibropipe.scenes.keys.proofs import ROW_SECONDS
 from vibropipe.scenes.keys.ties import TiedScene
-from vibropipe.scenes.keys.values import NameRule, Number, Sigma, refuse
+from vibropipe.scenes.keys.values import NameRule, NotNull, Number, Sigma, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import drawn_by
@@ -96,8 +97,12 @@ else:
 
 
 class BranchFigure(FigureOptions):
-    """Options of the picture of branches."""
+    """Options of the pictures of branches."""
 
+    pictures: Annotated[list[Literal["motor", "branches"]], AfterValidator(each_once)] = Field(
+        default=[],
+        description="Pictures to draw (default: `motor` beside the key `motor`, else `branches`).",
+    )
     show: Annotated[
         list[Shown],
         AfterValidator(each_once),
@@ -117,7 +122,7 @@ class BranchScene(TiedScene):
     COMPUTES_HOUSING = True
     FOLLOWS_TIES = True
     kind: Literal["branch"] = Field(description="Orbits followed along a parameter, stable or not.")
-    figure: BranchFigure = figure_key(BranchFigure, "picture")
+    figure: BranchFigure = figure_key(BranchFigure)
     along: Annotated[dict[VariedName, Along], Field(min_length=1, max_length=1)] = Field(
         description="The parameter, or name of one's own in `ties`, along which orbits are followed."
     )
@@ -142,6 +147,11 @@ class BranchScene(TiedScene):
         default={},
         description="Standard deviations of parameters, for the scatter of each bifurcation: "
         "`bifurcation_<parameter>_std`.",
+    )
+    motor: Annotated[MotorKeys | None, NotNull] = Field(
+        default=None,
+        description="Torque of a motor of limited power over its speed, as `vp.motor` takes it: the speeds that it "
+        "keeps, and Sommerfeld's jumps.",
     )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     prove: bool = Field(

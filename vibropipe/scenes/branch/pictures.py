@@ -20,6 +20,7 @@ from vibropipe.scenes.branch.lines import (
     places_of,
     swept,
 )
+from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.wording import series
 
@@ -91,5 +92,6 @@ def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> 
 
 
 PICTURES = (
+    Picture("motor", draw_motor, describe_motor, fits=has_motor, titled=title_motor),
     Picture("branches", draw_branches, describe_branches, keywords=keywords, titled=title_branches),
 )

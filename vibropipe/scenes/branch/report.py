@@ -27,6 +27,7 @@ from vibropipe.scenes.branch.lines import (
     stretches_of,
     swept,
 )
+from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
@@ -218,11 +219,19 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 answers, tables = (
     of_each(branch_answers),
-    tables_of_each(cascade_table, stable_table, together_table, scatter_table, proof_table),
+    tables_of_each(
+        speed_table,
+        jump_table,
+        cascade_table,
+        stable_table,
+        together_table,
+        scatter_table,
+        proof_table,
+    ),
 )
 REPORT = ReportPart(
     "Branches of orbits",
-    "Which orbits are there, stable or not, and where do they change?",
+    question_of,
     answers,
     tables,
     side=side_of_first,

@@ -11,9 +11,20 @@ import xarray as xr
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.branch.branch import MUST_REPEAT, branch
+from vibropipe.solve.branch.motor import motor, torque_of
 from vibropipe.solve.physical import stored
+from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS
-from vibropipe.words.vocabulary import attributes_of_dimension, own_attributes, physical_name
+from vibropipe.words.vocabulary import (
+    PARAMETER,
+    SENSITIVITY_SUFFIX,
+    attributes_of_dimension,
+    describe,
+    own_attributes,
+    physical_name,
+)
+
+OF_MOTOR = (*OF_STEADY_STATE, "power", "sensitivity")
 
 if TYPE_CHECKING:
     from vibropipe.scenes.branch.keys import BranchScene
@@ -50,6 +61,8 @@ def _followed(scene: BranchScene, change: dict[str, float]) -> xr.Dataset:
     ties = scene.tied()
     exciter = Exciter(**{**scene.untied_exciter(), **stated})
     branches = _branches(scene, exciter, {**ties.texts, **own})
+    if scene.motor is not None:
+        branches = with_motor(branches, scene.motor.given())
     coords = {name: ((), value, own_attributes(name)) for name, value in own.items()}
     return branches.assign_coords(coords).assign_attrs(ties.attrs)
 
@@ -75,6 +88,7 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
             at=at,
             switch=scene.switch,
             harmonics=scene.harmonics,
+            outputs=OF_STEADY_STATE if scene.motor is None else OF_MOTOR,
             tolerance=tolerance,
             ties=ties,
         )
@@ -88,6 +102,21 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
         remedy = f"begin at another value (along.{name}.from) or from another start"
         got = f"{error.got}: {remedy}"
         raise ParameterError(error.name, error.value, must=error.must, got=got) from error
+
+
+def with_motor(branches: xr.Dataset, torque: Any) -> xr.Dataset:
+    """Return branches along nu with the speeds that a motor keeps, its jumps, and its torque at each point."""
+    found, given = motor(branches, torque), torque_of(torque)
+    of_motor = ("crossing_point", "motor_torque", "speed_is_stable")
+    names = [*of_motor, *(str(name) for name in found.data_vars if found[name].dims == ("jump",))]
+    available = [given.at(speed) for speed in branches["nu"].values.tolist()]
+    own = {name: found[name].variable for name in names}
+    own["crossing_nu"] = xr.Variable("crossing", found["nu"].values)
+    load = branches["power_input"].values / branches["nu"].values
+    own["load_torque"] = xr.Variable("point", load)
+    own["available_torque"] = xr.Variable("point", available)
+    derived = [name for name in branches.variables if str(name).endswith(SENSITIVITY_SUFFIX)]
+    return describe(branches.drop_vars([*derived, PARAMETER]).assign(own))
 
 
 def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:

@@ -61,6 +61,8 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
             Whether the motor keeps that speed.
         branch_id, stable, power_input, regime, period_multiple, impacts_per_period (support)
             The orbit there, as in the branch.
+        crossing_point
+            Number of the point of the branch before it.
 
         Over `jump`, where a stable speed is lost while a torque that is the same at all speeds is added slowly to that
         of the motor (of a straight line it raises the no-load speed too, as the voltage does):
@@ -91,7 +93,7 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     import xarray as xr
 
     _check_branch(branch)
-    load = MotorLoad(branch, _torque_of(torque, is_physical(branch)))
+    load = MotorLoad(branch, torque_of(torque, is_physical(branch)))
     stretches = stretches_of(load)
     at = sorted(
         ((speed_at(load, each, 0.0), each) for each in stretches if each.s[0] * each.s[1] < 0.0),
@@ -143,7 +145,7 @@ def _check_branch(branch: Any) -> None:
         raise ParameterError("branch", branch, must=must, got=f"one without {lacks}")
 
 
-def _torque_of(torque: Any, si: bool) -> Torque:
+def torque_of(torque: Any, si: bool = False) -> Torque:
     """Return the torque of a motor over its speed, or raise a ParameterError."""
 
     def number(name: str, value: Any, dimension: str) -> float:
@@ -193,7 +195,9 @@ def _orbits_at(
         data = np.array(values, variable.dtype) if rows else np.zeros(shape, variable.dtype)
         kept[name] = (("crossing", *variable.dims[1:]), data)
     ids = load.branch["branch_id"].values
-    kept["branch_id"] = ("crossing", np.array([ids[each.start] for _speed, each in at], np.int64))
+    points = np.array([each.start for _speed, each in at], np.int64)
+    kept["crossing_point"] = ("crossing", points)
+    kept["branch_id"] = ("crossing", ids[points].astype(np.int64))
     torques = np.array([load.torque_of_row(row) for row in rows])
     return torques, kept
 

@@ -1,0 +1,161 @@
+"""Branches with a motor in a study: data as of `vp.motor`, picture, answers, tables, and what is refused."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from drawing import draw
+from figures.figure_text import words
+
+import vibropipe as vp
+from vibropipe.jobs.solving import solve_to_file
+from vibropipe.scenes.branch.answers import branch_answers
+from vibropipe.scenes.branch.motor import title_motor
+from vibropipe.scenes.branch.pictures import PICTURES
+from vibropipe.scenes.branch.report import tables
+from vibropipe.scenes.branch.solve import with_motor
+from vibropipe.scenes.registry import kinds
+from vibropipe.study import Study, StudyError, load_study, study_of_text
+
+OUTPUTS = ("harmonics", "impacts", "stability", "energy", "power", "sensitivity")
+# A motion that strikes no support, whose speeds and jumps are roots of a polynomial (tests/solve/test_motor.py).
+LINEAR = vp.Exciter(nu=0.6, h=0.1, f=0.3, l=50.0)
+OF_CROSSINGS = ("motor_torque", "speed_is_stable", "crossing_point")
+OF_JUMPS = ("jump_torque", "jump_way", "jump_nu", "jump_to_nu")
+EXCITER, LINE = "{h: 0.1, f: 0.3, l: 50}", "{no_load: 2.2, stall: 0.55}"
+ALONG = "along: {nu: {from: 0.6, to: [0.2, 2.9]}}"
+M, C = 0.4, 6000.0
+UNITS = (
+    f"physical: {{m: {M} kg, C: {C} N/m, l: 50 m, H: {0.1 * (M * C) ** 0.5!r} N s/m, F: 1800 N}}\n"
+)
+
+
+def text_of(keys: str, top: str = f"exciter: {EXCITER}\n") -> str:
+    return f"title: T\n{top}scenes:\n  run: {{kind: branch, {keys}}}\n"
+
+
+def study(keys: str, top: str = f"exciter: {EXCITER}\n") -> Study:
+    return study_of_text(text_of(keys, top), "mine")
+
+
+def solved(made: Study) -> xr.Dataset:
+    return kinds()["branch"].solve(made.scenes["run"])
+
+
+@pytest.fixture(scope="module")
+def branch() -> xr.Dataset:
+    return vp.branch(LINEAR, "nu", (0.2, 2.9), outputs=OUTPUTS)
+
+
+@pytest.fixture(scope="module")
+def dataset() -> xr.Dataset:
+    return solved(study(f"{ALONG}, motor: {LINE}"))
+
+
+def test_a_study_has_the_speeds_and_jumps_of_the_call(
+    dataset: xr.Dataset, branch: xr.Dataset
+) -> None:
+    found = vp.motor(branch, {"no_load": 2.2, "stall": 0.55})
+    np.testing.assert_array_equal(dataset.crossing_nu, found.nu)
+    for name in (*OF_CROSSINGS, *OF_JUMPS):
+        np.testing.assert_array_equal(dataset[name], found[name], err_msg=name)
+    nu = dataset.nu.values
+    np.testing.assert_allclose(dataset.available_torque, 0.55 * (1 - nu / 2.2), atol=1e-15)
+    response = 0.1 * nu * 0.3**2 / 2 / ((1 - nu**2) ** 2 + (0.1 * nu) ** 2)
+    np.testing.assert_allclose(dataset.load_torque, response, rtol=1e-12)
+    before = nu[dataset.crossing_point.values]
+    assert (np.sign(dataset.crossing_nu - before) * np.sign(np.diff(nu)[0]) >= 0).all()
+    assert not [name for name in dataset.variables if str(name).endswith("_sensitivity")]
+    assert "parameter" not in dataset.dims
+
+
+def test_a_torque_of_points_is_that_of_the_call(branch: xr.Dataset) -> None:
+    points = [(0.3, 0.4), (1.0, 0.3), (2.5, 0.1)]
+    own = solved(study(f"{ALONG}, motor: {{speed: [0.3, 1, 2.5], torque: [0.4, 0.3, 0.1]}}"))
+    found = vp.motor(branch, points)
+    np.testing.assert_array_equal(own.crossing_nu, found.nu)
+    is_given = (own.nu >= 0.3) & (own.nu <= 2.5)
+    np.testing.assert_array_equal(np.isfinite(own.available_torque), is_given)
+
+
+def test_units_are_those_of_speeds_and_torques(branch: xr.Dataset, tmp_path) -> None:
+    p, stall = (C / M) ** 0.5, 0.55 * C
+    along = (
+        f"along: {{omega: {{from: {0.6 * p!r} rad/s, to: [{0.2 * p!r} rad/s, {2.9 * p!r} rad/s]}}}}"
+    )
+    line = f"{{no_load: {2.2 * p * 30 / np.pi!r} rpm, stall: {stall!r} N m}}"
+    path = tmp_path / "mine.yaml"
+    path.write_text(text_of(f"{along}, motor: {line}", UNITS + "units: {frequency: Hz}\n"))
+    solve_to_file(load_study(path), "run", tmp_path / "run.nc", None, 1)
+    own, found = vp.load(tmp_path / "run.nc"), vp.motor(branch, {"no_load": 2.2, "stall": 0.55})
+    np.testing.assert_allclose(own.crossing_omega, found.nu * p, rtol=1e-9)
+    np.testing.assert_allclose(own.motor_torque, found.motor_torque * C, rtol=1e-9)
+    np.testing.assert_allclose(own.jump_torque, found.jump_torque * C, rtol=1e-7)
+    for name in ("motor_torque", "load_torque", "available_torque", "jump_torque"):
+        assert own[name].attrs["units"] == "N m"
+    assert own.crossing_omega.attrs["units"] == "rad s-1"
+
+
+def test_picture_answers_and_tables_say_what_is_kept(dataset: xr.Dataset) -> None:
+    assert title_motor(dataset) == (
+        "The motor keeps two of three speeds at which its torque is that of the load"
+    )
+    figure = draw("branch", dataset)
+    shown = words(figure)
+    assert "motor" in shown
+    assert "speed that is kept" in shown
+    arrows = [each for each in figure.axes[0].texts if getattr(each, "arrow_patch", None)]
+    assert len(arrows) == 2  # both jumps lead to a known speed
+    answer = branch_answers(dataset)[0]
+    kept = dataset.crossing_nu.values[[0, 2]]
+    ends = " or ".join(f"{value:.4g}" for value in kept)
+    assert answer.lead.startswith("Of the motions followed here the motor keeps those at ")
+    assert answer.lead.endswith(f" = {ends}.")
+    n = int(np.abs(dataset.jump_torque.values).argmin())
+    assert f"for {float(dataset.jump_to_nu[n]):.4g}." in answer.rest
+    speeds, jumps = tables({"run": dataset})[:2]
+    assert [row[-1] for row in speeds.rows] == ["yes", "no", "yes"]
+    assert [row[1] for row in jumps.rows] == [f"{float(v):.5g}" for v in dataset.jump_nu]
+    assert not any("–" in row for row in jumps.rows)
+
+
+def test_what_is_not_known_is_told(branch: xr.Dataset) -> None:
+    none = with_motor(branch, [(0.2, -1.0), (3.0, -1.0)])
+    assert title_motor(none) == (
+        "The torque of the motor is that of the load at no speed followed here"
+    )
+    assert branch_answers(none)[0].lead == (
+        "The motor keeps the speed of none of the motions followed here."
+    )
+    assert branch_answers(none)[0].rest == ""
+    assert "At which speeds" not in [table.title for table in tables({"run": none})]
+    one = with_motor(vp.branch(LINEAR, "nu", 0.8, outputs=OUTPUTS), {"no_load": 2.2, "stall": 0.01})
+    assert title_motor(one).startswith("The motor ")
+
+
+def test_without_a_motor_branches_are_drawn(branch: xr.Dataset) -> None:
+    assert [each.name for each in PICTURES if each.fits(branch)] == ["branches"]
+
+
+@pytest.mark.parametrize(
+    ("keys", "message"),
+    [
+        (f"{ALONG}, motor: {{}}", "motor: is required (no_load and stall, or speed and torque)"),
+        (f"{ALONG}, motor: {{no_load: 2}}", "motor.stall: is required"),
+        (f"{ALONG}, motor: {{no_load: 2, stall: 1, speed: [1, 2]}}", "motor.speed: must be left out beside no_load"),
+        (f"{ALONG}, motor: {{no_load: 2, stall: -1}}", "motor.stall: must be a finite number > 0, got -1"),
+        (f"{ALONG}, motor: {{speed: [1, 2], torque: [1, 2, 3]}}", "motor.torque: must be 2, one for each speed"),
+        (f"{ALONG}, motor: {{speed: [2, 1], torque: [1, 2]}}", "motor.speed: must be increasing numbers"),
+        ("along: {f: {from: 0.3, to: 0.4}}, exciter: {nu: 1}, motor: " + LINE,
+         "motor: must be left out unless the frequency"),
+        (f"{ALONG}, over: {{R1: [0.5, 0.6]}}, motor: {LINE}", "over: must be left out beside motor"),
+        (f"{ALONG}, tolerance: {{f: 0.01}}, motor: {LINE}", "tolerance: must be left out beside motor"),
+        (f"{ALONG}, figure: {{pictures: [motor]}}", "figure.pictures: must leave out motor unless"),
+    ],
+)  # fmt: skip
+def test_a_motor_that_cannot_be_meant_is_refused(keys: str, message: str) -> None:
+    top = f"exciter: {EXCITER}\n" if "along: {nu" in keys else "exciter: {h: 0.1, l: 50}\n"
+    with pytest.raises(StudyError) as raised:
+        study(keys, top)
+    assert message in str(raised.value)

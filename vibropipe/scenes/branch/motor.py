@@ -1,0 +1,240 @@
+"""A motor that drives the exciter of a branch: the picture of both torques, answers and tables."""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+
+from vibropipe.figures.canvas import (
+    SMALL,
+    WIDE,
+    arrow,
+    axes,
+    new_canvas,
+    note_height,
+    panel,
+    top_note,
+)
+from vibropipe.figures.motion_words import amount_text, number_word, words_of
+from vibropipe.figures.palette import GREY, INK, readable
+from vibropipe.figures.text import (
+    axis_label,
+    format_number,
+    in_brackets,
+    parameter_line,
+    sentences,
+    ties_text,
+    with_units,
+)
+from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.parts import DASH, Answer, Table
+from vibropipe.scenes.branch.curves import (
+    BETWEEN,
+    LEFT,
+    LOW,
+    STABLE,
+    TOP,
+    UNSTABLE,
+    WIDTH,
+    colours_of,
+    draw_pieces,
+    line_names,
+    write_names,
+)
+from vibropipe.scenes.branch.lines import followed, pieces_of
+
+HIGH = 6.5  # cm
+MOTOR: dict[str, Any] = {"color": GREY, "linewidth": 2.2, "zorder": 1}
+KEPT: dict[str, Any] = {
+    "marker": "o",
+    "markersize": 6,
+    "linestyle": "none",
+    "zorder": 6,
+    "markeredgecolor": INK,
+}
+COLOURS = {True: INK, False: "white"}  # of a speed that is kept, and of one that is not
+BESIDE = 0.02  # of the range, between the axis and the name of the line
+MAX_LISTED = 3  # speeds of an answer
+
+
+def has_motor(dataset: xr.Dataset) -> bool:
+    """Return whether a motor drives the exciter."""
+    return "speed_is_stable" in dataset
+
+
+def question_of(datasets: Mapping[str, xr.Dataset]) -> str:
+    """Return the question that the report answers."""
+    if any(map(has_motor, datasets.values())):
+        return "Which speeds does the motor keep, and where does it jump?"
+    return "Which orbits are there, stable or not, and where do they change?"
+
+
+def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
+    """Draw the torques of load and motor over the speed, the speeds at which they are equal, and the jumps."""
+    note = parameter_line(dataset)
+    figure = new_canvas(LOW + HIGH + TOP + BETWEEN + note_height(note))
+    top_note(figure, note, LEFT)
+    ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
+    speeds, load = dataset[followed(dataset)], dataset["load_torque"].values
+    order = np.argsort(speeds.values)
+    at, given = speeds.values[order], dataset["available_torque"].values[order]
+    ax.plot(at, given, **MOTOR)
+    pieces = list(pieces_of(dataset))
+    draw_pieces(ax, speeds.values, load[:, None], pieces, colours_of(dataset, pieces))
+    kept = dataset["speed_is_stable"].values == 1
+    crossings = crossing_speeds(dataset).values, dataset["motor_torque"].values
+    for is_kept in (True, False):
+        own = kept == is_kept
+        ax.plot(*(values[own] for values in crossings), markerfacecolor=COLOURS[is_kept], **KEPT)
+    for lost, reached, torque in zip(*jumps_of(dataset), strict=True):
+        ends = [(speed, np.interp(speed, at, given) + torque) for speed in (lost, reached)]
+        ax.plot(*ends[0], marker="|", markersize=9, color=INK, zorder=6)
+        if np.isfinite(reached):
+            arrow(ax, ends[0], ends[1], INK, linestyle=(0, (2, 1.2)), lw=0.8)
+    ax.set_xlim(float(at[0]), float(at[-1]))
+    ax.margins(y=0.1)
+    write_names(ax, speeds.values, load[:, None], pieces, line_names(dataset, pieces))
+    known = np.flatnonzero(np.isfinite(given))
+    if known.size:
+        place = known[np.abs(at[known] - at[known[0]] - BESIDE * (at[-1] - at[0])).argmin()]
+        ax.annotate(
+            "motor", (at[place], given[place]), xytext=(0, 4), textcoords="offset points",
+            color=readable(GREY), fontsize=SMALL,
+        )  # fmt: skip
+    panel(ax, title=in_brackets("torque of load and motor", dataset["motor_torque"]))
+    ax.set_xlabel(axis_label(speeds))
+    handles = [
+        Line2D([], [], color=INK, **STABLE, label="load, stable motion"),
+        Line2D([], [], color=INK, **UNSTABLE, label="unstable"),
+        Line2D([], [], **MOTOR, label="motor"),
+        *(
+            Line2D([], [], markerfacecolor=COLOURS[is_kept], label=text, **KEPT)
+            for is_kept, text in ((True, "speed that is kept"), (False, "not kept"))
+            if (kept == is_kept).any()
+        ),
+    ]
+    figure.legend(
+        handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / (figure.get_size_inches()[1] * 2.54)),
+        columnspacing=1.2, fontsize=SMALL,
+    )  # fmt: skip
+    return figure
+
+
+def describe_motor(dataset: xr.Dataset, **options: Any) -> str:
+    """Return the caption."""
+    jumps, ties = dataset.sizes["jump"], ties_text(dataset)
+    arrows = "Bars: where a speed is lost as the motor gives more or less torque"
+    arrows += ", with an arrow to the next one that is kept where it is known"
+    return sentences(
+        f"Mean torque of the motions followed along {symbol_text(dataset[followed(dataset)])}, and of the motor",
+        arrows if jumps else "",
+        f"Tied: {ties}" if ties else "",
+        dataset.attrs.get("incomplete", ""),
+    )
+
+
+def title_motor(dataset: xr.Dataset, **options: Any) -> str:
+    """Return the title: how many speeds are kept."""
+    number, kept = dataset.sizes["crossing"], int((dataset["speed_is_stable"] == 1).sum())
+    if not number:
+        return "The torque of the motor is that of the load at no speed followed here"
+    speeds = amount_text(number, "speed")
+    which = f"keeps {number_word(kept)} of {speeds}" if kept else f"keeps none of {speeds}"
+    if number == 1:
+        which = "keeps the one speed" if kept else "does not keep the one speed"
+    elif kept == number:
+        which = f"keeps all {speeds}"
+    return f"The motor {which} at which its torque is that of the load"
+
+
+def motor_answer(dataset: xr.Dataset) -> Answer | None:
+    """Write which speeds the motor keeps, and its jump at the smallest change of torque; None without a motor."""
+    if not has_motor(dataset):
+        return None
+    speeds = crossing_speeds(dataset)
+    kept = speeds.values[dataset["speed_is_stable"].values == 1]
+    symbol = symbol_text(dataset[followed(dataset)])
+    if not kept.size:
+        lead = "The motor keeps the speed of none of the motions followed here."
+    else:
+        values = [with_units(speeds, format_number(float(value))) for value in kept[:MAX_LISTED]]
+        others = f" or {kept.size - MAX_LISTED} more" if kept.size > MAX_LISTED else ""
+        which = "that" if kept.size == 1 else "those"
+        lead = f"Of the motions followed here the motor keeps {which} at {symbol} = {' or '.join(values)}{others}."
+    return Answer(lead, jump_text(dataset) if kept.size else "")
+
+
+def jump_text(dataset: xr.Dataset) -> str:
+    """Write the jump that the least change of torque brings about; empty without one."""
+    torques = dataset["jump_torque"]
+    if not torques.size:
+        return ""
+    lost, reached, changes = jumps_of(dataset)
+    n = int(np.abs(changes).argmin())
+    speeds = dataset[followed(dataset)]
+    change = with_units(torques, format_number(abs(float(changes[n])), 3))
+    which = "more" if changes[n] > 0 else "less"
+    text = f"With {change} {which} torque a speed is lost at {value_text(speeds, float(lost[n]))}"
+    if not np.isfinite(reached[n]):
+        return f"{text}; what follows is not among these motions."
+    return f"{text} for {with_units(speeds, format_number(float(reached[n])))}."
+
+
+def speed_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the speeds at which both torques are equal; None without one."""
+    if not has_motor(dataset) or not dataset.sizes["crossing"]:
+        return None
+    speeds, torques = crossing_speeds(dataset), dataset["motor_torque"]
+    rows = [
+        [
+            words_of(dataset.isel(point=int(point))), format_number(float(speed), 5),
+            format_number(float(torque)), "yes" if is_kept else "no",
+        ]
+        for point, speed, torque, is_kept in zip(
+            dataset["crossing_point"].values, speeds.values, torques.values,
+            dataset["speed_is_stable"].values == 1, strict=True,
+        )
+    ]  # fmt: skip
+    head = ["motion", in_brackets("speed", speeds), in_brackets("torque", torques), "kept"]
+    note = "A speed is kept where the motion is stable and the torque of the load rises over that of the motor."
+    title = "At which speeds the torques of motor and load are equal"
+    return Table(head, rows, note, title=title, scene=scene, picture="motor")
+
+
+def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return the table of the jumps; None without one."""
+    if not has_motor(dataset) or not dataset.sizes["jump"]:
+        return None
+    speeds, torques = dataset[followed(dataset)], dataset["jump_torque"]
+    rows = [
+        [
+            format_number(float(torque), 3), format_number(float(lost), 5),
+            format_number(float(reached), 5) if np.isfinite(reached) else DASH,
+        ]
+        for lost, reached, torque in zip(*jumps_of(dataset), strict=True)
+    ]  # fmt: skip
+    head = [
+        in_brackets("torque added", torques), in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
+    ]  # fmt: skip
+    note = "Torque that is slowly added to that of the motor at all speeds; negative: taken away."
+    if any(DASH in row for row in rows):
+        note += " A dash: what follows is not among the motions followed here."
+    return Table(head, rows, note, title="Where the speed jumps", scene=scene, picture="motor")
+
+
+def crossing_speeds(dataset: xr.Dataset) -> xr.DataArray:
+    """Return the speeds at which both torques are equal."""
+    return dataset[f"crossing_{followed(dataset)}"]
+
+
+def jumps_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return of each jump the speed that is lost, the next one, and the torque that is added."""
+    name = followed(dataset)
+    lost, reached = (dataset[f"{start}_{name}"].values for start in ("jump", "jump_to"))
+    return lost, reached, dataset["jump_torque"].values

@@ -4,9 +4,11 @@ import os
 import shutil
 import subprocess
 import sys
+from typing import NamedTuple
 
 import pytest
 from numba import types
+from numba.core.errors import TypingError
 
 from vibropipe.compiler import jit
 from vibropipe.compiler.sources import PACKAGE, source_hash
@@ -111,6 +113,37 @@ def test_a_function_that_is_called_with_constants_is_compiled_once_for_all_integ
     called = types.float64, types.literal(7)
     template, *_rest = moved.get_call_template(called, {})
     assert [each.args for each in template.cases] == [(types.float64, types.int64)]
+
+
+class Effects(NamedTuple):
+    friction: int | None
+    housing: int | None
+
+
+class Grid(NamedTuple):
+    effects: Effects
+
+
+@jit
+def beyond_compiling(x):
+    return x.no_number_has_this
+
+
+@jit
+def of_present(effects, grid, x):
+    if effects.housing is not None:
+        x = beyond_compiling(x)
+    if grid.effects.housing is None and grid.effects.friction is not None:
+        return halved(x)
+    return beyond_compiling(x)
+
+
+def test_what_belongs_to_an_absent_effect_is_not_compiled():
+    effects = Effects(1, None)
+    assert of_present(effects, Grid(effects), 8.0) == 4.0
+    present = Effects(1, 1)
+    with pytest.raises(TypingError):
+        of_present(present, Grid(effects), 8.0)
 
 
 def test_a_compiled_callee_raises_its_error():

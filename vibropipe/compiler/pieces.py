@@ -10,10 +10,11 @@ from typing import Any
 import llvmlite.binding as llvm
 from numba.core.caching import CompileResultCacheImpl, FunctionCache, NullCache
 from numba.core.codegen import JITCodeLibrary
-from numba.core.compiler import Compiler, compile_result
+from numba.core.compiler import compile_result
 from numba.core.registry import CPUDispatcher
 from numba.core.types import unliteral
 
+from vibropipe.compiler.absent import DecidingCompiler
 from vibropipe.compiler.cache import compiling, interrupted_between, one_at_a_time, opened
 
 
@@ -31,7 +32,7 @@ class _Library(JITCodeLibrary):
         return self.serialize_using_bitcode()
 
 
-class _PieceCompiler(Compiler):
+class _PieceCompiler(DecidingCompiler):
     def __init__(self, typing: Any, target: Any, _none: None, *rest: Any) -> None:
         rest[2].no_compile = rest[2].no_cpython_wrapper = rest[2].no_cfunc_wrapper = True
         super().__init__(typing, target, _Library(target.codegen(), "piece"), *rest)
@@ -91,7 +92,7 @@ class _Entry(CPUDispatcher):
 
 def compiled(function: Any, options: Any) -> Any:
     """Return a function for Python, whose compiled callers get its piece; both are cached."""
-    entry: Any = _Entry(function, None, options, Compiler)
+    entry: Any = _Entry(function, None, options, DecidingCompiler)
     entry._compiler.compile = compiling(function)(entry._compiler.compile)
 
     @functools.cache

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Iterator
 
 import numpy as np
@@ -55,6 +56,23 @@ def random_points(seed: int, n: int, along: str = "nu") -> Iterator[xr.Dataset]:
             is_beside = (abs(numbers[:, None] - at) <= 1).any(axis=1)
             branch = branch.isel(bifurcation=slice(0)).assign(beside=("point", is_beside))
             yield from each_point(branch, "point")
+
+
+def random_designs(seed: int, n: int) -> Iterator[xr.Dataset]:
+    """Yield the designs of n searches around random exciters, met or not."""
+    rng = np.random.default_rng(seed)
+    for _ in range(n):
+        nu, f, h, R1, R2 = rng.uniform([0.6, 0.2, 0.02, 0.4, 0.4], [2.5, 1.5, 0.3, 0.9, 0.9])
+        exciter = vp.Exciter(l=0.5, nu=nu, f=f, h=h, delta=rng.uniform(-0.3, 0.3), R1=R1, R2=R2)
+        start = vp.steady_state(exciter)
+        if start.period_multiple == 0 or not start.impacts_per_orbit.any():
+            continue
+        target = {"displacement_amplitude_1": 1.02 * float(start.displacement_amplitude[0])}
+        vary = {"nu": (0.9 * nu, 1.1 * nu), "R1": (0.9 * R1, 1.1 * R1)}
+        with warnings.catch_warnings():
+            warnings.simplefilter("ignore", vp.UnsolvedWarning)  # of a target that is out of reach
+            found = vp.design(exciter, vary, target, minimise="energy_input", samples=64)
+        yield from each_point(found, "design")
 
 
 def shares_of_error(row: xr.Dataset, proof: xr.Dataset) -> list[float]:

@@ -7,7 +7,7 @@ import itertools
 import mpmath as mp
 import numpy as np
 import pytest
-from proved_rows import random_points, random_rows, shares_of_error
+from proved_rows import random_designs, random_points, random_rows, shares_of_error
 from true_rows import draw_exciters, orbits, true_quantities
 
 import vibropipe as vp
@@ -65,9 +65,21 @@ def test_random_points_of_branches_are_proved():
     assert shares.max() < MAX_SHARE
 
 
+def test_random_designs_are_proved():
+    n, proved, shares = count_proved(random_designs(5, 4))
+    assert n >= 4
+    assert proved == n
+    assert shares.max() < MAX_SHARE
+
+
 @pytest.mark.slow
-def test_two_thousand_rows_and_points_are_proved():
-    rows = itertools.chain(random_rows(1, 4000), random_points(2, 60), random_points(4, 30, "f"))
+def test_two_thousand_rows_points_and_designs_are_proved():
+    rows = itertools.chain(
+        random_designs(6, 100),
+        random_rows(1, 4000),
+        random_points(2, 60),
+        random_points(4, 30, "f"),
+    )
     n, proved, shares = count_proved(itertools.islice(rows, 2000))
     assert n == 2000
     assert proved >= 0.93 * n

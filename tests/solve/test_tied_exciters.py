@@ -84,6 +84,9 @@ def test_copies_compute_what_is_tied_again() -> None:
     assert replace(TIED, ties={**TIED.ties, "zeta": "0.1"}).h == 0.2
     mirrored = TIED.mirrored()
     assert (mirrored.delta, mirrored.ties, mirrored.R1) == (-0.1, {}, 0.7)
+    assert "R1=0.7" in repr(TIED)
+    assert "R2=" not in repr(TIED)
+    assert repr(TIED).endswith(f"ties={TIES!r})")
     assert vp.Exciter(delta=0.1, ties={"l": "2 * delta"}).l == 0.2
 
 

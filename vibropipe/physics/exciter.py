@@ -172,6 +172,14 @@ class Exciter(_OfRecords, Written):
             if value != own and name not in THROUGH_OTHERS:
                 object.__setattr__(self, name, Acted(value, own))
 
+    def __repr__(self) -> str:
+        if not self.ties:
+            return super().__repr__()
+        stated = [
+            f"{name}={value!r}" for name, value in vars(self).items() if name not in self.ties
+        ]
+        return f"Exciter({', '.join(stated)}, ties={dict(self.ties)!r})"
+
     def _set_damping(self, R: str, k: str, h: str, is_left_out: bool) -> None:
         """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""
         restitution, stiffness, damping = (getattr(self, name) for name in (R, k, h))

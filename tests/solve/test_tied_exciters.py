@@ -82,6 +82,8 @@ def test_copies_compute_what_is_tied_again() -> None:
     assert stated.R2 == 0.4
     assert stated.ties == {name: text for name, text in TIES.items() if name != "R2"}
     assert replace(TIED, ties={**TIED.ties, "zeta": "0.1"}).h == 0.2
+    released = replace(TIED, ties={"h": "0.3"})
+    assert (released.R2, released.f, released.h, released.ties) == (0.7, TIED.f, 0.3, {"h": "0.3"})
     mirrored = TIED.mirrored()
     assert (mirrored.delta, mirrored.ties, mirrored.R1) == (-0.1, {}, 0.7)
     assert "R1=0.7" in repr(TIED)

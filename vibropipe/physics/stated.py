@@ -107,7 +107,8 @@ def _with_tied(
     """Return parameters with those that are tied; ParameterError if one cannot be computed, or is stated, too.
 
     given : as they are stated, or copied from an exciter
-    kept : those that were tied in it; where `ties` are not given, what is stated in its place is tied no more
+    kept : those that were tied in it; where `ties` are not given, what is stated in its place is tied no more, and
+        where they are, what they do not tie has the value that it had
     """
     values = {name: stated_value(value) for name, value in given.items()}
     stated = {
@@ -118,6 +119,11 @@ def _with_tied(
     if ties is None:
         ties = {name: text for name, text in kept[0].ties.items() if name not in stated}
     tied = Ties(ties)
+    stated |= {
+        name: float(value)
+        for name, value in values.items()
+        if _follows(value) and name not in tied.expressions
+    }
     differ = {name for name in stated if name in FOLLOWING or stated[name] != DEFAULTS.get(name)}
     # A call may vary the frequency, and asks for it where it does not.
     tied.check(differ if "nu" in tied.expressions else {*differ, "nu"})

@@ -114,7 +114,8 @@ def test_the_table_lists_where_each_motion_is_stable(dataset):
         {(s.over, s.words, *s.values[[0, -1]].round(8)) for s in stretches}
     )
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
-    assert ["0.5", "both supports, once a period", "–", "–", f"{fold:.4g}", "fold"] in table.rows
+    row = ["0.5", "both supports, once a period", "–", "–", f"{fold:.4g}", "fold"]
+    assert row in [each[:-1] for each in table.rows]
 
 
 def test_branches_without_bifurcations_have_no_tables(dataset):
@@ -278,7 +279,7 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
     tables = [
         item for group in report["groups"] for item in group["items"] if item["type"] == "table"
     ]
-    assert tables[0]["head"][::2] == ["F (N)", "from (rad/s)", "to (rad/s)"]
+    assert tables[0]["head"][:6:2] == ["F (N)", "from (rad/s)", "to (rad/s)"]
     beside = {row["symbol"]: row["value"] for row in report["side"]["rows"]}
     assert beside["ω"] == "50 … 150 rad/s"
     assert beside["F"] == "32, 64 N"

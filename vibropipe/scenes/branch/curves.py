@@ -34,6 +34,7 @@ from vibropipe.scenes.branch.lines import (
     stretches_of,
     swept,
 )
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 
 LEFT, WIDTH, LOW, TOP, BETWEEN = 1.3, 14.4, 1.05, 0.4, 0.75  # cm
@@ -43,6 +44,7 @@ MARKS = {
     "fold": "o", "flip": "s", "pitchfork": "D", "grazing": "^", "end": "X", "change": "v",
     "Neimark-Sacker bifurcation": "p",
 }  # fmt: skip
+REACHED: dict[str, Any] = {"linestyle": "-", "linewidth": 2.8, "solid_capstyle": "butt"}
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.4}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.6)), "linewidth": 0.9}
 VALUE = "value of a line"
@@ -88,6 +90,9 @@ def draw_branches(
         if backbone is not None and each.backbone is not None:
             ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
         draw_pieces(ax, dataset[along].values, each.values, pieces, colours)
+        if "from_rest" in dataset:
+            reached = np.where(is_reached(dataset)[:, None], each.values, np.nan)
+            draw_pieces(ax, dataset[along].values, reached, pieces, colours, REACHED)
         draw_bifurcations(ax, dataset, each.values)
         ax.margins(y=0.08)
         ax.set_xlim(*limits)
@@ -105,6 +110,12 @@ def draw_branches(
         bbox_to_anchor=top, handletextpad=0.5, columnspacing=1.2, fontsize=SMALL,
     )  # fmt: skip
     return figure
+
+
+def is_reached(dataset: xr.Dataset) -> np.ndarray:
+    """Return at which points the mass is known to settle on the orbit from rest."""
+    codes = dataset.get("from_rest", np.zeros(dataset.sizes["point"]))
+    return np.asarray(codes) == FLAGS["from_rest"]["same"]
 
 
 def coexistence(dataset: xr.Dataset) -> dict[float, list[tuple[float, float]]]:
@@ -165,10 +176,11 @@ def draw_pieces(
     y: np.ndarray,
     pieces: Sequence[Piece],
     colours: Mapping[Any, str],
+    of_stable: Mapping[str, Any] = STABLE,
 ) -> None:
     """Draw the pieces, stable ones solid and unstable ones dashed."""
     for piece in pieces:
-        style = STABLE if piece.is_stable else UNSTABLE
+        style = of_stable if piece.is_stable else UNSTABLE
         colour, heights = colours.get(piece.law) or colours[piece.value], y[piece.points].copy()
         if len(heights) > 1 and (np.isfinite(heights[-1]) != np.isfinite(heights[-2])).any():
             heights[-1] = np.nan  # of other impacts
@@ -255,6 +267,8 @@ def handles_of(dataset: xr.Dataset, backbone: xr.Dataset | None) -> list[Line2D]
         Line2D([], [], color=INK, **STABLE, label="stable"),
         Line2D([], [], color=INK, **UNSTABLE, label="unstable"),
     ]
+    if is_reached(dataset).any():
+        handles.insert(0, Line2D([], [], color=INK, **REACHED, label="reached from rest"))
     handles += [Line2D([], [], **mark_style(name), label=name) for name in kinds_present(dataset)]
     if backbone is not None:
         handles.append(Line2D([], [], **FREE_STYLE, label="free motion"))

@@ -14,8 +14,10 @@ from vibropipe.figures.motion_words import orbit_texts, words_of
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
 from vibropipe.solve.rebuild import ties_of
 from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import held_name, quantity
 
+UNKNOWN = "unknown"
 SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
 
 
@@ -224,6 +226,7 @@ class Stretch:
     words: str
     over: float
     ends: tuple[str, str]
+    from_rest: np.ndarray
 
     def reaches(self, value: float) -> bool:
         """Return whether a value of the parameter lies on the stretch or at its ends."""
@@ -295,7 +298,30 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             words_of(dataset.isel(point=piece.points.start)),
             piece.value,
             (ends[0], ends[1]) if order.step is None else (ends[1], ends[0]),
+            from_rest_of(dataset, slice(first, last + 1))[order],
         )
+
+
+def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
+    """Return the codes of `from_rest` of some points; it is not known of what is not stable."""
+    unknown = np.full(points.stop - points.start, FLAGS["from_rest"]["unknown"])
+    if "from_rest" not in dataset:
+        return unknown
+    stable = dataset["stable"].values[points] == 1
+    return np.where(stable, dataset["from_rest"].values[points], unknown)
+
+
+def rest_text(alike: Sequence[Stretch]) -> str:
+    """Write whether the mass settles on a stretch, or one of its mirror images, from rest."""
+    first, known = alike[0], FLAGS["from_rest"]
+    codes = first.from_rest
+    for other in alike[1:]:
+        nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)
+        codes = np.maximum(codes, other.from_rest[nearest])
+    reached = codes[codes != known["unknown"]] == known["same"]
+    if not reached.size:
+        return UNKNOWN
+    return "yes" if reached.all() else "in part" if reached.any() else "no"
 
 
 def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:

@@ -10,7 +10,7 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.curves import coexistence, draw_branches
+from vibropipe.scenes.branch.curves import coexistence, draw_branches, is_reached
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     PLURALS,
@@ -66,7 +66,8 @@ def describe_branches(
     """Return the caption: what is drawn, and how many bifurcations there are."""
     ties = ties_text(dataset)
     return sentences(
-        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable",
+        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable"
+        + (", wide: what the mass settles on from rest" if is_reached(dataset).any() else ""),
         f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
         "Bars below: where at least two of these motions are stable"
         if coexistence(dataset)

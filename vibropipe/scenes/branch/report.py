@@ -24,6 +24,7 @@ from vibropipe.scenes.branch.lines import (
     Stretch,
     cascade_of,
     followed,
+    rest_text,
     stretches_of,
     swept,
 )
@@ -42,25 +43,31 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     axis, over = dataset[followed(dataset)], swept(dataset)
     limits = (float(axis.min()), float(axis.max()))
     stretches = list(stretches_of(dataset))
-    kept: dict[tuple[object, ...], Stretch] = {}
+    kept: dict[tuple[object, ...], list[Stretch]] = {}
     for each in stretches:  # mirror images have the same ends but for rounding
         first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
-        kept.setdefault((each.over, each.words, first, last), each)
-    widest = sorted(kept.values(), key=lambda each: -np.ptp(each.values))[:MAX_ROWS]
-    shown = sorted(widest, key=lambda each: (each.over, each.values[0]))
+        kept.setdefault((each.over, each.words, first, last), []).append(each)
+    widest = sorted(kept.values(), key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
+    images = sorted(widest, key=lambda alike: (alike[0].over, alike[0].values[0]))
+    shown = [alike[0] for alike in images]
     texts = distinct_texts(*((float(each.values[0]), float(each.values[-1])) for each in shown))
     rows = [
         stable_row(dataset, each, ends, limits) for each, ends in zip(shown, texts, strict=True)
     ]
+    if "from_rest" in dataset:
+        rows = [[*row, rest_text(alike)] for row, alike in zip(rows, images, strict=True)]
     head = [
         *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
         "stable motion", in_brackets("from", axis), "begins at a", in_brackets("to", axis), "ends at a",
+        *(["from rest"] if "from_rest" in dataset else []),
     ]  # fmt: skip
     note = f"Values of {symbol_text(axis)}"
     if any(DASH in row for row in rows):
         note += "; a dash: it goes on to the end of the range"
     if any("change" in row for row in rows):
         note += f"; change: {changing_text(dataset)}"
+    if "from_rest" in dataset:
+        note += "; from rest: whether the mass, started at rest, settles on it or its mirror image"
     note += ". Mirror images are listed once." if len(kept) < len(stretches) else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."

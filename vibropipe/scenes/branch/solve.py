@@ -11,6 +11,7 @@ import xarray as xr
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.branch.branch import MUST_REPEAT, branch
+from vibropipe.solve.branch.from_rest import reached_from_rest
 from vibropipe.solve.branch.motor import motor, torque_of
 from vibropipe.solve.physical import stored
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -50,6 +51,8 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
     whole = joined(parts, name) if name else parts[0]
     if absent:
         whole.attrs["without_law"] = len(absent)
+    reached = xr.Variable("point", reached_from_rest(whole))
+    whole = describe(whole.assign({"from_rest": reached}))
     whole = with_row_proofs(whole) if scene.prove else whole
     return stored(whole, scene.mass_and_stiffness)
 

@@ -95,6 +95,25 @@ def test_of_mirror_images_at_most_one_is_reached(made: dict[str, xr.Dataset]) ->
     assert {len(row) for row in table.rows} == {len(table.head)}
 
 
+@pytest.mark.parametrize(
+    ("codes", "text"),
+    [
+        ([-2, 1, 1], "yes"),
+        ([0, 0, -2], "no"),
+        ([-2, 1, 0], "in part"),
+        ([1, -1, 1], "in part"),
+        ([0, -1, 0], "unknown"),
+        ([-1, -1], "unknown"),
+        ([-2], "unknown"),
+    ],
+)
+def test_what_is_not_known_is_not_claimed(
+    made: dict[str, xr.Dataset], codes: list[int], text: str
+) -> None:
+    one = replace(next(stretches_of(made["one"])), from_rest=np.array(codes))
+    assert rest_text([replace(one, values=np.arange(len(codes), dtype=float))]) == text
+
+
 def test_the_picture_has_wide_lines_where_the_mass_settles(made: dict[str, xr.Dataset]) -> None:
     dataset = made["one"]
     figure = draw("branch", dataset)

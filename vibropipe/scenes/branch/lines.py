@@ -17,7 +17,7 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import held_name, quantity
 
-UNKNOWN = "unknown"
+UNKNOWN, NOT_STABLE = "unknown", -2
 SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
 
 
@@ -303,12 +303,12 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
 
 
 def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
-    """Return the codes of `from_rest` of some points; it is not known of what is not stable."""
-    unknown = np.full(points.stop - points.start, FLAGS["from_rest"]["unknown"])
+    """Return the codes of `from_rest` of some points, of which those at the ends may not be stable."""
+    n = points.stop - points.start
     if "from_rest" not in dataset:
-        return unknown
+        return np.full(n, FLAGS["from_rest"]["unknown"])
     stable = dataset["stable"].values[points] == 1
-    return np.where(stable, dataset["from_rest"].values[points], unknown)
+    return np.where(stable, dataset["from_rest"].values[points], NOT_STABLE)
 
 
 def rest_text(alike: Sequence[Stretch]) -> str:
@@ -318,10 +318,10 @@ def rest_text(alike: Sequence[Stretch]) -> str:
     for other in alike[1:]:
         nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)
         codes = np.maximum(codes, other.from_rest[nearest])
-    reached = codes[codes != known["unknown"]] == known["same"]
-    if not reached.size:
-        return UNKNOWN
-    return "yes" if reached.all() else "in part" if reached.any() else "no"
+    codes = codes[codes != NOT_STABLE]
+    if not (codes == known["same"]).any():
+        return "no" if codes.size and (codes == known["other"]).all() else UNKNOWN
+    return "yes" if (codes == known["same"]).all() else "in part"
 
 
 def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:

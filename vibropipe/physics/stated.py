@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import functools
 import inspect
-from collections.abc import Mapping
+from collections.abc import Collection, Iterable, Mapping
 from copy import copy
 from typing import TYPE_CHECKING, Any
 
@@ -14,7 +14,7 @@ from vibropipe.physics.parameter_error import (
     number_within,
     required,
 )
-from vibropipe.physics.ties import Ties
+from vibropipe.physics.ties import TIED, Ties
 from vibropipe.words.parameters import (
     DEFAULTS,
     FOLLOWING,
@@ -133,3 +133,43 @@ def _with_tied(
     found = tied.checked({**DEFAULTS, **numbers})
     left_out = {name: None for name in values if name in FOLLOWING}
     return {**left_out, **stated} | {name: TiedValue(found[name], tied.texts) for name in found}
+
+
+def ties_of_call(
+    exciter: Exciter, ties: Mapping[str, Any] | None, varied: Collection[str] = ()
+) -> tuple[Exciter, Ties]:
+    """Return an exciter that states nothing that is tied, and its ties with those of a call, which take precedence.
+
+    varied : what the call gives values; a name of one's own that has a number by the exciter's ties varies from it
+    """
+    called = Ties(ties)
+    if not exciter.ties:
+        return exciter, called
+    own = Ties(exciter.ties)
+    given = varied if isinstance(varied, Collection) else ()  # the call says what is wrong with it
+    kept = {
+        name: text
+        for name, text in own.texts.items()
+        if name in PARAMETERS or own.expressions[name].names or name not in given
+    }
+    return own.untied(exciter), Ties({**kept, **called.texts})
+
+
+def check_untied(exciter: Exciter, argument: str, varied: Iterable[str]) -> None:
+    """Raise a ParameterError where a call varies what an exciter ties, or ties others to, and does not follow it."""
+    tied = Ties(exciter.ties)
+    for name in varied:
+        if name in tied.expressions:
+            raise ParameterError(argument, name, must=TIED, got="")
+        for each in tied.following([name]):
+            must = f"must leave {name} as it is: {each} is tied to it, which is not followed here"
+            raise ParameterError(argument, name, must=must, got="")
+
+
+def stated_names(exciter: Exciter) -> set[str]:
+    """Return the parameters that an exciter states: those that differ from their default, without l, which all have."""
+    own = {name: stated_value(value) for name, value in vars(exciter).items()}
+    stated = {name for name, value in own.items() if not isinstance(value, TiedValue)}
+    differ = {name for name, default in DEFAULTS.items() if own[name] != default}
+    follow = {name for name in FOLLOWING if exciter.states(name)}
+    return stated & ((differ - {*FOLLOWING}) | follow)

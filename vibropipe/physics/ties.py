@@ -14,7 +14,6 @@ import numpy as np
 from vibropipe.physics.parameter_error import ParameterError, number_within
 from vibropipe.words.expressions import ALLOWED, NAME, RESERVED, Expression, ExpressionError
 from vibropipe.words.parameters import (
-    DEFAULTS,
     FOLLOWED,
     FOLLOWING,
     PARAMETERS,
@@ -291,42 +290,6 @@ class Ties:
                 hint = "" if used in PARAMETERS else did_you_mean(used, known)
                 got = repr(each.text) + (f" ({hint})" if hint else "")
                 raise ParameterError(f"ties.{name}", each.text, must=must, got=got)
-
-
-def ties_of_call(
-    exciter: Exciter, ties: Mapping[str, Any] | None, varied: Collection[str] = ()
-) -> tuple[Exciter, Ties]:
-    """Return an exciter that states nothing that is tied, and its ties with those of a call, which take precedence.
-
-    varied : what the call gives values; a name of one's own that has a number by the exciter's ties varies from it
-    """
-    called = Ties(ties)
-    if not exciter.ties:
-        return exciter, called
-    own = Ties(exciter.ties)
-    numbers = {name for name, each in own.expressions.items() if not each.names} - {*PARAMETERS}
-    kept = {name: text for name, text in own.texts.items() if name not in numbers & {*varied}}
-    return own.untied(exciter), Ties({**kept, **called.texts})
-
-
-def check_untied(exciter: Exciter, argument: str, varied: Iterable[str]) -> None:
-    """Raise a ParameterError where a call varies what an exciter ties, or ties others to, and does not follow it."""
-    tied = Ties(exciter.ties)
-    for name in varied:
-        if name in tied.expressions:
-            raise ParameterError(argument, name, must=TIED, got="")
-        for each in tied.following([name]):
-            must = f"must leave {name} as it is: {each} is tied to it, which is not followed here"
-            raise ParameterError(argument, name, must=must, got="")
-
-
-def stated_names(exciter: Exciter) -> set[str]:
-    """Return the parameters that an exciter states: those that differ from their default, without l, which all have."""
-    own = {name: stated_value(value) for name, value in vars(exciter).items()}
-    stated = {name for name, value in own.items() if not isinstance(value, TiedValue)}
-    differ = {name for name, default in DEFAULTS.items() if own[name] != default}
-    follow = {name for name in FOLLOWING if exciter.states(name)}
-    return stated & ((differ - {*FOLLOWING}) | follow)
 
 
 def check_own(argument: str, name: str) -> None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import HARMONICS
-from vibropipe.physics.ties import check_untied
+from vibropipe.physics.stated import check_untied
 from vibropipe.solve.checks import check_whole
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED

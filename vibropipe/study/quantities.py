@@ -143,10 +143,9 @@ class QuantityReader:
             self.problems.append(Problem(path, describe(value), rule.allowed))
         if key in NAMES:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
-        p = eigenfrequency(**self.units)
-        plain = {"velocity": si / p, "time": si * p, "frequency": si / p}
-        plain["energy"] = si / self.units["C"]
-        return plain.get(dimension, si)
+        if dimension == "time":
+            return si * eigenfrequency(**self.units)
+        return si / unit_factors(**self.units).get(dimension, 1.0)
 
     def goal(self, name: str, value: Any, path: KeyPath) -> Any:
         """Return a target, a bound, an allowance or a column without units."""

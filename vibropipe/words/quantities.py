@@ -37,7 +37,6 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
     "stable": {"unstable": 0, "stable": 1},
     "settled_from": {"ramp": 0, "rest": 1},
     "settled_same": {"unknown": -1, "other": 0, "same": 1},
-    "from_rest": {"unknown": -1, "other": 0, "same": 1},
     "admissible": {"inadmissible": 0, "admissible": 1},
     "passed": _members(Passed),
     "bifurcation_kind": _members(Bifurcation),

@@ -12,6 +12,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import (
+    CM_PER_INCH,
     SMALL,
     WIDE,
     axes,
@@ -74,6 +75,8 @@ def draw_branches(
     bars, pieces = coexistence(dataset), list(pieces_of(dataset))
     names = line_names(dataset, pieces)
     colours = colours_of(dataset, pieces)
+    reached = is_reached(dataset)[:, None]
+    settled = [piece for piece in pieces if reached[piece.points].any()]
     number = max(len(panels), 1)
     high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
     base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
@@ -90,9 +93,8 @@ def draw_branches(
         if backbone is not None and each.backbone is not None:
             ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
         draw_pieces(ax, dataset[along].values, each.values, pieces, colours)
-        if "from_rest" in dataset:
-            reached = np.where(is_reached(dataset)[:, None], each.values, np.nan)
-            draw_pieces(ax, dataset[along].values, reached, pieces, colours, REACHED)
+        wide = np.where(reached, each.values, np.nan)
+        draw_pieces(ax, dataset[along].values, wide, settled, colours, REACHED)
         draw_bifurcations(ax, dataset, each.values)
         ax.margins(y=0.08)
         ax.set_xlim(*limits)
@@ -104,18 +106,24 @@ def draw_branches(
         drawn.append(draw_bars(figure, bars, colours, limits))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
-    top = (LEFT / WIDE - 0.01, 1.0 - note_height(note) / height)
-    figure.legend(
-        handles=handles_of(dataset, backbone), loc="upper left", ncols=10, borderaxespad=0.1,
-        bbox_to_anchor=top, handletextpad=0.5, columnspacing=1.2, fontsize=SMALL,
-    )  # fmt: skip
+    legend_above(figure, handles_of(dataset, backbone), note)
     return figure
+
+
+def legend_above(figure: Figure, handles: Sequence[Line2D], note: str) -> None:
+    """Write a legend in a line above axes, under the note of the figure."""
+    height = figure.get_size_inches()[1] * CM_PER_INCH
+    figure.legend(
+        handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
+        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / height),
+        columnspacing=1.2, fontsize=SMALL,
+    )  # fmt: skip
 
 
 def is_reached(dataset: xr.Dataset) -> np.ndarray:
     """Return at which points the mass is known to settle on the orbit from rest."""
     codes = dataset.get("from_rest", np.zeros(dataset.sizes["point"]))
-    return np.asarray(codes) == FLAGS["from_rest"]["same"]
+    return np.asarray(codes) == FLAGS["settled_same"]["same"]
 
 
 def coexistence(dataset: xr.Dataset) -> dict[float, list[tuple[float, float]]]:

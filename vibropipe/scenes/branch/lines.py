@@ -306,14 +306,14 @@ def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
     """Return the codes of `from_rest` of some points, of which those at the ends may not be stable."""
     n = points.stop - points.start
     if "from_rest" not in dataset:
-        return np.full(n, FLAGS["from_rest"]["unknown"])
+        return np.full(n, FLAGS["settled_same"]["unknown"])
     stable = dataset["stable"].values[points] == 1
     return np.where(stable, dataset["from_rest"].values[points], NOT_STABLE)
 
 
 def rest_text(alike: Sequence[Stretch]) -> str:
     """Write whether the mass settles on a stretch, or one of its mirror images, from rest."""
-    first, known = alike[0], FLAGS["from_rest"]
+    first, known = alike[0], FLAGS["settled_same"]
     codes = first.from_rest
     for other in alike[1:]:
         nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)

@@ -12,7 +12,6 @@ from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import (
     SMALL,
-    WIDE,
     arrow,
     axes,
     new_canvas,
@@ -43,6 +42,7 @@ from vibropipe.scenes.branch.curves import (
     WIDTH,
     colours_of,
     draw_pieces,
+    legend_above,
     line_names,
     write_names,
 )
@@ -118,11 +118,7 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
             if (kept == is_kept).any()
         ),
     ]
-    figure.legend(
-        handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
-        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / (figure.get_size_inches()[1] * 2.54)),
-        columnspacing=1.2, fontsize=SMALL,
-    )  # fmt: skip
+    legend_above(figure, handles, note)
     return figure
 
 

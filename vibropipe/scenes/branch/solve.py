@@ -19,6 +19,7 @@ from vibropipe.words.parameters import DEFAULTS, PARAMETERS
 from vibropipe.words.vocabulary import (
     PARAMETER,
     SENSITIVITY_SUFFIX,
+    attributes,
     attributes_of_dimension,
     describe,
     own_attributes,
@@ -51,8 +52,8 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
     whole = joined(parts, name) if name else parts[0]
     if absent:
         whole.attrs["without_law"] = len(absent)
-    reached = xr.Variable("point", reached_from_rest(whole))
-    whole = describe(whole.assign({"from_rest": reached}))
+    reached = "point", reached_from_rest(whole), attributes("from_rest")
+    whole = whole.assign(from_rest=reached)
     whole = with_row_proofs(whole) if scene.prove else whole
     return stored(whole, scene.mass_and_stiffness)
 

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import number_within
-from vibropipe.physics.ties import check_untied
+from vibropipe.physics.stated import check_untied
 from vibropipe.solve.basins.attractor_families import follow_attractors
 from vibropipe.solve.basins.attractors import (
     STARTS,

@@ -16,7 +16,8 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
-from vibropipe.physics.ties import SAMPLES, Ties, stated_names, ties_of_call
+from vibropipe.physics.stated import stated_names, ties_of_call
+from vibropipe.physics.ties import SAMPLES, Ties
 from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
 from vibropipe.solve.boundary.levels import Quantities

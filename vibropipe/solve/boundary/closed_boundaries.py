@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.ties import check_untied
+from vibropipe.physics.stated import check_untied
 from vibropipe.solve.boundary.closed_flights import (
     Family,
     fly,

@@ -14,7 +14,8 @@ from vibropipe.physics import limits
 from vibropipe.physics.effects import effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
-from vibropipe.physics.ties import TIED, Ties, stated_names, ties_of_call
+from vibropipe.physics.stated import stated_names, ties_of_call
+from vibropipe.physics.ties import TIED, Ties
 from vibropipe.solve.branch.branch_dataset import (
     branch_dataset,
     rest_dataset,

@@ -16,7 +16,8 @@ from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
-from vibropipe.physics.ties import SAMPLES, Ties, stated_names
+from vibropipe.physics.stated import stated_names
+from vibropipe.physics.ties import SAMPLES, Ties
 from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces
 from vibropipe.solve.checks import check_soft
 from vibropipe.words.parameters import (

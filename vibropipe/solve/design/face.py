@@ -10,7 +10,8 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.physics.ties import Ties, ties_of_call
+from vibropipe.physics.stated import ties_of_call
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of

@@ -9,7 +9,8 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import check_keys
-from vibropipe.physics.ties import Ties, stated_names
+from vibropipe.physics.stated import stated_names
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_soft, with_frequency
 from vibropipe.words.parameters import CONTINUOUS, PARAMETERS
 from vibropipe.words.records import FINITE

@@ -11,7 +11,8 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import check_keys, number_within
-from vibropipe.physics.ties import Ties, stated_names
+from vibropipe.physics.stated import stated_names
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_soft
 from vibropipe.solve.rows.points import clipped
 from vibropipe.words.parameters import CONTINUOUS

@@ -11,7 +11,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import number_within
-from vibropipe.physics.ties import ties_of_call
+from vibropipe.physics.stated import ties_of_call
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.checks import check_whole

@@ -11,7 +11,8 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import number_within, si_value
 from vibropipe.physics.si import eigenfrequency
-from vibropipe.physics.ties import Ties, ties_of_call
+from vibropipe.physics.stated import ties_of_call
+from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary

@@ -20,7 +20,7 @@ from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_P
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.ramp import Ramp
-from vibropipe.physics.ties import check_untied
+from vibropipe.physics.stated import check_untied
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.solve.motion.contacts import contacts_of, drain_log

@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.ties import ties_of_call
+from vibropipe.physics.stated import ties_of_call
 from vibropipe.solve.sweep.blocks import MAX_PERIODS, assemble, solve_shard
 from vibropipe.solve.sweep.sweep import check_solver
 from vibropipe.solve.sweep.sweep_grid import SweepGrid

@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics import limits
 from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.ties import stated_names, ties_of_call
+from vibropipe.physics.stated import stated_names, ties_of_call
 from vibropipe.solve.accuracy.method_choice import check_accuracy
 from vibropipe.solve.checks import (
     check_follow,

@@ -11,7 +11,7 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.figures.text import axis_label, plain_value, value_text
 from vibropipe.figures.units import display_units, unit_text
-from vibropipe.solve.shown_units import in_si, shown_unit
+from vibropipe.solve.shown_units import dimension_of, in_si, shown_unit
 
 M, C = 2.0, 8000.0
 P = math.sqrt(C / M)
@@ -43,6 +43,14 @@ def test_frequencies_in_cycles_have_the_symbol_of_cycles():
     assert value_text(omega[120]) == r"$\omega/2\pi$ = 9 Hz"
     assert plain_value(omega[120]) == "ω/2π = 9 Hz"
     assert plain_value(physical()["omega"][0]) == "ω = 18.85 rad/s"
+
+
+@pytest.mark.parametrize(
+    ("unit", "dimension"),
+    [("J", "energy"), ("mJ", "energy"), ("kWh", "energy"), ("N m", "torque"), ("N mm", "torque")],
+)
+def test_a_force_times_a_length_is_written_for_torques_alone(unit: str, dimension: str):
+    assert dimension_of(unit) == dimension
 
 
 def test_all_units_of_a_dataset_are_converted_once():

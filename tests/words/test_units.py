@@ -34,6 +34,7 @@ LB, INCH = 0.45359237, 0.0254
         ("0.3 m/s", "velocity", 0.3),
         ("2 ms", "time", 0.002),
         ("5 mJ", "energy", 0.005),
+        ("50 N mm", "torque", 0.05),
         ("55 rad/s", "frequency", 55.0),
         ("9 Hz", "frequency", 18 * math.pi),
         ("0.009 kHz", "frequency", 18 * math.pi),

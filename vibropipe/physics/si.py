@@ -106,6 +106,7 @@ def unit_factors(m: float, C: float) -> dict[str, float]:
         "stiffness": C,
         "damping": math.sqrt(m) * math.sqrt(C),
         "energy": C,
+        "torque": C,
         "power": C * p,
         "impulse": C / p,
     }

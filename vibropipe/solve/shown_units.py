@@ -37,6 +37,7 @@ GIVEN = {*PARAMETERS, *PHYSICAL, *STARTS, "free_period"}
 # of several quantities share the axes of a picture, and with them one unit.
 OF_A_PARAMETER = ("mass", "stiffness", "damping", "force", "angle")
 TEXTS = ("title", "caption", "description", "question", "hero", "units", "kind")
+_FORCE = re.compile(r"\b\w?N\b|lbf")
 _BOUND = re.compile(r"[<>]=?([^<>,]+)")
 # Dimensions whose units can be chosen.
 CHOSEN = tuple(name for name in DIMENSIONS if name not in ("rate", "acceleration"))
@@ -119,13 +120,14 @@ def _units_in(node: Any, key: str) -> Iterator[tuple[str, str]]:
 
 
 def dimension_of(unit: str) -> str:
-    """Return the dimension of a unit, empty if it is none."""
-    for dimension in DIMENSIONS.keys() - {"acceleration", "rate"}:
+    """Return the dimension of a unit, empty if it is none; of a force times a length a torque, which is no energy."""
+    for dimension in CHOSEN:
         try:
             check_unit(unit, dimension)
         except UnitError:
             continue
-        return dimension
+        is_product = dimension == "energy" and _FORCE.search(unit)
+        return "torque" if is_product else dimension
     return ""
 
 

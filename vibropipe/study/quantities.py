@@ -52,9 +52,9 @@ KEYS: dict[str, tuple[str, Range]] = {
     "steady_from": ("time", FINITE),
     "blanking": ("time", NOT_NEGATIVE),
     "no_load": ("frequency", POSITIVE),
-    "stall": ("energy", POSITIVE),
+    "stall": ("torque", POSITIVE),
     "speed": ("frequency", FINITE),
-    "torque": ("energy", FINITE),
+    "torque": ("torque", FINITE),
 }
 # Keys whose bare numbers are in SI, and parts of a grid that are quantities; of others the models say what is wrong.
 BARE, QUANTITIES = (

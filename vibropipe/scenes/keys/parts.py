@@ -45,8 +45,8 @@ MAX_LINES = 7
 # Dimensions of the units that a study may choose, and their nouns where these are not those of `words.units`.
 DISPLAYED = {
     "frequency": "frequencies; Hz and rpm count cycles", "length": "", "time": "",
-    "velocity": "velocities", "force": "", "energy": "energies", "mass": "the mass",
-    "stiffness": "stiffnesses", "damping": "", "angle": "angles and phases",
+    "velocity": "velocities", "force": "", "energy": "energies", "torque": "",
+    "mass": "the mass", "stiffness": "stiffnesses", "damping": "", "angle": "angles and phases",
 }  # fmt: skip
 ParameterName = Annotated[words.ParameterName, BeforeValidator(latin)]
 _PERIODS, _IMPACTS = (NumberRange(*of, whole=True) for of in (LAW_PERIODS, LAW_IMPACTS))

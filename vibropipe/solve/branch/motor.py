@@ -162,7 +162,7 @@ def torque_of(torque: Any, si: bool = False) -> Torque:
     if isinstance(torque, Mapping):
         if set(torque) != set(LINE):
             raise ParameterError("torque", torque, TAKES)
-        ends = (("no_load", "frequency"), ("stall", "energy"))
+        ends = (("no_load", "frequency"), ("stall", "torque"))
         no_load, stall = (number(f"torque.{each}", torque[each], of) for each, of in ends)
         for name, value in zip(LINE, (no_load, stall), strict=True):
             if value <= 0.0:
@@ -176,7 +176,7 @@ def torque_of(torque: Any, si: bool = False) -> Torque:
     if not is_whole:
         raise ParameterError("torque", torque, TAKES)
     speeds = np.array([number("torque", speed, "frequency") for speed, _torque in pairs])
-    torques = np.array([number("torque", each, "energy") for _speed, each in pairs])
+    torques = np.array([number("torque", each, "torque") for _speed, each in pairs])
     if not (np.diff(speeds) > 0.0).all():
         raise ParameterError("torque", torque, TAKES)
     return Torque(speeds, torques, is_line=False)

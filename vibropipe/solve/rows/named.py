@@ -26,7 +26,9 @@ STD, SENSITIVITY = "std", "sensitivity"
 # The largest index of each dimension.
 SIZES = {"support": 2, "multiplier": 2, "harmonic": limits.HARMONICS[1], "subharmonic": 1000}
 # Powers of a length that a quantity of a physical dimension has without units, eqs. (2)-(4).
-LENGTHS = {"length": 1, "velocity": 1, "force": 1, "energy": 2, "power": 2, "impulse": 1}
+LENGTHS = dict.fromkeys(("length", "velocity", "force", "impulse"), 1) | dict.fromkeys(
+    ("energy", "torque", "power"), 2
+)
 
 
 class Named(NamedTuple):

@@ -7,16 +7,15 @@ from collections.abc import Mapping, Sequence
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
-import numpy as np
-
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.stated import ties_of_call
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.dataset import design_dataset
 from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
+from vibropipe.solve.design.margin import law_margin
 from vibropipe.solve.design.pareto import STEPS, front, undominated
-from vibropipe.solve.design.problem import Problem, directions
+from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.design.scatter import (
     LEAST_YIELD,
@@ -36,7 +35,7 @@ from vibropipe.solve.design.search import (
     without_copies,
 )
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.rows.points import WorkSpentError, within_ranges
+from vibropipe.solve.rows.points import WorkSpentError
 from vibropipe.solve.with_units import (
     are_with_units,
     plain_deviations,
@@ -52,45 +51,6 @@ from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# Distances tried along each direction, in shares of the ranges, then bisections of the first change.
-DISTANCES = np.geomspace(1e-4, 1.0, 17)
-BISECTIONS = 8
-
-
-def law_margin(problem: Problem, share: np.ndarray) -> float:
-    """Return the distance, in shares of the ranges, to the nearest point found whose motion has another law.
-
-    Motions begin at the given start, so that a change of the attractor counts as well. Points beyond the ranges count,
-    those where a parameter has no meaning do not. 1 if no change is found.
-    """
-    rays = directions(share.size)
-    # Far motions, which may be chaotic and slow, are marched only where nothing changes nearer.
-    for first in range(DISTANCES.size):
-        changed = ~_is_same(problem, share, rays * DISTANCES[first])
-        if changed.any():
-            break
-    else:
-        return 1.0
-    rays = rays[changed]
-    low = np.full(len(rays), DISTANCES[first - 1] if first else 0.0)
-    high = np.full(len(rays), DISTANCES[first])
-    for _ in range(BISECTIONS):
-        middle = 0.5 * (low + high)
-        same = _is_same(problem, share, rays * middle[:, None])
-        low, high = np.where(same, middle, low), np.where(same, high, middle)
-    return float(high.min())
-
-
-def _is_same(problem: Problem, share: np.ndarray, moves: np.ndarray) -> np.ndarray:
-    """Return whether the motions at moved points (n, k) have the law of the point itself."""
-    parameters = problem.parameters(np.vstack([share, share + moves]))
-    inside = within_ranges(parameters)
-    points = problem.laws_from_start(parameters[inside])
-    same = np.ones(len(parameters), bool)
-    same[inside] = points.has_law(points.laws[0])
-    return same[1:]
-
 
 SAMPLES, DESIGNS = 512, 8
 TOO_MUCH = (

@@ -48,6 +48,8 @@ def test_the_default_start_is_that_of_each_row() -> None:
     assert sweep.attrs["start"] == "x0 = 0 or the support nearest to it, v0 = 0"
     near = vp.sweep(vp.Exciter(**BEYOND), {"nu": [0.8]})
     assert near.attrs["start"] == "x0 = 0, v0 = 0"
+    loaded = vp.Exciter(l=0.5, nu=1.05, f=0.5, h=0.2, R1=0.7, R2=0.7, load=0.02)
+    assert vp.tolerance(loaded, {"f": 1e-3}, samples=64).attrs["start"] == "x0 = 0.02, v0 = 0"
 
 
 def test_a_chain_begins_at_its_own_start() -> None:

@@ -9,6 +9,7 @@ import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
+from vibropipe.physics.start import start_text
 from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import CURVE, Goals
@@ -138,10 +139,11 @@ def design_dataset(
     held = {*spread.OUTPUTS, *problem.outputs} - {SENSITIVITY}
     outputs = tuple(name for name in OUTPUTS if name in held)
     points = with_places(solve_points(parameters, start, outputs, harmonics), problem.names)
-    start_words = f"x0 = {problem.x0 or 0.0:g}, v0 = {problem.v0:g}"
+    columns = columns_of(parameters)
     attrs = {
         **origin_attrs(
-            all_effect_names(columns_of(parameters), pieces=True, housing=True), start_words
+            all_effect_names(columns, pieces=True, housing=True),
+            start_text(columns, problem.x0, problem.v0),
         ),
         **problem.goals.texts,
         **problem.ties.attrs,

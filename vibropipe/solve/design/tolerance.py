@@ -11,6 +11,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.limits import HARMONICS
 from vibropipe.physics.parameter_error import number_within
+from vibropipe.physics.start import start_text
 from vibropipe.physics.stated import ties_of_call
 from vibropipe.solve.basins.attractors import shares
 from vibropipe.solve.branch.first_places import with_places
@@ -174,7 +175,7 @@ def tolerance(
         must = "must have a motion from the start that settles on a stable orbit"
         raise ParameterError("exciter", exciter, must=must)
     effects = all_effect_names(vars(exciter), pieces=True, housing=True)
-    attrs = origin_attrs(effects, f"x0 = {x0 or 0.0:g}, v0 = {v0:g}") | stated.attrs
+    attrs = origin_attrs(effects, start_text(vars(exciter), x0, v0)) | stated.attrs
     dataset = points_dataset(point, "row", harmonics, attrs, ()).isel(row=0)
     dataset = dataset.assign_coords(tied.own)
     points = from_start(moved_rows(base, sigma, samples, reach, tied))

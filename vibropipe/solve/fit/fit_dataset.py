@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.effects import all_effect_names
+from vibropipe.physics.start import start_text
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit.fit_model import Model, Search
 from vibropipe.solve.fit.fit_quality import Quality, determined, quality_of
@@ -86,10 +87,9 @@ def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray)
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
     coords |= {"parameter": found, "other_parameter": found}
     coords["direction_of_fit"] = np.arange(1, len(found) + 1)
-    start = f"x0 = {model.x0 or 0.0:g}, v0 = {model.v0:g}"
-    effects = all_effect_names(
-        {**vars(model.exciter), **parameters, **data.over, **along}, pieces=True, housing=True
-    )
+    values = {**vars(model.exciter), **parameters, **data.over, **along}
+    effects = all_effect_names(values, pieces=True, housing=True)
+    start = start_text(values, model.x0, model.v0)
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
     attrs |= model.ties.attrs
     return describe(xr.Dataset(variables, coords, attrs))

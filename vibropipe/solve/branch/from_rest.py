@@ -1,4 +1,4 @@
-"""Which orbits of branches the mass settles on from rest."""
+"""Which orbits of branches and designs the mass settles on from rest."""
 
 from __future__ import annotations
 
@@ -18,34 +18,37 @@ if TYPE_CHECKING:
 SHAPE = ("displacement_mean", "displacement_amplitude", "displacement_phase")
 
 
-def reached_from_rest(branches: xr.Dataset) -> np.ndarray:
-    """Return whether the motion from rest settles on the orbit of each point, (points,), as codes of `settled_same`.
+def reached_from_rest(orbits: xr.Dataset) -> np.ndarray:
+    """Return whether the motion from rest settles on the orbit of each row, as codes of `settled_same`.
 
     The motion begins at the equilibrium, or the support nearest to it, without velocity, at the phase 0 of the force.
-    Two orbits are one if their period multiples and the harmonics of their displacements are the same.
+    Two orbits are one if their period multiples and the harmonics of their displacements are the same. Of a motion
+    that is no orbit it is not known.
 
     Parameters
     ----------
-    branches : xarray.Dataset
-        Over `point`, without units, with harmonics.
+    orbits : xarray.Dataset
+        Over one dimension of rows, as `point` or `design`, without units, with harmonics.
     """
-    n = branches.sizes["point"]
+    n = orbits["stable"].size
     columns = [
-        np.broadcast_to(branches[name] if name in branches else DEFAULTS[name], n)
+        np.broadcast_to(orbits[name] if name in orbits else DEFAULTS[name], n)
         for name in Parameters._fields
     ]
-    parameters, stable = np.column_stack(columns), branches["stable"].values == 1
-    found = np.full(n, SAME["other"], np.int8)
+    parameters, stable = np.column_stack(columns), orbits["stable"].values == 1
+    is_orbit = orbits["period_multiple"].values > 0
+    found = np.where(is_orbit, SAME["other"], SAME["unknown"]).astype(np.int8)
+    stable &= is_orbit
     if not stable.any():
         return found
     different, at = np.unique(parameters[stable], axis=0, return_inverse=True)
-    harmonics = branches.sizes["harmonic"]
+    harmonics = orbits.sizes["harmonic"]
     rest = solve_points(different, (None, 0.0), OF_STEADY_STATE, harmonics).variables
     shapes = _shape(*(rest[name][1][at] for name in SHAPE))
-    own = _shape(*(branches[name].values[stable] for name in SHAPE))
+    own = _shape(*(orbits[name].values[stable] for name in SHAPE))
     multiples = rest["period_multiple"][1][at]
     is_near = (np.abs(own - shapes) <= SAME_ORBIT * np.abs(own).max(axis=1)[:, None]).all(axis=1)
-    is_near &= branches["period_multiple"].values[stable] == multiples
+    is_near &= orbits["period_multiple"].values[stable] == multiples
     code = np.where(is_near, SAME["same"], SAME["other"])
     found[stable] = np.where(multiples == 0, SAME["unknown"], code)
     return found

@@ -11,6 +11,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import start_text
 from vibropipe.solve.branch.first_places import with_places
+from vibropipe.solve.branch.from_rest import reached_from_rest
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import CURVE, Goals
 from vibropipe.solve.design.problem import Problem
@@ -158,6 +159,7 @@ def design_dataset(
         "design_result": ("design", np.array([each.result for each in designs], np.int8)),
         "design_miss": ("design", np.abs(misses).max(axis=1, initial=0.0)),
         "law_margin": ("design", np.array(margins)),
+        "from_rest": ("design", reached_from_rest(dataset)),
         **curve_misfit(problem, designs),
         **bound_variables(problem.goals, harmonics),
         **swept_variables(problem, swept, harmonics),

@@ -141,6 +141,8 @@ def design(
         law_margin
             Distance, in shares of the ranges, to the nearest point found where the motion from the start has another
             law (regime, m, p1, p2).
+        from_rest
+            Whether the mass settles on this motion if it is started at rest: same, other, or unknown.
         yield, yield_low, yield_high
             With `tolerance` or `allow`: share of 4,096 scattered parts that keep the law, the bounds and the targets
             within `allow` (any value of a target without it), and its 95 % confidence interval [5]_ for as many random

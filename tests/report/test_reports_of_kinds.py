@@ -25,10 +25,10 @@ from vibropipe.study import load_study
 MIN_FILLED = 0.65
 MAX_TITLE = 85
 SHIPPED = ("paper", "regimes", "laws", "coexistence", "design", "hard_cases", "accuracy", "effects")
-# A number, with its power of ten; names of supports, figures, harmonics, methods (RK45) and laws of motion (m; p1, p2)
-# have none.
+# A number, with its power of ten; names of supports, figures, harmonics, designs, methods (RK45) and laws of motion
+# (m; p1, p2) have none.
 NAMES = re.compile(
-    r"([Ss]upports?|[Ff]igures?|[Hh]armonics?) \d+(( and |, )\d+)*|[A-Z]+\d+|\(\d+; \d+, \d+\)|95 %"
+    r"([Ss]upports?|[Ff]igures?|[Hh]armonics?|[Dd]esigns?) \d+(( and |, )\d+)*|[A-Z]+\d+|\(\d+; \d+, \d+\)|95 %"
 )
 NUMBER = re.compile(r"\d[\d,]*(\.\d+)?( × 10[⁻⁰¹²³⁴-⁹]+)?")
 DECIMAL = re.compile(r"−?\d[\d,]*\.\d+( × 10[⁻⁰¹²³⁴-⁹]+)?")

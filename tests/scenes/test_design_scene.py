@@ -66,6 +66,19 @@ scenes:
     samples: 32
     designs: 2
 """
+# The weaker forces do not strike a support from rest.
+TWO_MOTIONS = """
+title: Struck from a start
+physical: {m: 2 kg, C: 8 N/mm, H: 25.3 N s/m, omega: 120.2 rad/s, l: 5 mm}
+exciter: {R2: 0.7}
+scenes:
+  struck:
+    kind: design
+    vary: {F: [36 N, 76 N], R1: [0.5, 0.9]}
+    target: {impact_velocity_max_1: 0.474 m/s}
+    start: {x0: 1 mm, v0: 0.95 m/s}
+    samples: 64
+"""
 
 
 def load(tmp_path, text=STUDY):
@@ -157,7 +170,7 @@ def test_the_sorting_rule_in_the_report_sorts_random_parts(tmp_path):
         assert high < 100 * (1 - good.mean())  # to take all parts is worse
     nothing = dataset.assign_attrs(foretold_by="no single quantity")
     rest = answers({"loose": nothing})["loose"][0].rest
-    assert rest.endswith("No single measured quantity foretells which parts do.")
+    assert "No single measured quantity foretells which parts do." in rest
 
 
 def test_the_sorting_rule_of_a_study_with_units_is_told_in_them():
@@ -245,6 +258,39 @@ def test_the_front_is_drawn(tmp_path):
     corner = vp.steady_state(vp.Exciter(l=0.5, nu=1, f=-1, h=0.2, R2=0.7, **point))
     pair = [float(corner.impact_velocity_max[0]), float(corner.displacement_amplitude[0])]
     assert np.abs(cloud - pair).max(axis=1).min() < 1e-9
+
+
+def test_what_is_reached_from_rest_is_said(tmp_path, dataset):
+    assert tables({"shifted": dataset})[0].as_data()["head"][-1] == "from rest"
+    first = answers({"shifted": dataset})["shifted"][0]
+    assert first.rest.endswith(" From rest, design 1 settles on the wanted motion.")
+    scene = load(tmp_path, TWO_MOTIONS).scenes["struck"]
+    found = kind_of(scene).solve(scene)
+    given = {name: float(found[name]) for name in ("m", "C", "H", "l", "omega", "R2")}
+    made = [
+        vp.Exciter.from_physical(**given, F=float(found.F[n]), R1=float(found.R1[n]))
+        for n in range(found.sizes["design"])
+    ]
+    # Once a period on each support, or on none.
+    struck = [bool(vp.steady_state(each).impacts_per_orbit.any()) for each in made]
+    texts = ["yes" if each else "no" for each in struck]
+    shown = in_units(found, "mm")
+    (table, *_) = (table.as_data() for table in tables({"struck": shown}))
+    assert [row[-1] for row in table["rows"]] == texts
+    assert "From rest: whether the mass, started at rest, settles on this motion." in table["note"]
+    assert texts[0] == "no"
+    second = answers({"struck": shown})["struck"][1]
+    assert second.lead == "From rest, design 1 settles on another motion."
+    assert second.rest == (
+        "Start it at the displacement 1 mm and the velocity 0.95 m/s, at the zero phase of the force."
+    )
+    older, unknown = found.drop_vars("from_rest"), found.assign(from_rest=-1 * found.from_rest**0)
+    assert tables({"struck": older})[0].as_data()["head"] == table["head"][:-1]
+    for each in (older, unknown):
+        told = answers({"struck": each})["struck"]
+        assert not any("From rest" in f"{answer.lead}{answer.rest}" for answer in told)
+    unknown_table = tables({"struck": unknown})[0].as_data()
+    assert {row[-1] for row in unknown_table["rows"]} == {"unknown"}
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):

@@ -12,9 +12,9 @@ import xarray as xr
 from vibropipe.figures.motion_words import rests_of
 from vibropipe.figures.text import REST, format_number, in_brackets, symbol_of, with_units
 from vibropipe.figures.units import unit_text
-from vibropipe.solve.shown_units import shown_unit
+from vibropipe.solve.shown_units import shown_factor, shown_unit
 from vibropipe.words.designs import DesignResult
-from vibropipe.words.quantities import QUANTITIES
+from vibropipe.words.quantities import FLAGS, QUANTITIES
 from vibropipe.words.vocabulary import PHYSICAL_NAMES
 
 # Quantities shown where no goal names any.
@@ -161,6 +161,9 @@ class Goal(NamedTuple):
 # A number of a goal, `displacement_mean = -0.05 m; ...`, with its unit if any.
 _NUMBER = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(?: ([A-Za-z][^,;]*))?")
 _SHOWN_DIGITS = 6
+# A start as an attribute, without units or in SI, and the digits that its six are shown with.
+_START_DIGITS = 5
+_START = re.compile(r"x0 = (?P<displacement>[-+.e\d]+)( m)?, v0 = (?P<velocity>[-+.e\d]+)( m/s)?")
 MOST = {False: "least", True: "greatest"}
 
 
@@ -245,6 +248,27 @@ def struck_texts(dataset: xr.Dataset) -> list[str]:
         )
         texts.append(text if m == 1 else f"{text} in {m:g} periods")
     return texts
+
+
+def from_rest_texts(dataset: xr.Dataset) -> list[str]:
+    """Write of each design whether the mass settles on it from rest; nothing of a dataset that does not say it."""
+    if "from_rest" not in dataset:
+        return []
+    known = {FLAGS["settled_same"]["same"]: "yes", FLAGS["settled_same"]["other"]: "no"}
+    return [known.get(int(code), "unknown") for code in dataset["from_rest"].values]
+
+
+def start_words(dataset: xr.Dataset) -> str:
+    """Write from where all motions of the search start, in the units shown; empty where it is not one state."""
+    start = _START.fullmatch(str(dataset.attrs.get("start", "")))
+    if start is None:
+        return ""
+    texts = []
+    for name, number in start.groupdict().items():
+        of = dataset[f"{name}_strobe"]
+        value = shown_factor(of.attrs["units"]) * float(number)
+        texts.append(f"the {name} {with_units(of, format_number(value, _START_DIGITS))}")
+    return " and ".join(texts)
 
 
 def is_met(dataset: xr.Dataset) -> np.ndarray:

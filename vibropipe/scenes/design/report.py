@@ -35,6 +35,7 @@ from vibropipe.scenes.certificate_page import (
 )
 from vibropipe.scenes.design.data import (
     ends_of,
+    from_rest_texts,
     goals,
     has_spread,
     has_yield,
@@ -42,6 +43,7 @@ from vibropipe.scenes.design.data import (
     is_met,
     numbers,
     off_allowed,
+    start_words,
     struck_texts,
     varied,
     wanted_parts,
@@ -93,6 +95,10 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "in each forcing period unless it is said."
     )
     widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
+    if texts := from_rest_texts(dataset):
+        head, widths = [*head, "from rest"], (*widths, "1.2cm")
+        rows = [[*row, text] for row, text in zip(rows, texts, strict=True)]
+        note += " From rest: whether the mass, started at rest, settles on this motion."
     return Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
 
 
@@ -131,8 +137,28 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
     if not is_met(dataset).any():
         return [missed(dataset)]
-    if is_front(dataset):
-        return answers_of_front(dataset)
+    found = answers_of_front(dataset) if is_front(dataset) else answers_of_designs(dataset)
+    return with_rest(dataset, found)
+
+
+def with_rest(dataset: xr.Dataset, found: list[Answer]) -> list[Answer]:
+    """Return answers with what is known of design 1 from rest: an answer of its own if it is another motion."""
+    first, *others = found
+    which = "design 1" if dataset.sizes["design"] > 1 else "the design"
+    text = [*from_rest_texts(dataset), ""][0]
+    if text == "yes":
+        rest = f"{first.rest} From rest, {which} settles on the wanted motion.".strip()
+        return [Answer(first.lead, rest), *others]
+    if text == "no":
+        start = start_words(dataset)
+        rest = f"Start it at {start}, at the zero phase of the force." if start else ""
+        another = Answer(f"From rest, {which} settles on another motion.", rest)
+        return [first, another, *others][:MAX_ANSWERS]
+    return found
+
+
+def answers_of_designs(dataset: xr.Dataset) -> list[Answer]:
+    """Return the answers of designs that are no front."""
     found = [makeable(dataset) if has_yield(dataset) else reached(dataset)]
     if (told := certificate(dataset)) is not None:
         found.append(told)

@@ -6,17 +6,21 @@ import json
 from dataclasses import replace
 from pathlib import Path
 
+import mpmath as mp
 import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.proof import bifurcation, orbit
+from vibropipe.proof.balls import arb
 from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.proofs import Proved
+from vibropipe.words.proofs import Proved, Why
 
 PUBLISHED = json.loads(
     (Path(__file__).parents[1] / "reference" / "one_sided.json").read_text(encoding="utf-8")
 )
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.8, R2=0.7)
+SYMMETRIC = replace(EXCITER, R2=0.8)
 
 
 def rows_of(kind: str) -> list[tuple[float, float]]:
@@ -89,6 +93,124 @@ def test_a_grazing_orbit_touches_when_it_is_marched() -> None:
     assert abs(inner).min() < 1e-5  # of the parabola between samples
 
 
+def pitchfork_force(e: vp.Exciter) -> mp.mpf:
+    """Return the force of (C19) of docs/closed-forms.md in long arithmetic."""
+    nu, h, b, R = (mp.mpf(value) for value in (e.nu, e.h, e.l, e.R1))
+    t, omega = mp.pi / nu, mp.sqrt(1 - h**2 / 4)
+    half, eps = mp.exp(-h * t / 2), mp.exp(-h * t)
+    shear = -half * mp.sin(omega * t) / omega
+    D = (1 - half) ** 2 + 2 * half * (1 + mp.cos(omega * t))
+    V = (1 - eps - h * shear) / (2 * D)
+    P = mp.mpc(1 - nu**2, h * nu)
+    W = P * mp.mpc(((1 - R) / 2 + (1 + R) * V) / nu, (1 + R) * shear / D)
+    regular = (1 - R) * (1 - R * eps) + R * D + (1 + R) * shear * W.imag
+    v = (1 + R) * shear * nu**2 * b / regular
+    return abs(1j * b * P + v * W)
+
+
+def is_enclosed(exciter: vp.Exciter, along: str) -> bool:
+    """Return whether the closed form of the pitchfork lies between bounds that are at most two doubles apart."""
+    with mp.workdps(40):
+        near = replace(exciter, f=float(pitchfork_force(exciter)) * 1.001)
+        orbit_nearby = vp.symmetric_orbit(near).isel(solution=0)
+        found = vp.prove_bifurcation(orbit_nearby, "pitchfork", along)
+        assert found.proved == Proved.PROVED
+        ends = [float(found[f"{along}_{end}"]) for end in ("low", "high")]
+        assert ends[1] - ends[0] <= 2 * np.spacing(ends[1])
+        exciters = [replace(near, **{along: value}) for value in ends]
+        low, high = (pitchfork_force(each) - mp.mpf(each.f) for each in exciters)
+        return bool(low * high <= 0)
+
+
+@pytest.mark.parametrize("along", ["f", "nu", "h", "l"])
+@pytest.mark.parametrize("nu", [0.9, 1.2, 1.5])
+def test_pitchforks_are_those_of_their_closed_form(nu: float, along: str) -> None:
+    assert is_enclosed(replace(SYMMETRIC, nu=nu), along)
+
+
+@pytest.mark.parametrize("equation", ["mirror", "multiplier", "restitution"])
+def test_a_mutation_of_an_equation_of_a_pitchfork_is_found(monkeypatch, equation: str) -> None:
+    more = arb(1 + 2.0**-33)
+    image, multiplier, end_of = (
+        bifurcation.mirrored,
+        bifurcation.trace_and_determinant,
+        orbit.end_of,
+    )
+    if equation == "mirror":
+        monkeypatch.setattr(
+            bifurcation, "mirrored",
+            lambda law, half: [a * more if n == 1 else a for n, a in enumerate(image(law, half))],
+        )  # fmt: skip
+    elif equation == "multiplier":
+        monkeypatch.setattr(
+            bifurcation, "trace_and_determinant",
+            lambda *given: [a * more for a in multiplier(*given)],
+        )  # fmt: skip
+    else:
+        monkeypatch.setattr(
+            orbit, "end_of",
+            lambda model, flight: end_of(model, flight._replace(velocity=flight.velocity * more)),
+        )  # fmt: skip
+    assert not is_enclosed(replace(SYMMETRIC, nu=0.9), "f")
+
+
+def test_pitchforks_and_touches_of_both_supports_are_those_of_a_branch() -> None:
+    branch = vp.branch(SYMMETRIC, "nu", (0.55, 1.1), switch=("pitchfork",))
+    seen = []
+    for n, point in enumerate(branch.bifurcation_point.values):
+        kind = Bifurcation(int(branch.bifurcation_kind[n])).name.lower()
+        row = branch.drop_dims("impact").isel(point=point)
+        found = vp.prove_bifurcation(row, kind, "nu")
+        assert found.proved == Proved.PROVED
+        assert branch.bifurcation_nu[n].item() == pytest.approx(float(found.nu_low), rel=1e-13)
+        seen.append((kind, int(found.grazing_support)))
+    assert {("pitchfork", 0), ("grazing", 1), ("grazing", 2), ("grazing", 3)} <= {*seen}
+    proof = vp.prove(branch)
+    assert (proof.bifurcation_proved == Proved.PROVED).all()
+    n = len(seen)
+    assert f"{n} of {n} folds, flips, pitchforks and grazings are proved." in proof.statement
+
+
+def test_both_supports_are_touched_where_the_closed_form_ceases_to_be_a_motion() -> None:
+    orbit_nearby = vp.symmetric_orbit(replace(SYMMETRIC, nu=0.71)).isel(solution=0)
+    found = vp.prove_bifurcation(orbit_nearby, "grazing", "nu")
+    assert found.statement.startswith("The orbit (1; 1, 1) touches both supports, a grazing,")
+    low, high = float(found.nu_low), float(found.nu_high)
+    outside, inside = (
+        vp.symmetric_orbit(replace(SYMMETRIC, nu=nu)).isel(solution=0)
+        for nu in (low * (1 - 1e-9), high * (1 + 1e-9))
+    )
+    assert not outside.admissible
+    assert inside.admissible
+    assert 0 < inside.clearance < 1e-7
+
+
+@pytest.mark.parametrize(
+    ("other", "along"),
+    [({}, "delta"), ({"R2": 0.7}, "nu"), ({"load": 0.01}, "nu"), ({"f2": 0.01}, "nu")],
+)
+def test_without_symmetry_there_is_no_pitchfork(other: dict[str, float], along: str) -> None:
+    row = vp.symmetric_orbit(replace(SYMMETRIC, nu=0.9)).isel(solution=0).assign_coords(other)
+    found = vp.prove_bifurcation(row, "pitchfork", along)
+    assert found.proved == Proved.UNDECIDED
+    assert found.why == Why.SYMMETRY
+    assert "their own mirror images along this parameter" in found.statement
+
+
+def test_supports_on_either_side_of_a_loaded_equilibrium_are_symmetric() -> None:
+    row = vp.symmetric_orbit(replace(SYMMETRIC, nu=0.9, f=0.392)).isel(solution=0)
+    loaded = row.assign_coords(load=0.25, delta=0.25)
+    ends = [float(vp.prove_bifurcation(each, "pitchfork", "f").f_low) for each in (row, loaded)]
+    assert ends[0] == ends[1] > 0
+
+
+def test_a_pitchfork_is_no_regular_fold() -> None:
+    branch = vp.branch(SYMMETRIC, "nu", (0.9, 1.1))
+    (at,) = branch.bifurcation_point.values
+    row = branch.drop_dims("impact").isel(point=at)
+    assert vp.prove_bifurcation(row, "fold", "nu").proved == Proved.UNDECIDED
+
+
 def test_what_is_none_is_undecided() -> None:
     found = vp.prove_bifurcation(EXCITER, "fold", "R2")
     assert found.proved == Proved.UNDECIDED
@@ -99,7 +221,7 @@ def test_what_is_none_is_undecided() -> None:
 @pytest.mark.parametrize(
     ("arguments", "message"),
     [
-        (("cusp", "nu"), "kind: must be one of fold, flip, grazing, got 'cusp'"),
+        (("cusp", "nu"), "kind: must be one of fold, flip, pitchfork, grazing, got 'cusp'"),
         (("fold", "k1"), "along: must be one of nu, f, h, .*, got 'k1'"),
     ],
 )

@@ -4,6 +4,10 @@ The unknowns are times and velocities of the impacts, one parameter and, at a gr
 regular zero the bifurcation is the usual one: the orbits turn back at a fold, a multiplier passes -1 at a flip, and the
 touch becomes an impact or a gap with non-zero speed at a grazing [1]_.
 
+An orbit that is its own mirror image half an orbit later is known by the impacts of its first half. Its pitchfork is a
+flip of the half map, which is half of the orbit and then the mirror; there the equations of the whole orbit are
+singular. At its grazing both supports are touched.
+
 References
 ----------
 .. [1] Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer 2004, sections 4.2 to 4.5.
@@ -33,9 +37,12 @@ from vibropipe.words.proofs import Why
 
 # Points of a flight among which the touch is sought, and the shortest stretch that is looked at.
 SAMPLES, SHORTEST = 64, 2.0**-30
-KINDS = {
-    each.name.lower(): each for each in (Bifurcation.FOLD, Bifurcation.FLIP, Bifurcation.GRAZING)
-}
+KINDS = {each.name.lower(): each for each in Bifurcation if each <= Bifurcation.GRAZING}
+# Parameters along which an exciter stays its own mirror image.
+SYMMETRIC = ("nu", "f", "h", "l", "shaker")
+BOTH = 3  # supports touched
+# An orbit so near its mirror image (forcing periods, share of the largest velocity) is taken for it.
+MIRRORED = 1e-6
 
 
 @dataclass
@@ -48,7 +55,7 @@ class Critical:
         Times and velocities of the impacts; empty unless it exists.
     parameter : ball
     touched : int
-        The support that is touched at a grazing, else 0.
+        The support that is touched at a grazing, or BOTH; else 0.
     why : Why
         What is not proved.
     """
@@ -72,38 +79,82 @@ def bifurcation_near(
     guess : sequence of ball
         Times and velocities of the impacts of the orbit.
     kind : Bifurcation
-        FOLD, FLIP or GRAZING.
+        FOLD, FLIP, PITCHFORK or GRAZING.
     along : str
         The parameter that varies.
     """
-    n = len(law.supports)
-    z, touch = [*map(arb, guess), nominal[along]], (0, 0)
+    u0 = [*map(arb, guess)]
+    is_half = _may_be_mirrored(nominal, law, along)
+    if kind is Bifurcation.PITCHFORK and not is_half:
+        return Critical([], arb.nan(), 0, Why.SYMMETRY)
+    if kind is not Bifurcation.PITCHFORK:
+        is_half = is_half and kind is Bifurcation.GRAZING and _is_near_mirrored(law, u0)
+    k = len(law.supports)
+    n = k // 2 if is_half else k
+    z, touch = [*u0[:n], *u0[k : k + n], nominal[along]], (0, 0)
     if kind is Bifurcation.GRAZING:
-        found = _nearest_touch(nominal, law, z[: 2 * n])
+        found = _nearest_touch(nominal, law, u0)
         if found is None:
             return Critical([], arb.nan(), 0, Why.EXISTENCE)
-        touch = found[:2]
-        z.append(found[2])
+        i, support, time = found
+        touch = (i, support) if i < n else (i - n, 3 - support)
+        z.append(time)
+
+    def orbit_of(at: Sequence[Number]) -> list[Number]:
+        return mirrored(law, at[: 2 * n]) if is_half else [*at[: 2 * n]]
 
     def equations(at: Sequence[Number]) -> list[Number]:
-        p, u = {**nominal, along: at[2 * n]}, at[: 2 * n]
-        model, rows = Flights(p), residual(p, law, u)
+        p, u = {**nominal, along: at[2 * n]}, orbit_of(at)
+        model, rows = Flights(p), residual(p, law, u)[: 2 * n]
         if kind is Bifurcation.GRAZING:
             x, v = _at_touch(model, law, u, touch[0], at[-1])
             return [*rows, x - model.position[touch[1]], v]
-        trace, determinant = trace_and_determinant(model, law, u)
-        side = -1 if kind is Bifurcation.FOLD else 1
+        trace, determinant = trace_and_determinant(model, law, u, is_half)
+        side = 1 if kind is Bifurcation.FLIP else -1
         return [*rows, 1 + side * trace + determinant]
 
     speed = max((abs(v) for v in z[n : 2 * n]), key=float)
     own = abs(nominal[along])
     scale = [ONE] * n + [speed] * n + [own if own > 0 else ONE] + [ONE] * (len(z) - 2 * n - 1)
     tube = enclosed(equations, z, scale)
+    touched = BOTH if is_half and touch[1] else touch[1]
     if tube is None:
-        return Critical([], arb.nan(), touch[1], Why.EXISTENCE)
-    model = Flights({**nominal, along: tube[2 * n]})
-    is_motion = _is_motion(model, law, tube, touch[0] if touch[1] else None)
-    return Critical(tube[: 2 * n], tube[2 * n], touch[1], Why.NONE if is_motion else Why.MOTION)
+        return Critical([], arb.nan(), touched, Why.EXISTENCE)
+    model, u = Flights({**nominal, along: tube[2 * n]}), orbit_of(tube)
+    touches = dict.fromkeys(range(touch[0], k, n), tube[-1]) if touched else {}
+    is_motion = _is_motion(model, law, u, touches)
+    return Critical(u, tube[2 * n], touched, Why.NONE if is_motion else Why.MOTION)
+
+
+def mirrored(law: Law, half: Sequence[Number]) -> list[Number]:
+    """Return times and velocities of the orbit whose first half is this one and whose other half mirrors it."""
+    n = len(half) // 2
+    times, velocities = half[:n], half[n:]
+    return [*times, *(t + law.m / 2 for t in times), *velocities, *(-v for v in velocities)]
+
+
+def _may_be_mirrored(nominal: Mapping[str, Any], law: Law, along: str) -> bool:
+    """Return whether exciters along a parameter are their own mirror images, and orbits of a law may be."""
+    n, odd = divmod(len(law.supports), 2)
+    image = tuple(3 - support for support in law.supports[:n])
+    return (
+        along in SYMMETRIC
+        and bool(nominal["R1"] == nominal["R2"])
+        and bool(nominal["delta"] == nominal["load"])
+        and bool(nominal["f2"] == 0)
+        and law.m % 2 == 1  # the force changes its sign in half of the orbit
+        and not odd
+        and law.supports[n:] == image
+    )
+
+
+def _is_near_mirrored(law: Law, u: Sequence[Any]) -> bool:
+    """Return whether the other half of an orbit nearly mirrors the first one."""
+    n = len(law.supports) // 2
+    speed = max((abs(v) for v in u[2 * n :]), key=float)
+    image = mirrored(law, [*u[:n], *u[2 * n : 3 * n]])
+    scale = [ONE] * (2 * n) + [speed] * (2 * n)
+    return all(abs(a - b) < s * MIRRORED for a, b, s in zip(u, image, scale, strict=True))
 
 
 def enclosed(
@@ -177,13 +228,13 @@ def _nearest_touch(
     return min(found, key=lambda each: each[0])[1:] if found else None
 
 
-def _is_motion(model: Flights, law: Law, tube: Sequence[Any], of: int | None) -> bool:
-    """Return whether no flight certainly leaves the supports, but for the touch of flight `of`."""
+def _is_motion(model: Flights, law: Law, tube: Sequence[Any], touches: Mapping[int, Any]) -> bool:
+    """Return whether certainly no flight leaves the supports, but for the touches of some at these times."""
     n = len(law.supports)
     for support, v in zip(law.supports, tube[n : 2 * n], strict=True):
         if not (v > 0 if support == 1 else v < 0):
             return False
     return all(
-        FlightMotion(model, flight).leaves(SHORTEST, tube[-1] if i == of else None) is False
-        for i, _j, flight in flights_of(law, tube[: 2 * n])
+        FlightMotion(model, flight).leaves(SHORTEST, touches.get(i)) is False
+        for i, _j, flight in flights_of(law, tube)
     )

@@ -91,7 +91,7 @@ def prove(
 
         Of several rows `proved`, `why` and `proved_stable` alone, over their dimensions; `not_tried` are those without
         an orbit, with rests, without impacts or with more than 100. Of a branch also `bifurcation_proved` and bounds
-        bifurcation_<along>_low, bifurcation_<along>_high of its folds, flips and grazings.
+        bifurcation_<along>_low, bifurcation_<along>_high of its folds, flips, pitchforks and grazings.
 
     Raises
     ------
@@ -136,7 +136,9 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         An orbit near the bifurcation, as of `prove`; of a branch the row `bifurcation_point`.
     kind : str
         fold: its orbits turn back, two on one side and none on the other. flip: a multiplier passes -1, and orbits of
-        twice the period begin. grazing: it touches a support between its impacts, and strikes it on one side.
+        twice the period begin. pitchfork: an orbit that is its own mirror image half an orbit later has a multiplier
+        that passes 1, and a pair of orbits that mirror each other begins. grazing: it touches a support between its
+        impacts, and strikes it on one side; both supports if it is its own mirror image.
     along : str
         The parameter that varies: any of nu, f, h, l, delta, R1, R2, load, f2, phi2; the others are exact doubles.
 
@@ -144,14 +146,14 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
     -------
     xarray.Dataset
         proved, why
-            proved: exactly one such bifurcation of the law lies nearby, it is regular (what is said of its kind holds,
-            with non-zero speed in the parameter), and no flight leaves the supports there. undecided: `why` names what
-            is not proved.
+            proved: exactly one such bifurcation of the law lies nearby (at a pitchfork or a touch of both supports: of
+            its symmetric orbits), it is regular (what is said of its kind holds, with non-zero speed in the parameter),
+            and no flight leaves the supports there. undecided: `why` names what is not proved.
         <along>_low, <along>_high
             Bounds of the parameter, rounded outwards to the last digit, NaN unless proved; so are those of
             impact_phase and impact_velocity (impact).
         bifurcation_kind, grazing_support
-            The kind, and the support that is touched (0: none).
+            The kind, and the support that is touched (0: none, 3: both).
         period_multiple, impacts_per_orbit (support), impact_support, impact_period (impact)
             The law.
 

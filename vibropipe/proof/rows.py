@@ -65,7 +65,9 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
         verdicts = enclosed["bifurcation_proved"][1]
         attempts = int(np.isin(rows["bifurcation_kind"], [*KINDS.values()]).sum())
         proofs = int((verdicts == Proved.PROVED).sum())
-        kinds = count(attempts, "fold, flip or grazing", "folds, flips and grazings")
+        kinds = count(
+            attempts, "fold, flip, pitchfork or grazing", "folds, flips, pitchforks and grazings"
+        )
         statement += f"; {proofs:,} of {kinds} are proved"
     kept = {str(name): coord for name, coord in rows.coords.items() if {*coord.dims} <= {*dims}}
     variables: dict[str, Any] = {name: (dims, values) for name, values in codes.items()}
@@ -85,7 +87,7 @@ def _orbit_of(row: xr.Dataset) -> Given | None:
 
 
 def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
-    """Return which folds, flips and grazings of a branch are proved, and bounds of the parameter, NaN unless proved."""
+    """Return which bifurcations of a branch are proved, and bounds of the parameter, NaN unless proved."""
     prefix = "bifurcation_"
     along = next(name for name in BOXED if prefix + name in branch.coords)
     kinds, n = branch["bifurcation_kind"].values, branch.sizes["bifurcation"]

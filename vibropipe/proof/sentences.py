@@ -6,7 +6,7 @@ import math
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass, field
 
-from vibropipe.proof.bifurcation import Critical
+from vibropipe.proof.bifurcation import BOTH, Critical
 from vibropipe.proof.certificate import Claim, Part
 from vibropipe.proof.every import Found
 from vibropipe.proof.given import Given
@@ -39,10 +39,12 @@ def critical_statement(
     name = f"The orbit ({given.m}; {counts})"
     if found.why is not Why.NONE:
         return f"Undecided: not proved {found.why.reason}."
+    support = "both supports" if found.touched == BOTH else f"support {found.touched}"
     what = {
         Bifurcation.FOLD: "turns back at a fold",
         Bifurcation.FLIP: "has a multiplier that passes -1, a flip,",
-        Bifurcation.GRAZING: f"touches support {found.touched}, a grazing,",
+        Bifurcation.PITCHFORK: "loses its symmetry at a pitchfork",
+        Bifurcation.GRAZING: f"touches {support}, a grazing,",
     }[kind]
     return f"{name} {what} at one {along} between {ends[0]!r} and {ends[1]!r}."
 

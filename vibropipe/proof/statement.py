@@ -13,7 +13,7 @@ import xarray as xr
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
-from vibropipe.proof.bifurcation import bifurcation_near
+from vibropipe.proof.bifurcation import BOTH, bifurcation_near
 from vibropipe.proof.certificate import (
     MAX_MOVED_BY_ROUNDING,
     Certificate,
@@ -132,7 +132,12 @@ def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
     del variables["parts"]
     ends = [float(variables[f"{along}_{end}"][1]) for end in ("low", "high")]
     attrs = {"statement": critical_statement(given, kind, along, ends, found)}
-    return _described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
+    dataset = _described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
+    dataset["grazing_support"].attrs |= {
+        "flag_values": np.array([0, 1, 2, BOTH], np.int8),
+        "flag_meanings": "none support_1 support_2 both",
+    }
+    return dataset
 
 
 @dataclass

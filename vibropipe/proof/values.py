@@ -10,6 +10,7 @@ where F_k is the amplitude of the force's k-th harmonic, and A_k = 2 |c_k|.
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
+from itertools import islice
 from typing import Any, NamedTuple
 
 from vibropipe.proof.balls import (
@@ -92,11 +93,17 @@ def _values(p: Mapping[str, Number], law: Law, u: Sequence[Number], harmonics: i
     return values + [_square(model, k, u[:n], jumps) for k in range(1, harmonics + 1)]
 
 
-def trace_and_determinant(model: Flights, law: Law, u: Sequence[Number]) -> tuple[Number, Number]:
-    """Return trace and determinant of the return map's derivative: products of flow and saltation matrices."""
+def trace_and_determinant(
+    model: Flights, law: Law, u: Sequence[Number], is_half: bool = False
+) -> tuple[Number, Number]:
+    """Return trace and determinant of the return map's derivative: products of flow and saltation matrices.
+
+    Over the first half of an orbit that is its own mirror image, without the mirror, if `is_half`.
+    """
+    share = 2 if is_half else 1
     rows = [[ONE, ZERO], [ZERO, ONE]]
-    determinant = exp(-(model.h * model.period * law.m))
-    for _i, _j, flight in flights_of(law, u):
+    determinant = exp(-(model.h * model.period * law.m / share))
+    for _i, _j, flight in islice(flights_of(law, u), len(law.supports) // share):
         b, R = model.position[flight.support], model.restitution[flight.support]
         flow = model.flow(flight.end - flight.start)
         shear = (1 + R) * (model.force(flight.start) - b) / flight.velocity

@@ -48,6 +48,7 @@ class Why(Reasoned):
     FAMILY = 5, "that the orbits of all parts are one family"
     PARTS = 6, "with the parts that were allowed"
     NOT_TRIED = 7, "since only orbits that strike a support and do not rest on one are tried"
+    SYMMETRY = 8, "that exciter and orbit are their own mirror images along this parameter"
 
 
 class Tally(NamedTuple):

@@ -171,6 +171,17 @@ def test_pitchforks_and_touches_of_both_supports_are_those_of_a_branch() -> None
     assert f"{n} of {n} folds, flips, pitchforks and grazings are proved." in proof.statement
 
 
+def test_a_touch_that_is_struck_when_marched_again_is_enclosed() -> None:
+    # from the stored section at delta = 0.0538 three impacts follow, one of them the touch
+    branch = vp.branch(replace(EXCITER, nu=0.9), "delta", (-0.4, 0.4))
+    proof = vp.prove(branch)
+    assert branch.bifurcation_kind.values.tolist() == [Bifurcation.GRAZING] * 2
+    assert (proof.bifurcation_proved == Proved.PROVED).all()
+    np.testing.assert_allclose(proof.bifurcation_delta_low, branch.bifurcation_delta, rtol=1e-12)
+    without = vp.branch(replace(EXCITER, nu=0.9), "delta", (-0.4, 0.4), outputs=["stability"])
+    assert (vp.prove(without).bifurcation_proved == Proved.PROVED).any()
+
+
 def test_both_supports_are_touched_where_the_closed_form_ceases_to_be_a_motion() -> None:
     orbit_nearby = vp.symmetric_orbit(replace(SYMMETRIC, nu=0.71)).isel(solution=0)
     found = vp.prove_bifurcation(orbit_nearby, "grazing", "nu")

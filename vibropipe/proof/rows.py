@@ -92,11 +92,16 @@ def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
     along = next(name for name in BOXED if prefix + name in branch.coords)
     kinds, n = branch["bifurcation_kind"].values, branch.sizes["bifurcation"]
     proved, ends = np.zeros(n, np.int8), np.full((2, n), np.nan)
-    whole = branch.drop_dims([name for name in ("impact", "bifurcation") if name in branch.dims])
+    whole = branch.drop_dims("bifurcation")
+    last = np.cumsum(branch["row_size"].values) if "impact" in branch.dims else None
     for k, point in enumerate(branch["bifurcation_point"].values):
         if kinds[k] not in KINDS.values():
             continue
-        given = _orbit_of(whole.isel(point=int(point)))
+        row = whole.isel(point=int(point))
+        if last is not None:  # marched again, an orbit may strike what it touches
+            first = int(last[point] - row["row_size"])
+            row = row.isel(impact=slice(first, int(last[point])))
+        given = _orbit_of(row)
         if given is None:
             continue
         proof = prove_critical(given, Bifurcation(int(kinds[k])), along)

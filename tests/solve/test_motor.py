@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from numpy.polynomial import Polynomial
@@ -125,6 +127,21 @@ def test_with_units():
     np.testing.assert_array_equal(found.jump_torque, bare.jump_torque)
     with pytest.raises(vp.ParameterError, match=r"torque\.stall"):
         vp.motor(branch, {"no_load": "18 Hz", "stall": "4 kg"})
+
+
+def test_orbits_that_begin_within_a_contact_with_a_soft_support_are_followed():
+    soft = vp.Exciter(l=0.5, nu=1.6, f=0.6, h=0.1, delta=-0.05, k1=20.0, k2=15.0, R1=0.6, R2=0.5)
+    branch = vp.branch(soft, "nu", (1.55, 2.0), outputs=OUTPUTS)
+    assert (branch.displacement_strobe.values < soft.lower).sum() > 5
+    found = vp.motor(branch, [(1.6, 0.25), (1.95, 0.17)])
+    (n,) = np.flatnonzero(found.speed_is_stable)
+    nu, torque = float(found.nu[n]), float(found.motor_torque[n])
+    assert torque == pytest.approx(np.interp(nu, (1.6, 1.95), (0.25, 0.17)), rel=1e-9)
+    row = branch.isel(point=int(found.crossing_point[n]))
+    start = {"x0": float(row.displacement_strobe), "v0": float(row.velocity_strobe)}
+    assert start["x0"] < soft.lower
+    state = vp.steady_state(replace(soft, nu=nu), **start, outputs=("power",))
+    assert float(state.power_input) / nu == pytest.approx(torque, rel=1e-6)
 
 
 def test_with_impacts_the_motor_runs_to_the_speed_found():

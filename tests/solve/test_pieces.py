@@ -11,6 +11,7 @@ import pytest
 from comparisons import reference
 
 import vibropipe as vp
+from vibropipe.solve import rebuild
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -220,3 +221,14 @@ def test_a_contact_too_short_for_the_times_of_a_motion_has_a_status() -> None:
     row = vp.steady_state(exciter)
     assert row.status == Status.MAX_STEPS
     assert row.regime == Regime.UNRESOLVED
+
+
+def test_a_motion_is_made_again_from_within_a_contact_with_a_soft_support() -> None:
+    soft = vp.Exciter(l=0.5, nu=1.8, f=0.6, h=0.1, delta=-0.05, k1=20.0, k2=15.0, R1=0.6, R2=0.5)
+    state = vp.steady_state(soft)
+    assert state.displacement_strobe < soft.lower
+    motion = rebuild.motion_of(state)
+    assert motion is not None
+    x = motion.plain["displacement"].values
+    assert x[0] == pytest.approx(float(state.displacement_strobe), rel=1e-12)
+    assert x[-1] == pytest.approx(x[0], rel=1e-9)

@@ -95,16 +95,18 @@ class MotorLoad:
         return self.torque_of_row(self.row(one, speed)) - self.torque.at(speed)
 
     def slope(self, one: int, speed: float, towards: float | None = None) -> float:
-        """Return the derivative of the torque of the load by the speed; NaN where it has none.
+        """Return the derivative of the torque of the load by the speed.
 
-        one : as for `excess`
-        towards : at a bifurcation the derivative is that a little closer to this speed
+        one : as for `excess`; the error, too
+        towards : at a bifurcation the derivative is that a little closer to this speed, NaN where there is none
         """
         if towards is not None and self.is_event(one, speed):
             speed += INSIDE * (towards - speed)
         try:
             row = self.row(one, speed)
         except ParameterError:
+            if towards is None:
+                raise
             return np.nan
         by = float(row["power_input_sensitivity"].sel(parameter=self.name))
         return (by - self.torque_of_row(row)) / speed

@@ -188,9 +188,10 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
             there = np.flatnonzero((np.abs(at - value) <= reach) & (beside == each.over))
             if not there.size:
                 continue
-            # Of several branches that end there this motion may be the one whose place has no derivative.
+            # Of several branches that end there this motion may be the one whose place has no derivative. A motion
+            # without a point at the place ends where another begins.
             own = [n for n in there if words_of(dataset.isel(point=int(points[n]))) == each.words]
-            known = [n for n in own if np.isfinite(deviations[n])]
+            known = [n for n in own or there if np.isfinite(deviations[n])]
             size = float(deviations[known[0]]) if known else math.nan
             key = (each.over, each.words, f"{value:.8g}")
             ends.setdefault(key, (int([*known, *own, *there][0]), size))
@@ -215,9 +216,7 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]  # fmt: skip
     note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."
     if any(DASH in row for row in rows):
-        note += (
-            " A dash: the place has no derivative, as where the mass touches both supports at once."
-        )
+        note += " A dash: it is not known, as where the mass touches both supports at once."
     if len(ends) > len(listed):
         note += f" Left out: {amount_text(len(ends) - len(listed), 'end')} of narrower ranges."
     title = "How far the places where stable motions end scatter"

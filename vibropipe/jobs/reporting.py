@@ -68,7 +68,8 @@ def failures(failed: Mapping[str, str]) -> list[Answer]:
     """Return what page 1 says of scenes that are left out: names, and the reason of each."""
     return [
         Answer(
-            f"The scene {name.replace('_', ' ')} failed and is left out.", f"{reason.rstrip('.')}."
+            f"The scene {name.replace('_', ' ')} failed and is left out.",
+            f"The reason: {reason.rstrip('.')}.",
         )
         for name, reason in failed.items()
     ]
@@ -326,4 +327,4 @@ def cause_of(study: str, scene: str) -> str:
     """Return why a scene of a study could not be solved, by the logs of its jobs in the working folder."""
     logs = [Path("logs", study, f"{scene}.log"), *sorted(Path("logs", study, scene).glob("*.log"))]
     found = [cause.removeprefix(ERROR) for cause in causes(map(str, logs))]
-    return found[0] if found else f"is not solved (see logs/{study}/{scene}.log)"
+    return found[0] if found else f"it is not solved (see logs/{study}/{scene}.log)"

@@ -102,7 +102,7 @@ def test_a_study_a_node_and_a_file_give_the_same(sweep, folder):
 
 def test_impacts_that_were_not_asked_for_are_said_to_be_missing():
     quiet = vp.sweep(EXCITER, {"nu": [1.0]}, outputs=["harmonics"])
-    with pytest.raises(StoreError, match="add impacts to outputs"):
+    with pytest.raises(StoreError, match="where its scene takes the output impacts"):
         vp.table(quiet, impacts=True)
 
 
@@ -217,7 +217,7 @@ def test_sections_have_a_row_for_each_state_at_the_section(tmp_path, monkeypatch
 
 
 def test_sections_that_are_not_there_are_refused(sweep):
-    with pytest.raises(StoreError, match="sections: were not asked for: add poincare to outputs"):
+    with pytest.raises(StoreError, match="sections: are not in this dataset"):
         table(sweep, sections=True)
     with pytest.raises(StoreError, match="impacts, sections: must not be asked for at once"):
         table(sweep, impacts=True, sections=True)

@@ -241,8 +241,7 @@ def test_message_names_file_key_value_allowed_and_nearest(tmp_path):
         ),
         (
             "{kind: sweep, over: {delta: [0, 0.6]}, start: {x0: 0}}",
-            "s.start.x0: must be a number from 0.09999999999999998 to 0.5 (between the "
-            "supports), got 0.0",
+            "s.start.x0: must be a number from 0.1 to 0.5 (between the supports), got 0.0",
         ),
         (
             "{kind: sweep, over: {delta: [0, 2]}, start: {x0: 0}}",

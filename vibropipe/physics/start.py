@@ -70,9 +70,7 @@ def checked_start(exciter: Exciter, x0: float | None, v0: float) -> tuple[float,
     v = number_within("v0", v0, FINITE)
     x = None
     if x0 is not None:
-        allowed = (
-            f"a finite number from {exciter.lower!r} to {exciter.upper!r} (between the supports)"
-        )
+        allowed = f"a finite number from {exciter.lower:.10g} to {exciter.upper:.10g} (between the supports)"
         x = as_float("x0", x0, allowed)
         least, most = start_room(exciter)
         if (x > exciter.upper and exciter.k1 > 0.0) or (x < exciter.lower and exciter.k2 > 0.0):

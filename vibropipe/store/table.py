@@ -198,7 +198,9 @@ def _point_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str
 def _impact_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str, np.ndarray]]:
     names = [str(name) for name in dataset.data_vars if dataset[name].dims == ("impact",)]
     if not names:
-        raise StoreError("impacts: were not asked for: add impacts to outputs and solve again")
+        raise StoreError(
+            "impacts: are not in this dataset: where its scene takes the output impacts, add it and solve again"
+        )
     columns: list[tuple[str, np.ndarray]] = []
     if "row_size" in dataset:
         counts = dataset["row_size"].values.ravel()
@@ -213,7 +215,9 @@ def _section_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[s
         if "visit" in values.dims and {*values.dims} <= {*grid, "visit"}
     ]  # fmt: skip
     if not names:
-        raise StoreError("sections: were not asked for: add poincare to outputs and solve again")
+        raise StoreError(
+            "sections: are not in this dataset: where its scene takes the output poincare, add it and solve again"
+        )
     # Samples of a motion are no rows of its section.
     own = [dim for dim in grid if dim in dataset[names].dims]
     columns = _point_columns(dataset[names], (*own, "visit"))

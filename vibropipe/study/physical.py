@@ -25,6 +25,7 @@ from vibropipe.study.quantities import (
     MEASURED,
     NAMES,
     OTHERS,
+    RAMP,
     STAND_IN,
     STAND_INS,
     SWEPT,
@@ -129,10 +130,11 @@ class _Reader(QuantityReader):
 
     def scene(self, scene: dict[str, Any], path: KeyPath) -> dict[str, Any]:
         """Return a scene without units."""
-        over, physical, follow, along = (
-            scene.get(key) for key in ("over", "physical", "follow", "along")
+        over, physical, follow, along, vary, ramp = (
+            scene.get(key) for key in ("over", "physical", "follow", "along", "vary", RAMP)
         )
-        for varied, verb in ((over, "swept"), (along, "followed"), (scene.get("vary"), "varied")):
+        verbs = ((over, "swept"), (along, "followed"), (vary, "varied"), (ramp, "changed by ramp"))
+        for varied, verb in verbs:
             if isinstance(varied, dict) and isinstance(physical, dict):
                 by = {part: name for name in HIDDEN.keys() & varied.keys() for part in HIDDEN[name]}
                 for name in sorted(physical.keys() & (varied.keys() | by.keys())):

@@ -104,6 +104,11 @@ class QuantityReader:
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
         is_grid, of = isinstance(value, (dict, list)), last_key(path[:-1])
+        if (
+            key == "M" and of == "over" and isinstance(value, dict)
+        ):  # no grid of the ratio m/M is even
+            self.problems.append(Problem(path, describe(value), "a list of values: [0.5 kg, 1 kg]"))
+            return [STAND_IN, 2 * STAND_IN]
         if of in ("over", "vary") and not is_grid:
             return value  # the model says which lists are taken
         n_problems = len(self.problems)

@@ -20,6 +20,7 @@ from vibropipe.scenes.keys.checks import (
     TIES,
     TOGETHER,
     Check,
+    between_supports,
     check_exciter,
     check_named,
     check_rows,
@@ -145,8 +146,7 @@ def _starts(scene: BasinsScene) -> Iterator[Problem]:
         if not all(least <= value <= most for least, most in rooms):
             lower = max(exciter.lower for exciter in exciters)
             upper = min(exciter.upper for exciter in exciters)
-            unit = "" if scene.mass_and_stiffness is None else " m"
-            allowed = f"numbers from {lower!r} to {upper!r}{unit} (between the supports)"
+            allowed = f"numbers {between_supports(scene, lower, upper)}"
             yield Problem(("over", "x0"), repr(value), allowed)
             return
 

@@ -139,9 +139,13 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
         must = "must lie between the supports in every row, but no value does on this grid; split the sweep"
         yield Problem(("start", "x0"), "", must=must)
         return
-    unit = "" if scene.mass_and_stiffness is None else " m"
-    allowed = f"a number from {lower!r} to {upper!r}{unit} (between the supports)"
-    yield Problem(("start", "x0"), repr(x0), allowed)
+    yield Problem(("start", "x0"), repr(x0), f"a number {between_supports(scene, lower, upper)}")
+
+
+def between_supports(scene: BaseScene, lower: float, upper: float) -> str:
+    """Return the displacements between the supports in words, in millimetres where the study has units."""
+    size, unit = (1.0, "") if scene.mass_and_stiffness is None else (1e3, " mm")
+    return f"from {size * lower:.10g} to {size * upper:.10g}{unit} (between the supports)"
 
 
 def check_rows(scene: BaseScene, path: KeyPath = ()) -> Iterator[Problem]:
@@ -246,13 +250,15 @@ def check_changes(
         yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
         return
     for change in changes:
-        path: KeyPath = ("exciter",)
         try:
             exciter = Exciter(**{**scene.resolved_exciter(), **change})
-            path = ("start", "x0")
-            exciter.check_start(scene.start.x0, scene.start.v0)
         except ParameterError as error:
-            yield refused(path if path[0] == "start" else (*path, error.name), error)
+            yield refused(("exciter", error.name), error)
+            return
+        x0, (least, most) = scene.start.x0, start_room(exciter)
+        if not (x0 is None or least <= x0 <= most):
+            allowed = f"a number {between_supports(scene, exciter.lower, exciter.upper)}"
+            yield Problem(("start", "x0"), repr(x0), allowed)
             return
 
 

@@ -106,8 +106,8 @@ class MotionScene(TiedScene, ForcedScene):
     ramp: RampKey = Field(
         default={},
         description="Change the frequency linearly through the record, whose length is `within` in place of `tau_end`: "
-        "`{nu: {from: 0.6, to: 1.6, within: 600}}`. What the motion settles on when held at the last frequency is "
-        "compared to what starts from rest there.",
+        "`{nu: {from: 0.6, to: 1.6, within: 600}}`; for rigid supports without friction, a housing or a shaker. What "
+        "the motion settles on when held at the last frequency is compared to what starts from rest there.",
     )
     solver: Solver = Field(
         default_factory=Solver, description="Method and step size, or an accuracy."

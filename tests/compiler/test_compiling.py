@@ -31,7 +31,7 @@ from vibropipe.physics.flow import free_flow
 from vibropipe.physics.load import force_at
 p = Parameters(1.0, 2.0, 0.0, 1.0, 0.0, 1.0, 1.0)
 calls = [lambda: force_at(p, 1.0, 0.25), lambda: free_flow(0.2, 1.0), lambda: 1 / 0]
-compile_side_by_side(calls, 2)
+compile_side_by_side([calls[:1], [calls[2], calls[1]]], 2)
 calls[0](), calls[1]()
 print(*(sum(each.stats.cache_hits.values()) for each in (force_at, free_flow)))
 """

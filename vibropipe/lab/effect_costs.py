@@ -66,15 +66,21 @@ class TimingCase(NamedTuple):
     @property
     def effects(self) -> Effects:
         """Effects of the motion, derived as for a scene."""
-        exciter, x0, v0, _periods = self.motion
-        span = math.inf if self.row else self.motion.tau_end
-        return effects_of(exciter.parameters()._asdict(), x0 - exciter.load, v0, span)
+        return effects_about(self.motion, span=math.inf if self.row else self.motion.tau_end)
 
     @property
     def all_effects(self) -> Effects:
         """Effects of the all-effects kernel: those of eqs. (5), (6), and all of pieces where the motion has pieces."""
         values = self.motion.exciter.parameters()._asdict()
         return all_effects(values, pieces=True, housing=True)
+
+
+def effects_about(
+    motion: BenchmarkMotion, over: Mapping[str, Any] | None = None, span: float = math.inf
+) -> Effects:
+    """Return the effects of a motion, or of all steady states that differ from it in parameters `over`."""
+    values = {**motion.exciter.parameters()._asdict(), **(over or {})}
+    return effects_of(values, motion.x0 - motion.exciter.load, motion.v0, span)
 
 
 class TimedWork(NamedTuple):
@@ -182,19 +188,19 @@ def stored_bytes(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -
 
 
 def sweep_rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
-    """Return a sweep of `count` rows about the exciter of a motion."""
+    """Return a sweep of `count` rows about the exciter of a motion, by the kernel of its effects."""
     name = "f" if motion.exciter.f else "nu"
     centre = getattr(motion.exciter, name)
     over = {name: centre * (1 + WIDTH * np.linspace(-1, 1, count))}
-    return sweep(motion.exciter, over, x0=motion.x0, v0=motion.v0, outputs=outputs)
+    names = effect_names(effects_about(motion, {name: centre * np.array([1 - WIDTH, 1 + WIDTH])}))
+    return sweep(motion.exciter, over, x0=motion.x0, v0=motion.v0, outputs=outputs, effects=names)
 
 
 def march_periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     """Return the first `count` forcing periods of a motion."""
-    end = count * motion.exciter.period
-    dataset = simulate(
-        motion.exciter, end, motion.x0, motion.v0, samples_per_period=samples_of(outputs)
-    )
+    names = effect_names(effects_about(motion, span=motion.tau_end))
+    given = motion.exciter, count * motion.exciter.period, motion.x0, motion.v0
+    dataset = simulate(*given, samples_per_period=samples_of(outputs), effects=names)
     return dataset if "impacts" in outputs else dataset.drop_dims(["impact", "grazing"])
 
 
@@ -208,12 +214,12 @@ def solve_effects(
 
     Parameters and result as of `measure_effects`, with the bytes that `stored_bytes` measures.
     """
-    calls: list[Callable[[], object]] = [kernel_call(case) for case in cases.values()]
-    calls += [
-        partial(stored_bytes, case.motion._replace(periods=1), case.row, case.outputs)
-        for case in cases.values()
-    ]
-    compile_side_by_side(calls, numba.get_num_threads())
+    groups: dict[tuple[bool, bool], list[Callable[[], object]]] = {}
+    for case in cases.values():
+        # Kernels of one group share most of their code, which side by side would be compiled twice.
+        group = groups.setdefault((case.row, case.effects.has_pieces), [])
+        group += [kernel_call(case), partial(stored_bytes, case.motion, case.row, case.outputs)]
+    compile_side_by_side(list(groups.values()), numba.get_num_threads())
     return measure_effects(cases, stored_bytes, rounds, progress)
 
 

@@ -78,19 +78,22 @@ def quartiles(values: Collection[float]) -> list[float]:
     return [float(q) for q in np.percentile(list(values), [50, 25, 75])]
 
 
-def compile_side_by_side(calls: Sequence[Callable[[], object]], processes: int) -> None:
-    """Make calls, some at a time, in forked processes, which leave what they compile in the cache.
+def compile_side_by_side(groups: Sequence[Sequence[Callable[[], object]]], processes: int) -> None:
+    """Make the calls of each group in a forked process, some processes at a time, which leave what they compile.
 
-    Nothing is done where processes cannot be forked; an error is that of whoever makes the call again.
+    A process keeps what it has compiled: calls that share code belong into one group. Nothing is done where processes
+    cannot be forked; an error is that of whoever makes the call again.
     """
     children: list[int] = []
-    for call in calls if hasattr(os, "fork") else ():
+    for calls in groups if hasattr(os, "fork") else ():
         if len(children) == processes:
             os.waitpid(children.pop(0), 0)
         child = os.fork()
         if child == 0:
-            with suppress(BaseException):
-                call()
+            with suppress(BaseException):  # Ctrl-C ends this process here
+                for call in calls:
+                    with suppress(Exception):
+                        call()
             os._exit(0)
         children.append(child)
     for child in children:

@@ -10,7 +10,6 @@ import math
 import warnings
 from collections.abc import Iterable, Mapping, Sequence
 from functools import partial
-from itertools import product
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numba
@@ -194,12 +193,13 @@ def compile_methods(methods: Sequence[str], motions: Iterable[BenchmarkMotion]) 
     def repeat(method: str, motion: BenchmarkMotion) -> None:
         build(method, 8.0, motion).repeat(1)
 
-    # The two calls of a method share most of their code, which side by side would be lowered twice.
+    # The calls of a method share most of their code, which side by side would be compiled twice.
     own = [method for method in methods if method in OWN_METHODS]
-    calls = [
-        partial(call, *arguments) for call in (show, repeat) for arguments in product(own, short)
+    groups = [
+        [partial(call, method, motion) for motion in short for call in (show, repeat)]
+        for method in own
     ]
-    compile_side_by_side(calls, numba.get_num_threads())
+    compile_side_by_side(groups, numba.get_num_threads())
 
 
 def solve_accuracy(

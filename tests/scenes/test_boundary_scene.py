@@ -219,10 +219,34 @@ def test_boundaries_and_basins_of_a_physical_study_are_in_si(tmp_path):
         assert any("(N)" in ax.get_ylabel() or "(m)" in ax.get_xlabel() for ax in figure.axes)
 
 
+def meetings(*each: tuple[str, float, float]) -> xr.Dataset:
+    """Return a dataset of curves that have meetings, each a kind and a place."""
+    kinds, nu, f = zip(*each, strict=True)
+    codes = [FLAGS["meeting_kind"][kind] for kind in kinds]
+    return xr.Dataset(
+        {
+            "nu": ("point", [1.0, 2.0]), "f": ("point", [0.0, 1.0]), "meeting_kind": ("meeting", codes),
+            "meeting_nu": ("meeting", list(nu)), "meeting_f": ("meeting", list(f)),
+        },
+        attrs={"boundary": "nu f"},
+    )  # fmt: skip
+
+
+def test_where_curves_meet_is_counted_once():
+    double, flip, fold = "double_grazing", "grazing_flip", "grazing_fold"
+    a, b, c = (1.0, 0.1), (1.0, 0.9), (1.8, 0.1)  # a curve has the same place but for rounding
+    found = meetings(
+        (double, *a), (fold, 1.0 + 1e-9, 0.1), (fold, *c), (fold, *c), (fold, 1.0, 0.9 - 1e-9),
+        (flip, *b), (flip, *b), (flip, *b), (flip, *b), ("box", 1.5, 0.5),
+    )  # fmt: skip
+    assert meetings_text(found) == ("three points", "There a grazing and a fold meet.")
+    found = meetings((double, *a), (double, *a), (fold, *c), (fold, *c), (fold, *b))
+    assert meetings_text(found) == ("three points", "At two of them a grazing and a fold meet.")
+
+
 @pytest.mark.parametrize("kind", [name for name in FLAGS["meeting_kind"] if name not in UNMARKED])
 def test_every_kind_of_meeting_has_a_sentence(kind: str) -> None:
-    codes = np.array([FLAGS["meeting_kind"][kind]])
-    where, what = meetings_text(xr.Dataset({"meeting_kind": ("meeting", codes)}))
+    where, what = meetings_text(meetings((kind, 1.0, 0.5)))
     assert where == "one point"
     assert what.startswith("There ")
     assert what.endswith(".")

@@ -6,6 +6,7 @@ from collections.abc import Collection, Iterator
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import amount_text, changing_text, number_word
 from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences, ties_text
@@ -16,6 +17,8 @@ from vibropipe.words.wording import series
 
 # Kinds of curves in the order of the legend.
 KINDS = ("grazing", "fold", "flip", "pitchfork", "level")
+# Share of the extent of all curves within which meetings are at one place.
+SAME_PLACE = 1e-6
 # Meetings that are no meeting of bifurcations.
 UNMARKED = ("box", "lost", "points")
 
@@ -172,15 +175,27 @@ MET = {
 
 
 def meetings_text(dataset: xr.Dataset) -> tuple[str, str]:
-    """Write at how many points curves meet, and what happens there most often; empty if they meet nowhere."""
-    codes = dataset["meeting_kind"].values[marks(dataset)]
-    if not codes.size:
+    """Write at how many points curves meet, and what happens at most of them; empty if they meet nowhere."""
+    places = meeting_places(dataset)
+    if not places.size:
         return "", ""
-    found, amounts = np.unique(codes, return_counts=True)
-    kind = flag_texts("meeting_kind")[int(found[amounts.argmax()])]
+    codes = dataset["meeting_kind"].values[marks(dataset)]
+    at = {int(code): np.unique(places[codes == code]).size for code in np.unique(codes)}
+    code, amount = max(at.items(), key=lambda each: each[1])
+    total, kind = np.unique(places).size, flag_texts("meeting_kind")[code]
     what = changing_text(dataset) if kind == "change" else MET.get(kind, f"a {kind} is met")
-    where = "There" if found.size == 1 else f"At {number_word(int(amounts.max()))} of them"
-    return amount_text(codes.size, "point"), f"{where} {what}."
+    where = "There" if amount == total else f"At {number_word(amount)} of them"
+    return amount_text(total, "point"), f"{where} {what}."
+
+
+def meeting_places(dataset: xr.Dataset) -> NDArray[np.intp]:
+    """Return for each marked meeting the first one at its place: where curves meet each has one, a loop two."""
+    found, marked = [], marks(dataset)
+    for name in plane(dataset):
+        at = dataset[f"meeting_{name}"].values[marked]
+        reach = SAME_PLACE * np.ptp(dataset[name].values) if at.size else 0.0
+        found.append(np.abs(at[:, None] - at) <= reach)
+    return np.asarray((found[0] & found[1]).argmax(axis=1) if marked.any() else np.empty(0, int))
 
 
 def meeting_name(kind: str) -> str:

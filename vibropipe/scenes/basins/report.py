@@ -52,7 +52,7 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
             else ""
         )
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
-    return f"At least two motions coexist in {where}"
+    return f"On the grid, at least two motions coexist in {where}"  # there may be more between
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
@@ -224,7 +224,7 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
     head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
     note = (
         f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
-        "Beyond: the motions that settle below and above instead. Share of the starts."
+        "Beyond: the motions that settle below and above instead. Share of the starts, at the values of the grid."
     )
     return Table(
         head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene

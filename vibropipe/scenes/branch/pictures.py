@@ -41,7 +41,7 @@ def title_branches(
         which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
         return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"
     intervals = amount_text(number, "interval")
-    return f"At least two motions are stable in {intervals} of {symbol}"
+    return f"At least two of these motions are stable in {intervals} of {symbol}"
 
 
 def _alone(dataset: xr.Dataset, symbol: str) -> str:

@@ -1,0 +1,118 @@
+"""What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from matplotlib.colors import to_hex
+
+from vibropipe.figures.style import house_style
+from vibropipe.scenes.basins.report import title_shares
+from vibropipe.scenes.branch.answers import jump_answer, velocity_answer
+from vibropipe.scenes.branch.curves import REACHED, draw_branches
+from vibropipe.scenes.branch.lines import Stretch
+from vibropipe.scenes.branch.pictures import title_branches
+from vibropipe.words.quantities import FLAGS
+from vibropipe.words.vocabulary import describe
+
+NU = np.linspace(1.0, 2.0, 6)
+
+
+def stretch(low: float, high: float, height: float, words: str, *ends: str) -> Stretch:
+    """Return a stable stretch of one amplitude, and of an impact velocity as large."""
+    same = np.full(2, height)
+    return Stretch(
+        np.array([low, high]), same, same, words, words, 0.0, (ends[0], ends[1]), np.zeros(2)
+    )
+
+
+def mirrored(second: tuple[float, ...] = (1.1, 0.9)) -> xr.Dataset:
+    """Return two branches along nu that strike the supports with velocities in turn: of mirror images."""
+    n, first = NU.size, np.linspace(0.0, 0.1, NU.size)
+    velocity = np.empty((2 * n, 2))
+    velocity[:n] = np.array([0.9, 1.1]) + first[:, None]
+    velocity[n:] = np.array(second) + first[:, None]
+    dataset = xr.Dataset(
+        {
+            "impact_velocity_max": (("point", "support"), velocity),
+            "displacement_amplitude": (("point", "harmonic"), np.full((2 * n, 1), 0.4)),
+            "stable": ("point", np.ones(2 * n, np.int8)),
+            "regime": ("point", np.full(2 * n, 3, np.int8)),
+            "period_multiple": ("point", np.ones(2 * n, int)),
+            "impacts_per_orbit": (("point", "support"), np.ones((2 * n, 2))),
+            "floquet_multiplier": (("point", "multiplier"), np.full((2 * n, 2), 0.5 + 0j)),
+            "from_rest": (
+                "point",
+                np.repeat([FLAGS["settled_same"][name] for name in ("same", "other")], n),
+            ),
+            "branch_id": ("point", np.repeat([0, 1], n)),
+            "bifurcation_nu": ("bifurcation", np.empty(0)),
+            "bifurcation_kind": ("bifurcation", np.empty(0, int)),
+            "bifurcation_point": ("bifurcation", np.empty(0, int)),
+            "nu": ("point", np.tile(NU, 2)),
+            "f": 1.0, "h": 0.1, "l": 0.5, "delta": 0.0, "R1": 0.8, "R2": 0.8,
+        },
+        {"support": [1, 2], "harmonic": [1]},
+        attrs={"follow": "nu both"},
+    )  # fmt: skip
+    return describe(dataset)
+
+
+def test_small_steps_may_be_jumps_as_well():
+    lower = stretch(1.0, 2.0, 0.1, "no impact", "", "")
+    upper = stretch(1.0, 1.7, 0.5, "both supports, once a period", "grazing", "fold")
+    near = stretch(1.2, 1.3, 0.1001, "support 1, once a period", "grazing", "fold")
+    answer = jump_answer(mirrored(), [lower, upper, near])
+    assert answer.lead == "A motion that is followed jumps in at least one place."
+    assert answer.rest == (
+        "The jump, upwards at ν = 1.7, leads from both supports, once a period, to no impact (fold)."
+    )
+    other = stretch(1.0, 1.5, 0.3, "support 2, once a period", "", "fold")
+    answer = jump_answer(mirrored(), [lower, upper, near, other])
+    assert answer.lead == "A motion that is followed jumps in at least two places."
+    assert answer.rest.startswith("The largest of these, upwards at ν = 1.7, ")
+
+
+@pytest.mark.parametrize(
+    ("second", "where"),
+    [((1.1, 0.9), "on one support, is 1.2"), ((1.1, 1.2), "on support 2, is 1.3")],
+)
+def test_mirror_images_strike_either_support_as_hard(second, where):
+    assert where in velocity_answer(mirrored(second)).rest
+
+
+def test_what_is_reached_from_rest_is_wide_on_both_supports():
+    dataset = mirrored()
+    with house_style():
+        figure = draw_branches(dataset, ("impact_velocity_max",))
+    (ax, *_) = figure.axes
+    assert "each support" in "".join(text.get_text() for text in figure.findobj(type(ax.title)))
+    drawn = [line for line in ax.lines if line.get_linewidth() == REACHED["linewidth"]]
+    heights = sorted(float(line.get_ydata()[0]) for line in drawn)
+    assert heights == pytest.approx([0.9, 1.1])
+    assert len({to_hex(line.get_color()) for line in drawn}) == 1
+
+
+def test_intervals_are_those_of_the_motions_that_are_followed():
+    assert title_branches(mirrored(), ()) == (
+        "At least two of these motions are stable in one interval of ν"
+    )
+
+
+def test_ranges_of_coexistence_are_those_of_the_grid():
+    share = [[1.0, 0.5, 1.0, 0.4], [np.nan, 0.5, np.nan, 0.6]]
+    dataset = xr.Dataset(
+        {
+            "basin_share": (("attractor_id", "nu"), share),
+            "attractor": (("nu", "x0", "v0"), np.zeros((4, 1, 1), int)),
+            "bifurcation_nu": ("bifurcation", np.empty(0)),
+            "changed_attractor": ("bifurcation", np.empty(0, int)),
+            "other_attractor": ("bifurcation", np.empty(0, int)),
+            "attractor_change": ("bifurcation", np.empty(0, int)),
+        },
+        {"nu": [1.0, 1.1, 1.2, 1.3], "attractor_id": [0, 1]},
+    )
+    assert title_shares(describe(dataset)) == (
+        "On the grid, at least two motions coexist in two ranges of ν"
+    )

@@ -201,7 +201,7 @@ def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
 
 
 def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
-    """Write where motions jump, and the hardest jump: why, and to which motion."""
+    """Write where motions jump, and the hardest jump: why, and to which motion; small steps may be jumps as well."""
     jumps = jumps_of(dataset, stretches)
     if not jumps:
         return None
@@ -209,10 +209,10 @@ def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     kind = largest.stretch.ends[1 if largest.is_up else 0]
     way = "upwards" if largest.is_up else "downwards"
     places = len({(jump.stretch.over, round(jump.value, 9)) for jump in jumps})
-    lead = f"A motion that is followed jumps at {amount_text(places, 'place')}."
+    lead = f"A motion that is followed jumps in at least {amount_text(places, 'place')}."
     place = f"{at_text(dataset, largest.value)}{over_text(dataset, largest.stretch.over)}"
     rest = (
-        f"The {'largest ' if places > 1 else ''}jump, {way} at {place}, leads from {largest.stretch.words}, to "
+        f"The {'largest of these' if places > 1 else 'jump'}, {way} at {place}, leads from {largest.stretch.words}, to "
         f"{' or '.join(largest.targets[:2])} ({kind})."
     )
     return Answer(lead, rest)
@@ -280,10 +280,10 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     value = float(axis.values[point])
     beside = over_text(dataset, float(dataset[over][point])) if over else ""
     end = end_text(dataset, value)
-    both = velocity.isel(point=point).values
-    where = (
-        "each support" if np.ptp(both) <= SAME * both.max() else f"support {int(top['support'])}"
-    )
+    both, most = velocity.isel(point=point).values, velocity.max("point").values
+    where = f"support {int(top['support'])}"
+    if np.ptp(most) <= SAME * most.max():  # of one orbit, or of mirror images
+        where = "each support" if np.ptp(both) <= SAME * both.max() else "one support"
     return Answer(
         f"Stable motions followed here strike hardest {peak_text(dataset, velocity, point)}{beside}{end}.",
         f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",

@@ -136,8 +136,8 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     )
     assert jumps.lead == "A motion that is followed jumps in at least four places."
     assert jumps.rest == (
-        f"The largest of these, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, to "
-        "no impact (fold)."
+        f"The largest of these, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, "
+        "to no impact (fold)."
     )
     assert hardest.lead.startswith("Stable motions followed here strike hardest near ν = ")
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1).max("support")

@@ -93,7 +93,8 @@ def draw_branches(
         if backbone is not None and each.backbone is not None:
             ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
         draw_pieces(ax, dataset[along].values, each.values, pieces, colours)
-        wide = np.where(reached, each.values, np.nan)
+        # of a motion from rest whose mirror image has the line of the other support
+        wide = np.where(reached, each.values if each.both is None else each.both, np.nan)
         draw_pieces(ax, dataset[along].values, wide, settled, colours, REACHED)
         draw_bifurcations(ax, dataset, each.values)
         ax.margins(y=0.08)

@@ -22,11 +22,16 @@ SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
 
 
 class Panel(NamedTuple):
-    """A panel: its label, and the values of each line, (points, lines); `backbone` is the line of the free motion."""
+    """A panel: its label, and the values of each line, (points, lines).
+
+    `backbone` is the line of the free motion; `both` has the values of both supports, of which `values` has one where
+    the lines of mirror images make both alike.
+    """
 
     label: str
     values: np.ndarray
     backbone: np.ndarray | None = None
+    both: np.ndarray | None = None
 
 
 class Piece(NamedTuple):
@@ -75,7 +80,9 @@ def panels_of(
                 if np.isfinite(values).any():
                     free = free_values(backbone, name, support=support)
                     who = "each support" if are_alike else f"support {support}"
-                    panels.append(Panel(in_brackets(f"{text}, {who}", array), values, free))
+                    label = in_brackets(f"{text}, {who}", array)
+                    both = array.transpose("point", "support").values if are_alike else None
+                    panels.append(Panel(label, values, free, both))
         else:
             free = free_values(backbone, name)
             text = in_brackets(f"{entry.long_name} {symbol_of(array)}", array)

@@ -59,6 +59,11 @@ def test_a_sweep_tells_both_ways(sweep):
     turned = sweep.assign(housing_velocity_mean=speeds.copy(data=[-0.02, 0.0, 0.01]))
     found = progress_answer(turned)
     assert found.lead == "In orbits the housing creeps with at most 0.02, against x."
+    assert (
+        found.rest == "Its speed still rises at the end of the range of ν; along x it reaches 0.01."
+    )
+    inner = speeds.copy(data=[-0.01, -0.02, 0.01])
+    found = progress_answer(sweep.assign(housing_velocity_mean=inner))
     assert found.rest == "It reaches 0.01 along x."
     still = sweep.assign(housing_velocity_mean=speeds.copy(data=[1e-17, 0.0, -1e-17]))
     assert progress_answer(still).lead == "In no orbit does the housing creep."

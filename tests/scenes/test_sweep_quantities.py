@@ -17,6 +17,7 @@ from sampling import sampled
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
 from vibropipe.figures.style import house_style
+from vibropipe.report.findings import place_texts
 from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
@@ -33,6 +34,7 @@ from vibropipe.scenes.sweep.neighbours import jump_steps
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import describe
 
 PAGE_CM = 21.5  # height of a figure with its caption below on A4
 
@@ -236,16 +238,52 @@ def test_titles_of_maps_say_what_is_seen():
     at = {name: velocity[name].values[n] for name, n in zip(velocity.dims, row, strict=True)}
     place = f"ν = {at['nu']:.4g} and, at the end of its range, f = {f[-1]:.4g}"
     assert at["f"] == f[-1]
-    assert quantities_title(kept) == f"On the grid, impacts are hardest at {place}"
+    assert quantities_title(kept) == f"On the grid, orbits strike hardest at {place}"
     ways = xr.concat([kept, kept], xr.Variable("direction", ["up", "down"]))
     ways = ways.assign_coords(direction=["up", "down"])
-    assert quantities_title(ways) == f"On the grid, impacts are hardest at {place}"
+    assert quantities_title(ways) == f"On the grid, orbits strike hardest at {place}"
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][:, 0, 0] = 9.0
     ends = f"ν = {corner['nu'].values[0]:.4g}, f = {f[0]:.4g}, the ends of their ranges"
     assert quantities_title(corner.transpose(*kept.dims)).endswith(ends)
     assert "White is 0, orange positive, towards support 1" in describe_quantities(kept)
+
+
+def test_the_title_of_maps_says_that_a_value_lies_at_an_end_in_few_letters_too():
+    dataset = xr.Dataset(
+        {"regime": (("nu", "f"), np.zeros((3, 3)))}, {"nu": [1.0, 2.0, 3.0], "f": [0.25, 0.5, 1.0]}
+    )
+    dataset = describe(dataset)
+    assert place_texts(dataset, dataset.regime.sel(nu=3.0, f=0.5)) == [
+        "f = 0.5 and, at the end of its range, ν = 3", "f = 0.5 and the largest ν"
+    ]  # fmt: skip
+    assert place_texts(dataset, dataset.regime.sel(nu=1.0, f=1.0)) == [
+        "ν = 1, f = 1, the ends of their ranges", "the smallest ν and the largest f"
+    ]  # fmt: skip
+
+
+def test_maps_say_what_is_shown_of_motions_without_an_orbit():
+    dataset = sweep(30, f=np.linspace(0.05, 2, 25))
+    orbits = dataset.assign(regime=xr.full_like(dataset["regime"], Regime.TWO_SIDED))
+    orbits["displacement_mean"][10, 10] = 5.0
+    show = ["displacement_mean"]
+    assert "Lines" not in describe_quantities(orbits, show)
+    assert "orbit" not in describe_quantities(orbits, show)
+    assert quantities_title(orbits, show).startswith("On the grid, mean displacement is largest")
+    chaos = orbits.copy(deep=True)
+    chaos["regime"][3, 4] = Regime.APERIODIC
+    told = describe_quantities(chaos, show)
+    assert "Lines: borders of aperiodic motion (under 1 %). " in told
+    assert "A motion without an orbit is shown by its average in a window" in told
+    assert quantities_title(chaos, show).startswith("On the grid, mean displacement of orbits is")
+    chaos["displacement_mean"][3, 4] = np.nan
+    told = describe_quantities(chaos, show)
+    assert "borders of aperiodic motion (under 1 %) and of hatched points without a value" in told
+    assert "without an orbit" not in told
+    assert "from the equilibrium without velocity" in describe_quantities(
+        orbits.assign_attrs(start="x0 = 0 m, v0 = 0 m/s"), show
+    )
 
 
 @pytest.mark.parametrize("both", [False, True], ids=["offsets", "directions"])

@@ -17,6 +17,7 @@ from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import VOCABULARY
+from vibropipe.words.wording import series
 
 UNSOLVED_HEADING = "Which rows and motions have no orbit, or no result?"
 TITLE = "Rows and motions to look at"
@@ -148,22 +149,24 @@ def extent_text(mask: xr.DataArray) -> str:
 
 
 def place_texts(dataset: xr.Dataset, top: xr.DataArray) -> list[str]:
-    """Write the point of a largest value, with what is an end of a range and without.
+    """Write the point of a largest value, with what is an end of a range, and the same in fewer letters.
 
-    With it: ν = 1 and, at the end of its range, f = 2.
+    ν = 1 and, at the end of its range, f = 2; or ν = 1 and the largest f.
     """
     dims = [name for name in dataset["regime"].dims if not is_text(dataset[name])]
     alone = point_text(top, dims)
-    ends = [
-        name
+    ends = {
+        name: "smallest" if top[name].item() == dataset[name].min().item() else "largest"
         for name in dims
         if dataset.sizes[name] > 2
         and top[name].item() in (dataset[name].min().item(), dataset[name].max().item())
-    ]
+    }
     inner = [name for name in dims if name not in ends]
     if not ends:
         return [alone]
     where = "the end of its range" if len(ends) == 1 else "the ends of their ranges"
-    if len(ends) == len(dims):
-        return [f"{alone}, {where}", alone]
-    return [f"{point_text(top, inner)} and, at {where}, {point_text(top, ends)}", alone]
+    short = [f"the {end} {symbol_text(dataset[name])}" for name, end in ends.items()]
+    if not inner:
+        return [f"{alone}, {where}", series(short)]
+    first = point_text(top, inner)
+    return [f"{first} and, at {where}, {point_text(top, ends)}", series([first, *short])]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Collection, Sequence
 
 import numpy as np
@@ -20,7 +21,14 @@ from vibropipe.report.findings import largest, place_texts, value_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
-from vibropipe.scenes.sweep.maps import LABELLED, MAX_MAPS, drawn_panels, has_negative, value_norm
+from vibropipe.scenes.sweep.maps import (
+    LABELLED,
+    MAX_MAPS,
+    drawn_panels,
+    has_negative,
+    value_norm,
+    without_orbit_texts,
+)
 from vibropipe.scenes.sweep.neighbours import LEFT_EARLY, differing_rows
 from vibropipe.scenes.sweep.quantities import (
     Panel,
@@ -38,6 +46,9 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 
 MAX_TITLE = 85  # letters
+AT_REST = re.compile(
+    r"x0 = 0( \S+)?, v0 = 0( \S+)?"
+)  # as the start of all rows, with units or without
 
 
 def describe_sweep(
@@ -102,12 +113,16 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "displacement_amplitude":
         subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
     size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
-    seen = f"{subject[0].upper()}{subject[1:]} {size}"
+    # what has no orbit may have larger values in its window
+    of, among = (
+        ("", "") if (dataset["regime"] < Regime.APERIODIC).all() else (" of orbits", "in orbits ")
+    )
+    seen = f"{subject[0].upper()}{subject[1:]}{of} {size}"
     if own.name == "impact_velocity_max":
-        on = "" if own.position is None else f" on support {own.position + 1}"
-        seen = f"Impacts{on} are hardest"
+        on = "" if own.position is None else f" support {own.position + 1}"
+        seen = f"Orbits strike{on} hardest"
     if own.name == "housing_velocity_mean":
-        seen = "The housing creeps fastest"
+        seen = f"{among}the housing creeps fastest"
     # between its points a quantity may be larger
     seen = f"On the grid, {seen[0].lower()}{seen[1:]}"
     texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]
@@ -260,7 +275,7 @@ def points_text(dataset: xr.Dataset) -> str:
     start = str(dataset.attrs.get("start", ""))
     rest = (
         " from the equilibrium without velocity"
-        if start == "x0 = 0, v0 = 0" and "load" not in dataset and not directions(dataset)
+        if AT_REST.fullmatch(start) and "load" not in dataset and not directions(dataset)
         else ""
     )
     return f"Steady state{rest} at {size} points of {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
@@ -288,20 +303,17 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         for each in found
     )
     sides = ", towards support 1", ", towards support 2"
-    has_chaos = bool((dataset["regime"] == Regime.APERIODIC).any())
-    among = " of orbits" if has_chaos else ""
+    among = "" if (dataset["regime"] < Regime.APERIODIC).all() else " of orbits"
     signed = [each for each in found if has_negative(dataset, each.name)]
     has_side = any(each.name.startswith("displacement") for each in signed)
     return sentences(
+        points_text(dataset),
         f"Largest{' in size' if signed else ''}{among}: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"
         f"{sides[1] if has_side else ''}"
         if signed
         else "",
-        "Lines: borders of aperiodic motion and of hatched rows without a value",
-        "Aperiodic motion is shown by its largest impact and its average in a window"
-        if has_chaos
-        else "",
+        *without_orbit_texts(dataset, found),
         combinations_text(dataset, further, most),
     )  # fmt: skip

@@ -6,7 +6,7 @@ Magnitudes go from dark to light, signed quantities away from white.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
@@ -18,7 +18,7 @@ from matplotlib.patches import Patch
 from vibropipe.figures.canvas import LEGEND_LINE, colour_bar, legend_below, plain_ticks
 from vibropipe.figures.map_shapes import label_regions
 from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED
-from vibropipe.scenes.sweep.laws import Region, regions_of
+from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import (
     by_combination,
     draw_hatch,
@@ -247,3 +247,20 @@ def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:
             marker = 6 if at else 7  # carets that stand on the end of the scale
             ax.plot(0.5, at, marker=marker, color="#1A1A1A", markersize=3.5, clip_on=False,
                     transform=ax.transAxes)  # fmt: skip
+
+
+def without_orbit_texts(dataset: xr.Dataset, shown: Sequence[Series]) -> tuple[str, str]:
+    """Write what the lines on maps of quantities border, and what is shown of a motion without an orbit."""
+    regime = dataset["regime"].values
+    values = [each.of(dataset).transpose(*dataset["regime"].dims).values for each in shown]
+    has_value = [np.isfinite(each) for each in values]
+    chaos = int((regime == Regime.APERIODIC).sum())
+    lines = [f"aperiodic motion ({share_text(chaos, regime.size)})"] if chaos else []
+    lines += ["hatched points without a value"] if not np.all(has_value) else []
+    in_window = any(mask[regime >= Regime.APERIODIC].any() for mask in has_value)
+    what = {"largest impact" if each.name == "impact_velocity_max" else "average" for each in shown}
+    told = " and ".join(f"its {each}" for each in sorted(what, reverse=True))
+    return (
+        f"Lines: borders of {' and of '.join(lines)}" if lines else "",
+        f"A motion without an orbit is shown by {told} in a window" if in_window else "",
+    )

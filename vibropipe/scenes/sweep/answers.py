@@ -148,10 +148,12 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
     back = largest(values.where(values * float(top) < 0))
     rises = rising_text(values, top, dims)
     other = None if back is None else way_of(float(back), float(speed))
+    rest = f"Its speed {rises.removeprefix('it ')}" if rises else ""
     if back is not None and other is not None:
-        return Answer(lead, f"It reaches {value_text(back, abs(back), DIGITS)} {other}.")
-    if rises:
-        return Answer(lead, f"Its speed {rises.removeprefix('it ')}.")
+        most = value_text(back, abs(back), DIGITS)
+        rest = f"{rest}; {other} it reaches {most}" if rest else f"It reaches {most} {other}"
+    if rest:
+        return Answer(lead, f"{rest}.")
     return Answer(lead, f"That is at {point_text(top, dims)}.")
 
 

@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number, in_brackets, is_forced
-from vibropipe.report.exciter import WORDS
+from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each
 from vibropipe.scenes.kind import ReportPart
@@ -227,4 +227,4 @@ def question(datasets: Datasets) -> str:
 
 answers = of_each(sweep_answers)
 tables = tables_of_each(motions_table, together_table, energy_table)
-REPORT = ReportPart("Steady states", question, answers, tables, rank=0)
+REPORT = ReportPart("Steady states", question, answers, tables, side=side_of_first, rank=0)

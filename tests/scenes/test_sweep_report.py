@@ -84,6 +84,23 @@ def test_aperiodic_rows_are_told_apart_from_orbits():
     ]
 
 
+def test_few_rows_without_a_result_leave_their_place_to_answers():
+    line = (
+        one_line().isel(nu=np.repeat(np.arange(16), 10)).assign_coords(nu=np.linspace(0.5, 2, 160))
+    )
+    line["regime"][100:120] = Regime.APERIODIC
+    for amount, place in ((1, []), (2, [2])):
+        line["regime"][:amount] = Regime.UNRESOLVED
+        told = said(line)
+        assert len(told) == 3
+        assert [n for n, text in enumerate(told) if "unresolved" in text] == place
+        assert any(text.startswith("The hardest impact") for text in told) != bool(place)
+    few = line.drop_vars(["impact_velocity_max", "displacement_mean", "displacement_amplitude"])
+    few["regime"][1] = few["regime"][0] = Regime.NO_IMPACT
+    few["regime"][:1] = Regime.UNRESOLVED
+    assert "unresolved" in said(few)[-1]
+
+
 def test_the_largest_force_of_a_soft_support_is_found():
     line = one_line()
     force = line["impact_velocity_max"].values * [[10.0, np.nan]]

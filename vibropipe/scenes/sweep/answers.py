@@ -33,6 +33,7 @@ from vibropipe.words.wording import count, series
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
+UNKNOWN = 0.01  # share of rows without a result from which they are told before other answers
 MAX_LEAD = 110  # letters of what is bold
 DIGITS = 3
 OF_LINES = (
@@ -60,9 +61,11 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
         jumps_answer(dataset) if n_lines(dataset) <= MAX_LINES else None,
         mean_answer(dataset),
     ]
-    unresolved = unresolved_answer(dataset)
-    told = [each for each in found if each is not None][: MAX_ANSWERS - (unresolved is not None)]
-    return [*told, *([unresolved] if unresolved else [])]
+    told, unresolved = [each for each in found if each is not None], unresolved_answer(dataset)
+    if unresolved is not None:  # few stand under the methods, where there is more to say
+        is_many = float((dataset["regime"] >= Regime.UNBOUNDED).mean()) >= UNKNOWN
+        told.insert(MAX_ANSWERS - 1 if is_many else MAX_ANSWERS, unresolved)
+    return told[:MAX_ANSWERS]
 
 
 def axis_of(dataset: xr.Dataset) -> str:
@@ -152,9 +155,7 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
     if back is not None and other is not None:
         most = value_text(back, abs(back), DIGITS)
         rest = f"{rest}; {other} it reaches {most}" if rest else f"It reaches {most} {other}"
-    if rest:
-        return Answer(lead, f"{rest}.")
-    return Answer(lead, f"That is at {point_text(top, dims)}.")
+    return Answer(lead, f"{rest or f'That is at {point_text(top, dims)}'}.")
 
 
 def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:

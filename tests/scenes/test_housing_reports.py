@@ -18,10 +18,10 @@ from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
-from vibropipe.scenes.sweep.answers import progress_answer
 from vibropipe.scenes.sweep.captions import sweep_title
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
+from vibropipe.scenes.sweep.progress import progress_answer
 from vibropipe.scenes.sweep.quantities import panels_of
 from vibropipe.study import load_study
 

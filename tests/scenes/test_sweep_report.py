@@ -324,3 +324,23 @@ def test_the_title_of_a_bifurcation_diagram_leaves_out_rows_without_a_result():
     amount = int((dataset["regime"] == Regime.APERIODIC).sum())
     title = f"Orbits repeat after up to 256 forcing periods; {amount} of {dataset['regime'].size} rows are aperiodic"
     assert bifurcation_title(dataset) == title
+
+
+def test_the_fastest_creep_is_told_with_its_power():
+    line = one_line()
+    speed = np.array([0.1, -0.3, 0.2, *([0.0] * 13)])
+    creeps = describe(
+        line.assign(
+            housing_velocity_mean=("nu", speed),
+            housing_velocity_max=("nu", np.abs(speed)),
+            power_input=("nu", np.arange(16.0)),
+        )
+    )
+    assert said(creeps)[:2] == [
+        "In orbits the housing creeps with at most 0.3, against x. It reaches 0.2 along x.",
+        "With the fastest creep of an orbit, the mean power of the force is 1.",
+    ]
+    creeps["regime"][1] = Regime.APERIODIC
+    assert said(creeps)[1].endswith(" is 2.")
+    still = creeps.assign(housing_velocity_mean=0.0 * creeps["housing_velocity_mean"])
+    assert not any("power" in text for text in said(still))

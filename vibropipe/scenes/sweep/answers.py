@@ -13,7 +13,6 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import between_text, only_between_text, rising_text
-from vibropipe.figures.motion_words import way_of
 from vibropipe.figures.text import reasons_text
 from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
@@ -26,6 +25,7 @@ from vibropipe.scenes.sweep.neighbours import (
     jumps_of,
     together_answer,
 )
+from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
 from vibropipe.scenes.sweep.quantities import is_map, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
@@ -51,12 +51,15 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
     aperiodic = float((dataset["regime"] == Regime.APERIODIC).mean())
     is_line = not is_map(dataset)
     chaos, hardest = aperiodic_answer(dataset), hardest_answer(dataset)
+    moves = moves_answer(dataset) if is_line else fills_answer(dataset)
+    together = together_answer(dataset, axis_of(dataset))
     found = [
         proof_answer(dataset),
         progress_answer(dataset),
+        cost_answer(dataset),
         exponent_answer(dataset) if is_line else None,
-        moves_answer(dataset) if is_line else fills_answer(dataset),
-        together_answer(dataset, axis_of(dataset)),
+        # of several lines, where impacts are says least
+        *([together, moves] if is_line and n_lines(dataset) > 1 else [moves, together]),
         *([chaos, hardest] if aperiodic >= MANY else [hardest, chaos]),
         jumps_answer(dataset) if n_lines(dataset) <= MAX_LINES else None,
         mean_answer(dataset),
@@ -134,28 +137,6 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     elif len(dims) == 1:
         where = f"It occurs in the row {point_text(top, dims)}."
     return Answer(lead, where)
-
-
-def progress_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return how fast orbits let the housing creep, and which way; none where it is fixed."""
-    if "housing_velocity_mean" not in dataset:
-        return None
-    values, dims = of_orbits(dataset, "housing_velocity_mean"), dataset["regime"].dims
-    top, speed = largest(values), largest(of_orbits(dataset, "housing_velocity_max"))
-    if top is None or speed is None:
-        return None
-    way = way_of(float(top), float(speed))
-    if way is None:
-        return Answer("In no orbit does the housing creep.")
-    lead = f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {way}."
-    back = largest(values.where(values * float(top) < 0))
-    rises = rising_text(values, top, dims)
-    other = None if back is None else way_of(float(back), float(speed))
-    rest = f"Its speed {rises.removeprefix('it ')}" if rises else ""
-    if back is not None and other is not None:
-        most = value_text(back, abs(back), DIGITS)
-        rest = f"{rest}; {other} it reaches {most}" if rest else f"It reaches {most} {other}"
-    return Answer(lead, f"{rest or f'That is at {point_text(top, dims)}'}.")
 
 
 def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:

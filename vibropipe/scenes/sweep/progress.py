@@ -1,0 +1,53 @@
+"""Answers of a sweep whose housing slides: how fast it creeps, which way, and with what power of the force."""
+
+from __future__ import annotations
+
+import xarray as xr
+
+from vibropipe.figures.claims import rising_text
+from vibropipe.figures.motion_words import way_of
+from vibropipe.report.findings import largest, point_text, value_text
+from vibropipe.report.parts import Answer
+from vibropipe.scenes.sweep.neighbours import NO_ORBIT
+
+DIGITS = 3
+
+
+def fastest(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray | None, xr.DataArray | None]:
+    """Return the mean velocities of the housing in orbits, the largest of them, and the largest velocity of any."""
+    is_orbit = dataset["regime"] < NO_ORBIT
+    mean = dataset["housing_velocity_mean"].where(is_orbit)
+    return mean, largest(mean), largest(dataset["housing_velocity_max"].where(is_orbit))
+
+
+def progress_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how fast orbits let the housing creep, and which way; none where it is fixed."""
+    if "housing_velocity_mean" not in dataset:
+        return None
+    values, top, speed = fastest(dataset)
+    if top is None or speed is None:
+        return None
+    way, dims = way_of(float(top), float(speed)), dataset["regime"].dims
+    if way is None:
+        return Answer("In no orbit does the housing creep.")
+    lead = f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {way}."
+    back = largest(values.where(values * float(top) < 0))
+    rises = rising_text(values, top, dims)
+    other = None if back is None else way_of(float(back), float(speed))
+    rest = f"Its speed {rises.removeprefix('it ')}" if rises else ""
+    if back is not None and other is not None:
+        most = value_text(back, abs(back), DIGITS)
+        rest = f"{rest}; {other} it reaches {most}" if rest else f"It reaches {most} {other}"
+    return Answer(lead, f"{rest or f'That is at {point_text(top, dims)}'}.")
+
+
+def cost_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return the power of the force in the orbit with the fastest creep; none where no housing creeps."""
+    if "power_input" not in dataset or "housing_velocity_mean" not in dataset:
+        return None
+    _, top, speed = fastest(dataset)
+    if top is None or speed is None or way_of(float(top), float(speed)) is None:
+        return None
+    power = dataset["power_input"].sel({name: top[name] for name in dataset["regime"].dims})
+    most = value_text(power, power, DIGITS)
+    return Answer(f"With the fastest creep of an orbit, the mean power of the force is {most}.")

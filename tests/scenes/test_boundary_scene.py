@@ -9,19 +9,29 @@ import numpy as np
 import pytest
 import xarray as xr
 from figures.figure_text import words
+from figures.sample_datasets import sweep
+from matplotlib.contour import ContourSet
 
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.scenes.boundary.pictures import ends_of_axis
+from vibropipe.scenes.boundary.pictures import draw_boundaries, ends_of_axis
 from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.boundary.text import UNMARKED, meetings_text
 from vibropipe.scenes.registry import kind_of
+from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.study import StudyError, load_study
 from vibropipe.words.quantities import FLAGS
+
+CURVE = {
+    "curve_id": ("point", [0, 0]),
+    "boundary_kind": ("point", [FLAGS["boundary_kind"]["fold"]] * 2),
+    "meeting_point": ("meeting", [0]),
+    "stable": ("point", [1, 1]),
+}
 
 STUDY = """
 title: Borders
@@ -142,6 +152,16 @@ def test_the_answers_count_curves_and_meetings(datasets):
         r"(At [a-z-]+ of them|There) .* (meet|twice|begins|rest|direction)\.", meet.rest
     )
     assert "," not in curves.rest
+
+
+def test_regimes_under_curves_have_the_hatches_of_their_map():
+    regimes = sweep(20, f=np.linspace(0.05, 2, 15), all_regimes=True)
+    with house_style():
+        figure = draw_boundaries(meetings(("box", 1.0, 0.5)).assign(**CURVE), regimes)
+    (ax,) = figure.axes
+    drawn = {hatch for each in ax.findobj(ContourSet) for hatch in each.hatches if hatch}
+    assert drawn == {each.style.hatch for each in regions_of(regimes)[1] if each.style.hatch}
+    assert len(drawn) > 2
 
 
 def test_a_box_with_units_is_drawn_in_those_that_are_shown():

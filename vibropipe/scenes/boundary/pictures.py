@@ -34,6 +34,7 @@ from vibropipe.scenes.boundary.text import (
 )
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.laws import regions_of
+from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.solve.shown_units import shown_factor
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
@@ -163,6 +164,9 @@ def draw_regimes(
     numbers = np.searchsorted(found, values)
     norm = BoundaryNorm(np.arange(found.size + 1) - 0.5, max(found.size, 1))
     ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
+    for region in regions:  # which grey does not tell apart
+        mask, colour = values == region.code, shaded(region.style.hatch_colour, FADED)
+        draw_hatch(ax, ordered[x].values, ordered[y].values, mask, region.style.hatch, colour)
     present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
     columns, rows = cells_of(dataset, edges)
     values = values.copy()

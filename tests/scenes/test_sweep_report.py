@@ -13,7 +13,7 @@ from vibropipe.scenes.sweep.answers import impacts_answer, mean_answer, sweep_an
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import energy_title, follow_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
-from vibropipe.scenes.sweep.neighbours import border_text, jumps_of
+from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
 from vibropipe.scenes.sweep.report import answers, tables
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -344,3 +344,27 @@ def test_the_fastest_creep_is_told_with_its_power():
     assert said(creeps)[1].endswith(" is 2.")
     still = creeps.assign(housing_velocity_mean=0.0 * creeps["housing_velocity_mean"])
     assert not any("power" in text for text in said(still))
+
+
+def cascade(*multiples: int) -> xr.Dataset:
+    """Return a line with orbits of some numbers of periods, two rows each: 0 if aperiodic, -1 without a result."""
+    m = np.repeat(multiples, 2)
+    regime = np.select([m == 0, m < 0], [Regime.APERIODIC, Regime.UNRESOLVED], Regime.TWO_SIDED)
+    nu = np.round(1.0 + 0.1 * np.arange(m.size), 10)
+    data = {"regime": ("nu", regime.astype(np.int8)), "period_multiple": ("nu", np.maximum(m, 0))}
+    return describe(xr.Dataset(data, {"nu": nu}))
+
+
+@pytest.mark.parametrize(
+    ("multiples", "told"),
+    [
+        ((0, 8, 4, 2, -1, 1), "With falling ν the period doubles three times, then the motion is aperiodic. "
+                              "It doubles first between ν = 1.7 and 2."),
+        ((1, 3, 6, 12, 0, 1, 2, 0), "With rising ν the period doubles twice, then the motion is aperiodic. "
+                                    "It doubles first between ν = 1.3 and 1.4."),
+        ((1, 2, 4, 8), ""), ((1, 2, 0, 4, 8), ""), ((1, 2, 4, 3, 0), ""),
+    ],
+)  # fmt: skip
+def test_a_way_to_chaos_is_told(multiples, told):
+    answer = doubling_answer(cascade(*multiples), "nu")
+    assert ("" if answer is None else f"{answer.lead} {answer.rest}") == told

@@ -21,6 +21,7 @@ from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import (
     NO_ORBIT,
     border_text,
+    doubling_answer,
     is_followed,
     jumps_of,
     together_answer,
@@ -57,6 +58,7 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
         proof_answer(dataset),
         progress_answer(dataset),
         cost_answer(dataset),
+        doubling_answer(dataset, axis_of(dataset)),
         exponent_answer(dataset) if is_line else None,
         # of several lines, where impacts are says least
         *([together, moves] if is_line and n_lines(dataset) > 1 else [moves, together]),

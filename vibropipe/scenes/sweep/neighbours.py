@@ -12,6 +12,7 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
+from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -19,6 +20,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.claims import at_least, at_most, between_text
+from vibropipe.figures.motion_words import times_word
 from vibropipe.figures.text import with_units
 from vibropipe.report.findings import point_text, symbol_text, value_text
 from vibropipe.report.parts import Answer
@@ -38,6 +40,7 @@ ABSENT = dict.fromkeys(("h", "delta", "load", "f2", "friction", "shaker"), 0.0) 
 # either side, at an end of a line or beside a row without an orbit, cannot be told from steepness; motions without
 # impacts do not jump.
 JUMP_SHARE, JUMP_FACTOR = 0.1, 5.0
+MIN_DOUBLINGS = 2  # of the period, that are told as a way to chaos
 NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
 
 
@@ -222,3 +225,34 @@ def range_text(dataset: xr.Dataset, axis: str, rows: Rows) -> str:
     low, high = at_most(rows.low, DIGITS), with_units(dataset[axis], at_least(rows.high, DIGITS))
     symbol = symbol_text(dataset[axis])
     return f"{symbol} = {low} to {high}" if rows.low < rows.high else f"{symbol} = {high}"
+
+
+def doubling_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
+    """Write how often the period doubles along one line before the motion is aperiodic; None for fewer than twice.
+
+    Rows without a result are passed over.
+    """
+    if dataset["regime"].ndim > 1 or "period_multiple" not in dataset:
+        return None
+    best: list[tuple[int, float, float]] = []
+    is_falling = False
+    for falls in (False, True):
+        line = dataset.sortby(axis, ascending=not falls)
+        regime, values = line["regime"].values, line[axis].values
+        known = np.flatnonzero(regime <= NO_ORBIT)
+        multiples = np.where(regime < NO_ORBIT, line["period_multiple"].values, 0)[known]
+        runs: list[tuple[int, float, float]] = []  # period, first and last value
+        for m, found in groupby(
+            zip(multiples.tolist(), values[known].tolist(), strict=True), key=itemgetter(0)
+        ):
+            inside = [value for _, value in found]
+            if not m and len(runs) > max(MIN_DOUBLINGS, len(best)):
+                best, is_falling = runs, falls
+            runs = [*(runs if runs and m == 2 * runs[-1][0] else []), (m, inside[0], inside[-1])]
+    if not best:
+        return None
+    way = f"With {'falling' if is_falling else 'rising'} {symbol_text(dataset[axis])}"
+    return Answer(
+        f"{way} the period doubles {times_word(len(best) - 1)}, then the motion is aperiodic.",
+        f"It doubles first {between_text(dataset[axis], best[0][2], best[1][1])}.",
+    )

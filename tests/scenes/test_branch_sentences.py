@@ -8,22 +8,39 @@ import xarray as xr
 from matplotlib.colors import to_hex
 
 from vibropipe.figures.style import house_style
+from vibropipe.report.parts import Answer
 from vibropipe.scenes.basins.report import title_shares
-from vibropipe.scenes.branch.answers import jump_answer, velocity_answer
+from vibropipe.scenes.branch.answers import (
+    branch_answers,
+    jump_answer,
+    lopsided_answer,
+    velocity_answer,
+)
 from vibropipe.scenes.branch.curves import REACHED, draw_branches
 from vibropipe.scenes.branch.lines import Stretch
 from vibropipe.scenes.branch.pictures import title_branches
+from vibropipe.scenes.branch.report import stable_table
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
 
 NU = np.linspace(1.0, 2.0, 6)
 
 
-def stretch(low: float, high: float, height: float, words: str, *ends: str) -> Stretch:
+def stretch(
+    low: float, high: float, height: float, words: str, *ends: str, mean: float = 0.0
+) -> Stretch:
     """Return a stable stretch of one amplitude, and of an impact velocity as large."""
     same = np.full(2, height)
     return Stretch(
-        np.array([low, high]), same, same, words, words, 0.0, (ends[0], ends[1]), np.zeros(2)
+        np.array([low, high]),
+        same,
+        same,
+        words,
+        words,
+        0.0,
+        (ends[0], ends[1]),
+        np.zeros(2),
+        np.full(2, mean),
     )
 
 
@@ -37,6 +54,7 @@ def mirrored(second: tuple[float, ...] = (1.1, 0.9)) -> xr.Dataset:
         {
             "impact_velocity_max": (("point", "support"), velocity),
             "displacement_amplitude": (("point", "harmonic"), np.full((2 * n, 1), 0.4)),
+            "displacement_mean": ("point", np.repeat([0.1, -0.1], n)),
             "stable": ("point", np.ones(2 * n, np.int8)),
             "regime": ("point", np.full(2 * n, 3, np.int8)),
             "period_multiple": ("point", np.ones(2 * n, int)),
@@ -57,6 +75,16 @@ def mirrored(second: tuple[float, ...] = (1.1, 0.9)) -> xr.Dataset:
         attrs={"follow": "nu both"},
     )  # fmt: skip
     return describe(dataset)
+
+
+def with_a_fold(dataset: xr.Dataset) -> xr.Dataset:
+    """Return a dataset with a fold at its first point."""
+    empty = dataset.drop_dims("bifurcation")
+    return empty.assign(
+        bifurcation_nu=("bifurcation", [1.0]),
+        bifurcation_kind=("bifurcation", [0]),
+        bifurcation_point=("bifurcation", [0]),
+    )
 
 
 def test_small_steps_may_be_jumps_as_well():
@@ -116,3 +144,28 @@ def test_ranges_of_coexistence_are_those_of_the_grid():
     assert title_shares(describe(dataset)) == (
         "On the grid, at least two motions coexist in two ranges of ν"
     )
+
+
+def test_where_motions_are_lopsided_is_told_if_nothing_else_coexists():
+    both = "both supports, once a period"
+    left, right = (
+        stretch(1.2, 1.5, 0.4, both, "pitchfork", "grazing", mean=mean) for mean in (0.1, -0.1)
+    )
+    alone = stretch(1.5, 2.0, 0.4, both, "grazing", "")
+    assert lopsided_answer(mirrored(), [left, right, alone]) == Answer(
+        "Lopsided motions are stable from ν = 1.2 to 1.5.",
+        "They are pairs of mirror images, of which the start decides.",
+    )
+    other = stretch(1.2, 1.5, 0.4, both, "pitchfork", "grazing", mean=-0.2)
+    for stretches in (
+        [left, other],
+        [alone, alone],
+        [left, right, stretch(1.3, 2.0, 0.1, "no impact", "", "")],
+    ):
+        assert lopsided_answer(mirrored(), stretches) is None
+    assert branch_answers(mirrored())[0].lead == "Lopsided motions are stable from ν = 1 to 2."
+
+
+def test_mirror_images_are_named_in_the_table():
+    (row,) = stable_table("s", with_a_fold(mirrored())).rows
+    assert row[0] == "both supports, once a period (mirror images)"

@@ -60,7 +60,7 @@ def branch_answers(dataset: xr.Dataset) -> list[Answer]:
         law_answer(dataset, stretches),
         motor_answer(dataset),
         proof_answer(dataset),
-        together_answer(dataset, stretches),
+        lopsided_answer(dataset, stretches) or together_answer(dataset, stretches),
         changes,
         velocity_answer(dataset),
     ]
@@ -159,6 +159,31 @@ def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
         "In places, the start decides which motion settles.",
         f"Among those followed here, at least two are stable from {symbol} = {first} to {last}"
         f"{over_text(dataset, value)}{more}.",
+    )
+
+
+def lopsided_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
+    """Write where lopsided motions are stable; None unless these pairs of mirror images are all that coexists."""
+    together = common_intervals(stretches)
+    if swept(dataset) or not together:
+        return None
+    found = []
+    for low, high in together:
+        middle = (low + high) / 2
+        inside = [s for s in stretches if s.reaches(low) and s.reaches(high)]
+        if (
+            len(inside) != 2
+            or sum(s.values[0] < high and s.values[-1] > low for s in stretches) > 2
+        ):
+            return None
+        one, other = (float(np.interp(middle, s.values, s.means)) for s in inside)
+        size = abs(one - other)
+        if size <= SAME * inside[0].amplitude(middle) or abs(one + other) > np.sqrt(SAME) * size:
+            return None
+        found.append((low, high))
+    return Answer(
+        f"Lopsided motions are stable {ranges_text(dataset, found)}.",
+        "They are pairs of mirror images, of which the start decides.",
     )
 
 

@@ -234,6 +234,7 @@ class Stretch:
     over: float
     ends: tuple[str, str]
     from_rest: np.ndarray
+    means: np.ndarray
 
     def reaches(self, value: float) -> bool:
         """Return whether a value of the parameter lies on the stretch or at its ends."""
@@ -253,6 +254,7 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
     along = dataset[followed(dataset)].values
     amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
     speed = np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
+    mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
     points = dataset["bifurcation_point"].values
     kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
     branches, stable = dataset["branch_id"].values, dataset["stable"].values
@@ -306,6 +308,7 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             piece.value,
             (ends[0], ends[1]) if order.step is None else (ends[1], ends[0]),
             from_rest_of(dataset, slice(first, last + 1))[order],
+            mean[first : last + 1][order],
         )
 
 

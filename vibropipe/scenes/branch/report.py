@@ -52,7 +52,7 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     shown = [alike[0] for alike in images]
     texts = distinct_texts(*((float(each.values[0]), float(each.values[-1])) for each in shown))
     rows = [
-        stable_row(dataset, each, ends, limits) for each, ends in zip(shown, texts, strict=True)
+        stable_row(dataset, alike, ends, limits) for alike, ends in zip(images, texts, strict=True)
     ]
     if "from_rest" in dataset:
         rows = [[*row, rest_text(alike)] for row, alike in zip(rows, images, strict=True)]
@@ -77,16 +77,18 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 
 def stable_row(
-    dataset: xr.Dataset, stretch: Stretch, texts: tuple[str, str], limits: tuple[float, float]
+    dataset: xr.Dataset, alike: list[Stretch], texts: tuple[str, str], limits: tuple[float, float]
 ) -> list[str]:
-    """Return the cells of a stable stretch; texts : its ends."""
+    """Return the cells of a stable stretch and its mirror image, if it has one; texts : its ends."""
+    stretch = alike[0]
+    words = f"{stretch.words} (mirror images)" if len(alike) > 1 else stretch.words
     low, high = float(stretch.values[0]), float(stretch.values[-1])
     ends = [
         (DASH, DASH) if value == limit and not kind else (text, kind or DASH)
         for value, limit, text, kind in zip((low, high), limits, texts, stretch.ends, strict=True)
     ]
     over = [format_number(stretch.over)] if swept(dataset) else []
-    return [*over, stretch.words, *ends[0], *ends[1]]
+    return [*over, words, *ends[0], *ends[1]]
 
 
 def together_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -9,9 +9,9 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.claims import inwards
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
+from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import solve_to_file
@@ -129,7 +129,7 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     together, jumps, hardest = branch_answers(dataset)
     # the response with impacts ends at its fold, the linear motion where it grazes a support
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
-    first, last = inwards(grazing_frequency(0.5), fold)
+    first, last = (f"{end:.4g}" for end in (grazing_frequency(0.5), fold))
     assert together.rest == (
         f"Among those followed here, at least two are stable from ν = {first} to {last} at the largest f, and "
         "elsewhere."
@@ -150,7 +150,7 @@ def test_the_first_page_says_why_the_motion_jumps(tmp_path):
     assert "on each support" in hardest.rest
     rows = together_table("response", dataset).rows
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.25)].max())
-    expected = inwards(grazing_frequency(0.25), fold)
+    expected = [f"{end:.4g}" for end in (grazing_frequency(0.25), fold)]
     assert ["0.25", "both supports, once a period; no impact", *expected] in rows
 
 
@@ -436,12 +436,12 @@ def test_a_law_is_told_by_where_it_exists_and_is_stable(tmp_path):
     assert (laws == (1, 1, 1)).all()
     assert (dataset.F == 12.0).all()  # 1 N reaches no support
     answer = branch_answers(dataset)[0]
-    first, last = inwards(*(float(end(dataset.omega.values)) for end in (min, max)))
+    first, last = (format_number(float(end(dataset.omega.values))) for end in (min, max))
     assert answer.lead.startswith(f"Orbits (1; 1, 1) exist at F = 12 N from ω = {first} to ")
     assert answer.lead.endswith(f" to {last} rad/s.")
     stable = dataset.stable.values == 1
     assert "At one value of F none is found." in answer.rest
-    first, last = inwards(*(float(end(dataset.omega.values[stable])) for end in (min, max)))
+    first, last = (format_number(float(end(dataset.omega.values[stable]))) for end in (min, max))
     assert f"They are stable from ω = {first} to {last}" in answer.rest
     assert len(np.unique(dataset.branch_id)) >= 2
 

@@ -10,16 +10,19 @@ from matplotlib.colors import to_hex
 from vibropipe.figures.style import house_style
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.basins.report import title_shares
+from vibropipe.scenes.basins.report import together_answer as share_together
 from vibropipe.scenes.branch.answers import (
     branch_answers,
     jump_answer,
     lopsided_answer,
     velocity_answer,
 )
+from vibropipe.scenes.branch.answers import together_answer as branch_together
 from vibropipe.scenes.branch.curves import REACHED, draw_branches
 from vibropipe.scenes.branch.lines import Stretch
 from vibropipe.scenes.branch.pictures import title_branches
-from vibropipe.scenes.branch.report import stable_table
+from vibropipe.scenes.branch.report import cascade_table, stable_table
+from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
 
@@ -128,22 +131,54 @@ def test_intervals_are_those_of_the_motions_that_are_followed():
     )
 
 
-def test_ranges_of_coexistence_are_those_of_the_grid():
-    share = [[1.0, 0.5, 1.0, 0.4], [np.nan, 0.5, np.nan, 0.6]]
+def shares(*places: float) -> xr.Dataset:
+    """Return shares of two motions, of which the second one is at every other value and has ends at some places."""
     dataset = xr.Dataset(
         {
-            "basin_share": (("attractor_id", "nu"), share),
+            "basin_share": (
+                ("attractor_id", "nu"),
+                [[1.0, 0.5, 1.0, 0.4], [np.nan, 0.5, np.nan, 0.6]],
+            ),
             "attractor": (("nu", "x0", "v0"), np.zeros((4, 1, 1), int)),
-            "bifurcation_nu": ("bifurcation", np.empty(0)),
-            "changed_attractor": ("bifurcation", np.empty(0, int)),
-            "other_attractor": ("bifurcation", np.empty(0, int)),
-            "attractor_change": ("bifurcation", np.empty(0, int)),
+            "bifurcation_nu": ("bifurcation", np.array(places)),
+            "changed_attractor": ("bifurcation", np.ones(len(places), int)),
+            "other_attractor": ("bifurcation", np.zeros(len(places), int)),
+            "attractor_change": ("bifurcation", (np.arange(len(places)) + 1) % 2),
         },
         {"nu": [1.0, 1.1, 1.2, 1.3], "attractor_id": [0, 1]},
     )
-    assert title_shares(describe(dataset)) == (
-        "On the grid, at least two motions coexist in two ranges of ν"
+    return describe(dataset)
+
+
+def test_ranges_of_coexistence_are_those_of_the_grid():
+    assert title_shares(shares()) == "On the grid, at least two motions coexist in two ranges of ν"
+
+
+def test_a_border_has_the_same_digits_everywhere():
+    together = share_together(shares(1.05432, 1.15678))
+    assert "at least two coexist from ν = 1.054 to ν = 1.157" in together.rest
+    assert "from at least ν = 1.1 to at least ν = 1.1" in share_together(shares()).rest
+    motions = stretch(1.05432, 1.65678, 0.4, "a", "fold", ""), stretch(1.0, 1.7, 0.1, "b", "", "")
+    told = branch_together(mirrored(), list(motions))
+    assert "at least two are stable from ν = 1.054 to 1.657" in told.rest
+
+
+def test_steps_of_a_cascade_are_seen_in_its_places():
+    at = [1.1, 1.6, 1.7, 1.72, 1.7204]
+    dataset = mirrored().drop_dims("bifurcation")
+    dataset["period_multiple"][:5] = [1, 2, 4, 8, 16]
+    table = cascade_table(
+        "s",
+        dataset.assign(
+            bifurcation_nu=("bifurcation", at),
+            bifurcation_kind=("bifurcation", np.full(5, Bifurcation.FLIP)),
+            bifurcation_point=("bifurcation", np.arange(5)),
+        ),
     )
+    assert [row[1] for row in table.rows] == [
+        "1.100000", "1.600000", "1.700000", "1.720000", "1.720400"
+    ]  # fmt: skip
+    assert [row[2] for row in table.rows] == ["–", "0.5", "0.1", "0.02", "0.0004"]
 
 
 def test_where_motions_are_lopsided_is_told_if_nothing_else_coexists():

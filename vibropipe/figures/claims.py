@@ -50,21 +50,8 @@ def _rounded(value: float, digits: int, rounding: str) -> float:
 
 def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
     """Write both ends of an interval, rounded outwards, with as many digits as show most of its width."""
-    return _ends(low, high, digits, ROUND_FLOOR, ROUND_CEILING)
-
-
-def inwards(low: float, high: float) -> tuple[str, str]:
-    """Write both ends of an interval within which something holds, rounded inwards, as `outwards`.
-
-    >>> inwards(124.36872, 124.97031), inwards(127.91267, 127.93017)
-    (('124.4', '124.9'), ('127.913', '127.93'))
-    """
-    return _ends(low, high, DIGITS, ROUND_CEILING, ROUND_FLOOR)
-
-
-def _ends(low: float, high: float, digits: int, down: str, up: str) -> tuple[str, str]:
     for number in range(digits, MOST_DIGITS + 1):
-        first, last = _rounded(low, number, down), _rounded(high, number, up)
+        first, last = _rounded(low, number, ROUND_FLOOR), _rounded(high, number, ROUND_CEILING)
         if abs((last - first) - (high - low)) <= 0.2 * (high - low):
             break
     return format_number(first, number), format_number(last, number)

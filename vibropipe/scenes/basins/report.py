@@ -111,7 +111,6 @@ def together_answer(dataset: xr.Dataset) -> Answer:
     symbol, ranges = symbol_text(axis), together_ranges(dataset)
     if not ranges:
         return Answer(f"At no value of {symbol} do the starts settle on two motions.")
-    # rounded inwards, so that what is told holds within
     places = [
         _place(axis, border, rounded)
         for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
@@ -158,11 +157,12 @@ def _border(places: np.ndarray, values: np.ndarray, inner: int, outer: int) -> t
 
 
 def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], str]) -> str:
-    """Write a border that is located, or the value inside it; empty at an end of the range."""
+    """Write a border that is located, or the value inside it, rounded inwards; empty at an end of the range."""
     if border is None:
         return ""
-    least = "" if len(border) == 1 else "at least "
-    return f"{least}{symbol_text(axis)} = {with_units(axis, rounded(border[0], DIGITS))}"
+    if len(border) == 1:
+        return f"{symbol_text(axis)} = {value_text(axis, border[0])}"
+    return f"at least {symbol_text(axis)} = {with_units(axis, rounded(border[0], DIGITS))}"
 
 
 def change_answer(dataset: xr.Dataset) -> Answer | None:

@@ -8,7 +8,6 @@ from dataclasses import dataclass
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import inwards
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
@@ -113,12 +112,11 @@ def united(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
 
 
 def ranges_text(dataset: xr.Dataset, intervals: list[tuple[float, float]]) -> str:
-    """Write the widest of some intervals, rounded inwards: from ν = 1 to 2 and from 3 to 4."""
+    """Write the widest of some intervals: from ν = 1 to 2 and from 3 to 4."""
     axis = dataset[followed(dataset)]
     shown = sorted(sorted(intervals, key=lambda each: each[0] - each[1])[:MAX_RANGES])
     texts: list[str] = []
-    for low, high in shown:
-        first, last = inwards(low, high)
+    for first, last in distinct_texts(*shown):
         texts.append(f"from {first if texts else f'{symbol_text(axis)} = {first}'} to {last}")
     text = with_units(axis, series(texts))
     left = len(intervals) - len(shown)
@@ -152,7 +150,7 @@ def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
         return None
     _, low, high, value = max(found)
     axis = dataset[followed(dataset)]
-    first, last = inwards(low, high)
+    ((first, last),) = distinct_texts((low, high))
     symbol, last = symbol_text(axis), with_units(axis, last)
     more = ", and elsewhere" if len(found) > 1 else ""
     return Answer(

@@ -5,12 +5,11 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Sequence
-from itertools import pairwise
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import at_most, inwards
+from vibropipe.figures.claims import at_most
 from vibropipe.figures.motion_words import amount_text, changing_text, number_word, words_of
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
@@ -34,6 +33,7 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
 
 MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
+STEP_DIGITS = 3  # of a step of a cascade
 
 
 def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -92,7 +92,7 @@ def stable_row(
 
 
 def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return the table of the intervals in which several motions are stable, rounded inwards; None for one alone."""
+    """Return the table of the intervals in which several motions are stable; None for one alone."""
     axis, over = dataset[followed(dataset)], swept(dataset)
     found = [
         (value, *ends) for value, intervals in coexistence(dataset).items() for ends in intervals
@@ -100,7 +100,7 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if len(found) < 2:
         return None
     shown = sorted(sorted(found, key=lambda each: each[1] - each[2])[:MAX_ROWS])
-    texts = [inwards(low, high) for _, low, high in shown]
+    texts = distinct_texts(*((low, high) for _, low, high in shown))
     stretches = list(stretches_of(dataset))
     rows = [
         [
@@ -139,10 +139,12 @@ def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
         return None
     axis, steps = dataset[followed(dataset)], np.abs(np.diff(places))
     first = int(dataset["period_multiple"].values[dataset["bifurcation_point"].values].min())
-    pairs = distinct_texts(*pairwise(places))
+    # the last step is seen in the places
+    decimals = max(0, STEP_DIGITS - 1 - math.floor(math.log10(steps[-1])))
     rows = []
-    for n, text in enumerate([pairs[0][0], *(last for _, last in pairs)]):
-        step = format_number(steps[n - 1], 3) if n else DASH
+    for n, place in enumerate(places):
+        text = f"{place:.{decimals}f}".replace("-", "−")
+        step = format_number(steps[n - 1], STEP_DIGITS) if n else DASH
         ratio = format_number(steps[n - 2] / steps[n - 1], 3) if n > 1 else DASH
         rows.append([f"{first * 2**n} to {first * 2 ** (n + 1)}", text, step, ratio])
     symbol = symbol_text(axis)

@@ -88,8 +88,8 @@ def test_scenes_are_called_by_a_short_title_else_by_words(solved):
 def test_numbers_beside_the_exciter(data):
     beside = {row["symbol"]: row["value"] for row in data["side"]["rows"]}
     assert beside["ν"] == "0.3 … 3"
-    assert beside["δ"] == "0, 0.01"
-    assert beside["f"] == "−1 … 0.5"
+    assert beside["δ"] == "0"  # of the hero alone, whose answers stand beside it
+    assert beside["f"] == "0.1, 0.2, 0.5"
     assert beside["l"] == "0.5"
     assert list(beside)[:2] == ["ν", "f"]
 

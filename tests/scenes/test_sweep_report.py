@@ -358,10 +358,10 @@ def cascade(*multiples: int) -> xr.Dataset:
 @pytest.mark.parametrize(
     ("multiples", "told"),
     [
-        ((0, 8, 4, 2, -1, 1), "With falling ν the period doubles three times, then the motion is aperiodic. "
-                              "It doubles first between ν = 1.7 and 2."),
-        ((1, 3, 6, 12, 0, 1, 2, 0), "With rising ν the period doubles twice, then the motion is aperiodic. "
-                                    "It doubles first between ν = 1.3 and 1.4."),
+        ((0, 8, 4, 2, -1, 1), "With falling ν the period doubles three times before aperiodic motion. "
+                              "First between ν = 1.7 and 2."),
+        ((1, 3, 6, 12, 0, 1, 2, 0), "With rising ν the period doubles twice before aperiodic motion. "
+                                    "First between ν = 1.3 and 1.4."),
         ((1, 2, 4, 8), ""), ((1, 2, 0, 4, 8), ""), ((1, 2, 4, 3, 0), ""),
     ],
 )  # fmt: skip

@@ -253,6 +253,6 @@ def doubling_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
         return None
     way = f"With {'falling' if is_falling else 'rising'} {symbol_text(dataset[axis])}"
     return Answer(
-        f"{way} the period doubles {times_word(len(best) - 1)}, then the motion is aperiodic.",
-        f"It doubles first {between_text(dataset[axis], best[0][2], best[1][1])}.",
+        f"{way} the period doubles {times_word(len(best) - 1)} before aperiodic motion.",
+        f"First {between_text(dataset[axis], best[0][2], best[1][1])}.",
     )

@@ -75,8 +75,9 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
         assert np.array_equal(proof[name], alone[name])
     assert data.attrs[STATEMENT] == alone.attrs["statement"]
     report = report_data(study, {"s": data}, {})
-    leads = [answer["lead"] for answer in report["answers"]]
-    assert "Proved: every exciter within the tolerances keeps the orbit (1; 1, 1)." in leads
+    texts = {answer["lead"]: answer["rest"] for answer in report["answers"]}
+    told = texts["Proved: every exciter within the stated limits keeps the orbit (1; 1, 1)."]
+    assert told == "The limits are R₁, R₂ ± 0.01 and δ ± 0.002; all else is exact."
     (group,) = [each for each in report["groups"] if each["heading"] == "What is certain?"]
     assert [item["type"] for item in group["items"]][:2] == ["figure", "table"]
     mean = group["items"][1]["rows"][0]
@@ -111,7 +112,8 @@ scenes:
 def test_what_is_disproved_is_said() -> None:
     study, data = solved(MOTION.replace("R1: 0.01, R2: 0.01, delta: 0.002", "R1: 0.28"))
     told = certificate_answer(data)
-    assert told.lead.startswith("Disproved: an exciter within the tolerances does not keep")
+    assert told.lead.startswith("Disproved: an exciter within the stated limits does not keep")
+    assert told.rest.startswith("The limits are R₁ ± 0.28; all else is exact. The mass leaves")
     assert "supports at R₁ = 0.98" in told.rest
     figures = [i for g in report_data(study, {"s": data}, {})["groups"] for i in g["items"]]
     assert any(item["title"] == told.lead.rstrip(".") for item in figures)
@@ -122,7 +124,7 @@ def test_what_is_not_decided_is_said(monkeypatch) -> None:
     monkeypatch.setattr("vibropipe.scenes.certificate.PARTS", 2)
     _study, data = solved(MOTION.replace("R1: 0.01, R2: 0.01, delta: 0.002", "R1: 0.1, R2: 0.1"))
     told = certificate_answer(data)
-    assert told.lead.startswith("Not decided: whether each exciter within the tolerances keeps")
+    assert told.lead.startswith("Not decided: whether each exciter within the stated limits keeps")
     assert "parts of the box were examined, as many as are allowed" in told.rest
     assert "at least" not in CERTIFICATE_PICTURE.describe(data, None, {})
 

@@ -60,13 +60,14 @@ def law_text(proof: xr.Dataset) -> str:
 
 
 def limits_text(proof: xr.Dataset) -> str:
-    """Write how far each parameter may be off; empty for the exciter alone."""
+    """Write how far each parameter may be off, those alike once; empty for the exciter alone."""
     if "within" not in proof:
         return ""
-    return series(
-        f"{plain_symbol_of(proof[name])} ± {with_units(proof[name], format_number(off))}"
-        for name, off in of_parameters(proof, "within").items()
-    )
+    symbols: dict[str, list[str]] = {}
+    for name, off in of_parameters(proof, "within").items():
+        text = with_units(proof[name], format_number(off))
+        symbols.setdefault(text, []).append(plain_symbol_of(proof[name]))
+    return series(f"{', '.join(each)} ± {text}" for text, each in symbols.items())
 
 
 def of_parameters(proof: xr.Dataset, variable: str) -> dict[str, float]:
@@ -83,12 +84,12 @@ def title_certificate(dataset: xr.Dataset) -> str:
     proof = proof_of(dataset)
     if proof is None:
         return "Nothing is proved"
-    who = "Every exciter within the tolerances" if "within" in proof else "The exciter"
+    who = "Every exciter within the stated limits" if "within" in proof else "The exciter"
     if int(proof["proved"]) == Proved.DISPROVED:
-        which = "An exciter within the tolerances" if "within" in proof else "The exciter"
+        which = "An exciter within the stated limits" if "within" in proof else "The exciter"
         return f"Disproved: {which[0].lower()}{which[1:]} does not keep the orbit {law_text(proof)}"
     if not is_proved(proof):
-        whether = "each exciter within the tolerances" if "within" in proof else "the exciter"
+        whether = "each exciter within the stated limits" if "within" in proof else "the exciter"
         return f"Not decided: whether {whether} keeps the orbit {law_text(proof)}"
     kept = "keeps" if int(proof["proved_stable"]) == ProvedStable.STABLE else "has, unstable,"
     return f"Proved: {who[0].lower()}{who[1:]} {kept} the orbit {law_text(proof)}"
@@ -101,12 +102,11 @@ def certificate_answer(dataset: xr.Dataset) -> Answer | None:
         reason = dataset.attrs.get(REFUSED)
         return Answer("Nothing is proved.", f"{reason}." if reason else "") if reason else None
     lead, limits = f"{title_certificate(dataset)}.", limits_text(proof)
-    if is_proved(proof):
-        struck = series([text for text in (struck_text(proof, n) for n in (1, 2)) if text])
-        return Answer(
-            lead, f"With {limits}, it strikes {struck}." if limits else f"It strikes {struck}."
-        )
-    return Answer(lead, why_text(proof))
+    stated = f"The limits are {limits}; all else is exact." if limits else ""
+    if not is_proved(proof):
+        return Answer(lead, " ".join(filter(None, [stated, why_text(proof)])))
+    struck = series([text for text in (struck_text(proof, n) for n in (1, 2)) if text])
+    return Answer(lead, stated or f"It strikes {struck}.")
 
 
 def struck_text(proof: xr.Dataset, support: int) -> str:
@@ -234,7 +234,7 @@ def describe_certificate(dataset: xr.Dataset) -> str:
         return NOT_CLAIMED
     limits = limits_text(proof)
     who = (
-        f"all exciters with {limits}, at once"
+        f"all exciters with {limits}, at once, all else exact"
         if limits
         else "the exciter with exactly its parameters"
     )

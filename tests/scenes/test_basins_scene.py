@@ -31,6 +31,7 @@ from vibropipe.scenes.basins.report import answers, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,
     describe_basins,
+    knock_answers,
     knock_text,
     title_basins,
 )
@@ -222,12 +223,13 @@ def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
     assert f"{100 * share[0]:.1f}\u00a0% of the starts settle on A (no impact)" in coexist.rest
     assert rest.lead == "Starts near rest settle on A (no impact)."
     assert f"{100 * float(dataset.border.mean()):.1f}\u00a0%" in rest.rest
-    assert knock.lead == "Motion C is lost most easily."
+    assert knock.lead == "Knocked at the beginning of a period, motion C is lost most easily."
     assert knock.rest.startswith("Beside its states, the map (steps of 0.103 in velocity)")
     others = dataset.isel(attractor_id=[0, 1])
     least = min(knocks_of(others).values())
     assert least > step_of(dataset)
-    text = f"By the map, it survives knocks up to at least {knock_text(least, step_of(dataset))} in velocity"
+    text = f"By the map, they survive knocks up to at least {knock_text(least, step_of(dataset))} in velocity"
+    assert np.ptp(list(knocks_of(others).values())) < step_of(dataset)
     assert basin_answers(others)[2].rest.startswith(text)
     assert float(knock_text(least, step_of(dataset))) <= least
 
@@ -249,6 +251,40 @@ def test_all_starts_within_a_knock_lead_back(dataset):
         assert knock <= min(foreign) <= knock + 1.001 * step
     elsewhere = dataset.assign_coords(start_phase=0.25)
     assert all(np.isnan(list(knocks_of(elsewhere).values())))
+
+
+def test_mirror_images_share_the_smaller_knock():
+    """A and B of 9 x 9 starts, each the other one half a period later; a third motion differs in one amplitude."""
+    x0, v0 = np.linspace(-0.4, 0.4, 9), np.linspace(-2.0, 2.0, 9)
+    owner = np.where(v0 < 0.25, 1, 0) * np.ones((9, 1), int)
+    several = ("attractor_id", "visit")
+    dataset = xr.Dataset(
+        {
+            "attractor": (("x0", "v0"), owner),
+            "basin_share": ("attractor_id", [0.4, 0.5, 0.1]),
+            "period_multiple": ("attractor_id", [1, 1, 1]),
+            "impacts_per_orbit": (
+                ("attractor_id", "support"),
+                [[1.0, 2.0], [2.0, 1.0], [2.0, 1.0]],
+            ),
+            "displacement_mean": ("attractor_id", [0.1, -0.1, -0.1]),
+            "displacement_amplitude": (("attractor_id", "harmonic"), [[0.3], [0.3], [0.2]]),
+            "poincare_displacement": (several, [[0.05], [-0.05], [0.9]]),
+            "poincare_velocity": (several, [[1.1], [-1.0], [0.0]]),
+        },
+        {"x0": x0, "v0": v0, "attractor_id": [0, 1, 2], "start_phase": 0.0, "f": 1.0},
+    )
+    knocks = knocks_of(dataset)
+    assert knocks[0] == knocks[1] == pytest.approx(0.9)  # B alone: 1.0
+    assert np.isnan(knocks[2])
+    (answer,) = knock_answers(dataset.isel(attractor_id=[0, 1]))
+    assert (
+        answer.lead
+        == "Knocked at the beginning of a period, motions A and B are lost about equally easily."
+    )
+    assert "they survive knocks up to at least 0.9 in velocity (steps of 0.5)" in answer.rest
+    dataset["displacement_mean"][1] = -0.11
+    assert knocks_of(dataset)[1] == pytest.approx(1.0)
 
 
 def test_a_knock_ends_at_the_end_of_the_map():

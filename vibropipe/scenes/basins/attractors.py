@@ -16,13 +16,17 @@ from vibropipe.figures.palette import INK, MIN_STEP, REGIME_STYLES, lightness, s
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.words.regimes import Regime
 
+# Difference of what mirror images have alike, relative to their amplitude.
+SAME_VALUES = 1e-6
+
 
 def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
     """Return for each attractor the change of velocity within which the starts of the map lead back to it.
 
     All starts of the map in the columns beside a state at the section, within this change of its velocity, settle on
-    the attractor; of several states the least change. NaN without an orbit, which has more states than are stored,
-    where a state lies beyond the map, and if the starts are at another phase.
+    the attractor; of several states the least change, and of mirror images, which are each other half a period later.
+    NaN without an orbit, which has more states than are stored, where a state lies beyond the map, and if the starts
+    are at another phase.
     """
     ordered = dataset.sortby(["x0", "v0"])
     x0, v0 = ordered["x0"].values, ordered["v0"].values
@@ -39,7 +43,29 @@ def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
         is_orbit = int(dataset["period_multiple"].sel(attractor_id=index)) > 0
         known = at_section and is_orbit and len(knocks) == len(states) > 0
         found[int(index)] = float(np.min(knocks)) if known else math.nan  # NaN if one is
-    return found
+    return {
+        index: float(np.min([found[each] for each in images_of(dataset, index)])) for index in found
+    }
+
+
+def images_of(dataset: xr.Dataset, index: int) -> list[int]:
+    """Return an attractor and, if there is one, its mirror image."""
+    own, twins = dataset.sel(attractor_id=index), [index]
+    size = float(own["displacement_amplitude"].max())
+    for other in dataset["attractor_id"].values.tolist():
+        row = dataset.sel(attractor_id=other)
+        differences = [
+            row["displacement_mean"] + own["displacement_mean"],
+            *(row["displacement_amplitude"] - own["displacement_amplitude"]).values,
+        ]
+        is_image = (
+            other != index
+            and int(row["period_multiple"]) == int(own["period_multiple"])
+            and np.array_equal(row["impacts_per_orbit"], own["impacts_per_orbit"][::-1])
+            and float(np.max(np.abs(differences))) <= SAME_VALUES * size
+        )
+        twins += [int(other)] if is_image else []
+    return twins
 
 
 def states_of(dataset: xr.Dataset, index: int) -> np.ndarray:

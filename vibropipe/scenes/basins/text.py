@@ -22,6 +22,7 @@ from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table
 from vibropipe.scenes.basins.attractors import (
     at_rest,
     attractor_words,
+    images_of,
     knocks_of,
     letters_of,
     named,
@@ -184,29 +185,28 @@ def border_answer(dataset: xr.Dataset) -> Answer:
 
 
 def knock_answers(dataset: xr.Dataset) -> list[Answer]:
-    """Write which motion survives the smallest knock, among those of which it is known."""
+    """Write which motions survive the smallest knock, among those of which it is known, and when they are hit."""
     knocks = {index: knock for index, knock in knocks_of(dataset).items() if not math.isnan(knock)}
     if not knocks:
         return []
-    index = min(knocks, key=lambda each: knocks[each])
-    speed, letter = dataset["v0"], letters_of(dataset)[index]
-    lead = f"A knock may end motion {letter}."
-    if len(knocks) == dataset.sizes["attractor_id"]:
-        lead = f"Motion {letter} is lost most easily."
-    step = with_units(speed, digits(step_of(dataset)))
-    if sum(knock < step_of(dataset) for knock in knocks.values()) > 1:
-        rest = f"Beside states of several motions, the map (steps of {step} in velocity) has starts that leave them."
-        return [Answer("A small knock may change the motion.", rest)]
-    if knocks[index] < step_of(dataset):
-        rest = f"Beside its states, the map (steps of {step} in velocity) has starts that settle elsewhere."
+    least, step, letters = min(knocks.values()), step_of(dataset), letters_of(dataset)
+    # A knock is known to a step of the map.
+    limit = step if least < step else least + step
+    lost = sorted(letters[index] for index, knock in knocks.items() if knock < limit)
+    who, are = (f"motion {lost[0]}", "is") if len(lost) == 1 else (f"motions {series(lost)}", "are")
+    when, n = start_text(dataset), dataset.sizes["attractor_id"]
+    lead = f"A knock{when} may end {who}."
+    if len(knocks) == n:
+        how = "about equally" if len(lost) == n else "most"
+        lead = f"Knocked{when}, {who} {are} lost {how} easily."
+    steps = f"steps of {with_units(dataset['v0'], digits(step))}"
+    if least < step:
+        whose = "its" if len(lost) == 1 else "their"
+        rest = f"Beside {whose} states, the map ({steps} in velocity) has starts that settle elsewhere."
         return [Answer(lead, rest)]
-    told = {each: knock_text(knock, step_of(dataset)) for each, knock in knocks.items()}
-    ties = [letters_of(dataset)[each] for each in told if told[each] == told[index]]
-    it = "it survives"
-    if len(ties) > 1:
-        lead, it = f"Motions {series(ties)} are lost equally easily.", "they survive"
-    knock = with_units(speed, told[index])
-    rest = f"By the map, {it} knocks up to at least {knock} in velocity (steps of {step})."
+    knock = with_units(dataset["v0"], knock_text(least, step))
+    survive = "it survives" if len(lost) == 1 else "they survive"
+    rest = f"By the map, {survive} knocks up to at least {knock} in velocity ({steps})."
     return [Answer(lead, rest)]
 
 
@@ -248,9 +248,11 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     step = with_units(speed, digits(step_of(dataset)))
     note = (
         "Share with its 95 % interval for as many random starts. Multiplier: largest modulus, over the motion's own "
-        f"period. Knock: change of velocity within which all starts of the map beside the states of the motion lead "
-        f"back, rounded down, 0 for less than a step of the map, {step}."
+        f"period. Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states "
+        f"of the motion lead back, rounded down, 0 for less than a step of the map, {step}."
     )
+    if any(len(images_of(dataset, index)) > 1 for index in knocks):
+        note += " Of mirror images, each of which is the other one half a period later, the smaller one."
     unknown = " A dash: none, or not known by the map." if any(DASH in row for row in rows) else ""
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
 

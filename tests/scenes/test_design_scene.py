@@ -303,7 +303,18 @@ def test_the_table_tells_the_workshop_how_tight(dataset):
     first, best, spread = answers({"shifted": dataset})["shifted"]
     assert first.lead == "All 2 designs can be made."
     assert best.lead.startswith("The largest impact velocity at support 1 of the best design is ")
-    assert "standard deviations away" in best.rest
+    away = float(dataset["reliability_index"][0])
+    best_std = dataset.isel(design=0).sel(estimate="first_order", support=1)
+    std = [float(best_std[f"{name}_std"]) for name in ("displacement_mean", "impact_velocity_max")]
+    speed = float(dataset["impact_velocity_max"].isel(design=0).sel(support=1))
+    rooms = 0.005 / std[0], (0.8 - speed) / std[1]
+    assert away == pytest.approx(min(rooms), rel=1e-6)
+    goal = "mean displacement" if rooms[0] < rooms[1] else "largest impact velocity at support 1"
+    told = re.fullmatch(
+        rf"The nearest limit of design 1, of the {goal}, is (\S+) standard deviations away, to first order\.",
+        best.rest,
+    )
+    assert 0.9 * away < float(told[1]) <= away
     assert spread.lead.startswith("Most of the spread of ")
     assert verdicts(dataset)[0] == "can be made"
 

@@ -170,7 +170,7 @@ def answers_of_designs(dataset: xr.Dataset) -> list[Answer]:
         lead = f"The {parts[0].words(dataset)} of the {which} is {value}."
         found.append(Answer(lead, limit))
     elif limit:
-        found.append(Answer(limit.replace("Its nearest limit", "The nearest limit of design 1")))
+        found.append(Answer(limit))
     if lost := lost_answer(dataset):
         found.append(Answer(lost))
     elif has_spread(dataset) and (texts := leading(dataset)):

@@ -11,7 +11,15 @@ import xarray as xr
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Answer, Table
-from vibropipe.scenes.design.data import has_tolerances, has_yield, numbers, part_of, wanted_parts
+from vibropipe.scenes.design.data import (
+    Part,
+    has_tolerances,
+    has_yield,
+    numbers,
+    off_allowed,
+    part_of,
+    wanted_parts,
+)
 from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.wording import series
@@ -23,6 +31,9 @@ MARK = "*"
 # Significant digits of nominal values, and of tolerances and deviations; share of a tolerance that the rounding of its
 # nominal value may take unseen.
 NOMINAL_DIGITS, DIGITS, UNSEEN = 5, 2, 1e-3
+SAME_DISTANCE = (
+    1e-6  # relative difference of one distance, by sensitivities and by the deviations of a dataset
+)
 BOX = (
     "All parameters may be off by their tolerances at once, in any combination: at every corner the law of motion, the "
     "bounds and the targets within what is allowed hold."
@@ -200,13 +211,31 @@ def sorting_text(dataset: xr.Dataset) -> str:
 
 
 def nearest_limit_text(dataset: xr.Dataset) -> str:
-    """Write how far the first design is from the nearest limit of a goal; empty if that is not known."""
+    """Write which limit of a goal the first design is nearest to, and how far; empty if that is not known."""
     away = float(dataset["reliability_index"].values[0]) if has_yield(dataset) else np.inf
     if not np.isfinite(away):
         return ""
-    return (
-        f"Its nearest limit is {at_least(away, DIGITS)} standard deviations away, to first order."
-    )
+    found = [
+        part
+        for part in wanted_parts(dataset)
+        if np.isclose(away, distances_to_ends(dataset, part), rtol=SAME_DISTANCE).any()
+    ]
+    goal = f", of the {found[0].words(dataset)}," if len(found) == 1 else ""
+    which = " of design 1" if dataset.sizes["design"] > 1 else ""
+    away_text = f"{at_least(away, DIGITS)} standard deviations away, to first order."
+    return f"The nearest limit{which}{goal} is {away_text}"
+
+
+def distances_to_ends(dataset: xr.Dataset, part: Part) -> np.ndarray:
+    """Return how far a quantity of the first design is from the ends of its goal (2,), in standard deviations."""
+    if f"{part.variable}_std" not in dataset:
+        return np.full(2, np.nan)
+    value = float(part.of(dataset).values[0])
+    std = float(part.of(dataset, "_std").sel(estimate="first_order").values[0])
+    target, off = part.end(dataset, "target"), off_allowed(dataset, part)
+    low = np.fmax(part.end(dataset, "lower"), target - off if off else np.nan)
+    high = np.fmin(part.end(dataset, "upper"), target + off if off else np.nan)
+    return np.array([value - low, high - value]) / std
 
 
 def is_lost(dataset: xr.Dataset) -> np.ndarray:

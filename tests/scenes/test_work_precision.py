@@ -121,8 +121,9 @@ def test_answers_say_what_accuracy_costs(one):
     # 10 ns a step: ten steps would take as long, of which none was tried
     assert exact.rest == ""
     # from 5/16^2 to 5/256^2, 16 times the time: sqrt(10) for each digit
-    assert steps.lead == "Newmark's method: 3.2 times the time for each further digit."
+    assert steps.lead == "Newmark's method: 3.2 times the time for the last digit."
     assert packages.lead == "scipy's RK45: at least 1,000 times as long."
+    assert packages.rest == "That run leaves an error of 0.001."
     one["time_per_period"][0, 2, 0] = 170.0
     assert answers(one)[0].rest == (
         "In that time, an impact at the end of a step leaves an error of 3.2 %."

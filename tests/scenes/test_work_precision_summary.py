@@ -76,7 +76,13 @@ def test_the_price_of_a_digit_is_the_growth_of_time_for_a_tenth_of_the_error():
     steps = np.array([16.0, 64, 256])
     assert price_of_digit(1 / steps**2, steps) == pytest.approx(np.sqrt(10))
     assert price_of_digit(1 / steps, steps) == pytest.approx(10)
-    for error in ([1e-3], [1e-3, 2e-4], [1e-3, 1.0]):
+    # 50 steps of time are spent beside the steps: the last digit costs its steps and little else
+    steps = 16.0 * 2.0 ** np.arange(11)
+    digits = np.log10(16)
+    last = (50 + steps[-1]) / (50 + steps[-3])
+    assert price_of_digit(1 / steps**2, 50 + steps) == pytest.approx(last ** (1 / digits))
+    assert price_of_digit(1 / steps**2, 50 + steps) == pytest.approx(np.sqrt(10), rel=0.01)
+    for error in ([], [1e-3], [1e-3, 2e-4], [1e-3, 1.0]):
         assert np.isnan(price_of_digit(np.array(error), np.ones(len(error))))
 
 

@@ -160,8 +160,13 @@ def times_to_errors(dataset: xr.Dataset, wanted: Sequence[float]) -> dict[str, l
 
 
 def price_of_digit(error: Floats, time: Floats) -> float:
-    """Return how the time grows for a tenth of the error, from the first run to the last; nan without a trade."""
-    if error.size < 2 or not error[-1] < 0.1 * error[0]:
+    """Return how the time grows for a tenth of the error, over the last runs; nan if none has ten times the last error.
+
+    Runs before these are left out: what a coarse run costs beside its steps is not the price of a digit.
+    """
+    coarser = np.flatnonzero(error >= 10 * error[-1]) if error.size else np.empty(0, int)
+    if not coarser.size:
         return float("nan")
-    digits = np.log10(error[0] / error[-1])
-    return float((time[-1] / time[0]) ** (1.0 / digits))
+    first = int(coarser[-1])
+    digits = np.log10(error[first] / error[-1])
+    return float((time[-1] / time[first]) ** (1.0 / digits))

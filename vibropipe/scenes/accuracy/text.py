@@ -157,7 +157,7 @@ def in_that_time(one: xr.Dataset, time: float) -> str:
 
 
 def price_of_steps(one: xr.Dataset) -> Answer:
-    """Return what Newmark's method asks for each digit, while its force is read from a table."""
+    """Return what Newmark's method asks for the last digit, while its force is read from a table."""
     if "newmark" not in one["method"].values:
         return Answer("")
     limit = one.attrs.get("tabulated_steps", np.inf)
@@ -166,25 +166,24 @@ def price_of_steps(one: xr.Dataset) -> Answer:
     factor = price_of_digit(error, time)
     if not np.isfinite(factor):
         return Answer("")
-    lead = f"Newmark's method: {multiple_text(factor)} times the time for each further digit."
+    lead = f"Newmark's method: {multiple_text(factor)} times the time for the last digit."
     return Answer(lead, f"The most accurate of these runs leaves {error_text(error.min())}.")
 
 
 def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
-    """Return how many times as long the fastest run of another package takes."""
-    ratios = {
-        str(m): curve(one, str(m))[1].min() / exact_time
+    """Return how many times as long the fastest run of another package takes, and the error that it leaves."""
+    runs = {
+        str(m): min(zip(*reversed(curve(one, str(m))), strict=True))
         for m in one["method"].values
         if m not in OWN_METHODS and curve(one, str(m))[1].size
     }
-    if not ratios:
+    if not runs:
         return Answer("")
-    name, least = min(ratios.items(), key=lambda item: item[1])
-    lead = f"{capital(NAMES[name])}: at least {multiple_text(least)} times as long."
-    others = [m for m in ratios if m != name]
-    verb, each = ("takes", "in its") if len(others) == 1 else ("take", "each in its")
-    rest = f"{names_text(others)} {verb} longer still, {each} fastest run." if others else ""
-    return Answer(lead, rest)
+    name, (time, error) = min(runs.items(), key=lambda item: item[1])
+    lead = f"{capital(NAMES[name])}: at least {multiple_text(time / exact_time)} times as long."
+    others = [m for m in runs if m != name]
+    tail = f"; no run of {names_text(others)} is faster" if others else ""
+    return Answer(lead, f"That run leaves an error of {error_text(error)}{tail}.")
 
 
 def names_text(methods: Iterable[str]) -> str:

@@ -68,6 +68,10 @@ def test_steps_whose_force_is_in_no_table_are_drawn_apart(one):
     assert [line.get_xdata().tolist() for line in hollow] == [[5 / 256**2]]
     caption = picture_of("accuracy", one).describe(one, None, {})
     assert "Hollow (*): above 64 steps a period" in caption
+    told = "Times of this program are without the checks and labels of a call of simulate"
+    assert told in caption
+    others = one.sel({"method": ["RK45"]})
+    assert told not in picture_of("accuracy", others).describe(others, None, {})
     # the price of a digit is that of steps from the table
     assert answers(one)[1].rest == "The most accurate of these runs leaves 0.0013."
 

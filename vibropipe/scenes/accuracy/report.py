@@ -179,8 +179,11 @@ def side(datasets: Datasets) -> Side:
 
 def methods(datasets: Datasets) -> list[Line]:
     """Return the lines on errors and times, and on other packages."""
+    asks = any(has_asked(dataset) for dataset in datasets.values())
+    asked = f", which “{ASKED.heading}” includes" if asks else ""
     timed = (
-        "CPU time of one core without compilation, median of rounds in which all methods take turns; errors: end state "
+        "CPU time of one core without compilation, median of rounds in which all methods take turns; of this program "
+        f"without the checks and labels of a call{asked}; errors: end state "
         "and impact velocities over their sizes, impact times over the period, harmonics over the amplitude; impacts "
         "slower than 5 % of the fastest are not compared"
     )

@@ -62,7 +62,7 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
         )
         return sentences(
             f"{first}, {periods} for every method; each point is a step or a tolerance",
-            error, steps_text(shown), left_out,
+            error, steps_text(shown), called_text(shown), left_out,
         )  # fmt: skip
     return sentences(
         "Every method runs the same number of periods of a motion, and every motion strikes"
@@ -73,6 +73,16 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
         closed_text(shown),
         error, left_out,
     )  # fmt: skip
+
+
+def called_text(dataset: xr.Dataset) -> str:
+    """Write what the times of own methods leave out, if there are any."""
+    has_own = any(method in OWN_METHODS for method in dataset["method"].values.tolist())
+    return (
+        "Times of this program are without the checks and labels of a call of simulate"
+        if has_own
+        else ""
+    )
 
 
 def closed_text(dataset: xr.Dataset) -> str:

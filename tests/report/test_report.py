@@ -227,6 +227,11 @@ def test_the_model_has_the_force_that_there_is():
     still = vp.Exciter(l=0.5, h=0.1)
     free, forced = (vp.simulate(e, 5.0, x0=0.1) for e in (still, replace(still, nu=1.0, f=0.1)))
     assert model_line({"a": free}).text.startswith("ẍ + hẋ + x = 0 between the supports; ")
+    many = model_line({"a": xr.Dataset(attrs={"effects": "damping, forcing, load"})}).text
+    assert many.startswith("ẍ + hẋ + x = f(τ) between the supports; ")
+    assert "an exciter may have further terms" in many
+    for one in (free, forced, vp.backbone([0.0, 0.1], [3.0, 4.0])):
+        assert "further terms" not in model_line({"a": one}).text
     assert model_line({"a": free, "b": forced}).text.startswith("ẍ + hẋ + x = f sin ντ between")
     soft = vp.simulate(replace(still, k1=100.0, k2=50.0), 5.0, x0=0.1)
     turns = "an impact turns the velocity"

@@ -12,7 +12,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.exciter import drawing_of, sentences_of
+from vibropipe.report.exciter import WORDS, drawing_of, sentences_of
 from vibropipe.report.parts import Datasets, Line
 from vibropipe.words.wording import count, series
 
@@ -83,11 +83,19 @@ def model_line(datasets: Datasets) -> Line:
     left, force = f"{rate} + hẋ + x", "f sin ντ"
     if symbols["stiffness"] == "C":
         left, force = f"m{rate} + Hẋ + Cx", "F sin ωt"
-    text = f"{left} = {force if symbols['force'] else '0'} between the supports"
+    if has_many := any(is_of_many_exciters(data) for data in datasets.values()):
+        force = "f(τ)"
+    text = f"{left} = {force if symbols['force'] or has_many else '0'} between the supports"
     is_rigid = any(not all(drawing_of({name: data})["soft"]) for name, data in datasets.items())
     ends = ["an impact turns the velocity and multiplies it by R"] if is_rigid else []
-    ends += sentences_of(datasets)
+    ends += sentences_of(datasets) + ["an exciter may have further terms"] * has_many
     return Line("Model", f"{text}; {series(ends)}; `docs/theory.md`")
+
+
+def is_of_many_exciters(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset has forced motions of exciters whose parameters it does not hold."""
+    effects = str(dataset.attrs.get("effects", "")).split(", ")
+    return "forcing" in effects and not any(name in dataset.variables for name in WORDS)
 
 
 def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) -> Line:

@@ -88,16 +88,17 @@ def test_what_fails_is_a_cross_in_the_band():
 def test_the_answers_say_where_common_methods_fail():
     found = answers_of(failures())
     assert [answer.lead for answer in found] == [
-        "Grazing: every impact is found, down to a depth of 10⁻⁹.",
-        "Chatter: its end is found to 2.3 × 10⁻¹⁴, for a restitution up to 0.9.",
-        "A million impacts: the energy is off by 4.3 × 10⁻¹⁰ if marched.",
+        "Grazing: the exact method finds all 3 impacts.",
+        "Chatter: the time of its end is off by at most 2.3 × 10⁻¹⁴ of it, for a restitution up to 0.9.",
+        "A million impacts: the energy is off by 4.3 × 10⁻¹⁰ of it if marched.",
     ]
     assert (
-        found[0].rest == "DOP853 with events misses 2 of them, and none once its steps are short."
+        found[0].rest == "DOP853 with events misses 2 of them, and none once its steps are short; "
+        "Newmark's method misses none."
     )
     assert found[1].rest.startswith("DOP853 with events never comes to rest")
     assert "does not drift" in found[2].rest
-    assert missing([f"{a.lead} {a.rest}" for a in found], failures(), [2.0]) == []
+    assert missing([f"{a.lead} {a.rest}" for a in found], failures(), [2.0, 3.0]) == []
     assert max(len(numbers_in(f"{a.lead} {a.rest}")) for a in found) <= 2
 
 
@@ -106,12 +107,29 @@ def test_the_answers_follow_the_data():
     worse["grazing_outcome"][5, 2] = Outcome.MISSED_IMPACT
     worse["chatter_outcome"][5, 1] = Outcome.DID_NOT_END
     worse["energy_error"][6, :] = 1e-9
+    title = picture_of("hard_cases", worse).title(failures(), None, {})
+    assert title == "Some common methods miss impacts, or do not end; the exact one does neither"
     leads = [answer.lead for answer in answers_of(worse)]
     assert leads[0] == "Grazing: the exact method misses 1 of 3 impacts."
     assert leads[1] == "Chatter: its end is not found for every restitution."
     assert answers_of(worse)[2].rest == ""
     title = picture_of("hard_cases", worse).title(worse, None, {})
     assert title == "Common methods and the exact one: energy, grazing, chatter and step"
+
+
+def test_an_error_of_0_is_said_to_stand_at_the_edge():
+    picture = picture_of("hard_cases", failures())
+    told = "Below 3 × 10⁻¹⁷, 0 included, errors stand there."
+    assert told in picture.describe(failures(), None, {})
+    above = failures()
+    above["energy_error"] = above["energy_error"].clip(min=1e-15)
+    assert told not in picture.describe(above, None, {})
+
+
+def test_newmark_is_praised_only_where_it_misses_nothing():
+    worse = failures()
+    worse["grazing_outcome"][1, 2] = Outcome.MISSED_IMPACT
+    assert "Newmark" not in answers_of(worse)[0].rest
 
 
 def test_a_scene_without_questions_answers_with_its_cases():

@@ -88,8 +88,9 @@ def model_line(datasets: Datasets) -> Line:
     text = f"{left} = {force if symbols['force'] or has_many else '0'} between the supports"
     is_rigid = any(not all(drawing_of({name: data})["soft"]) for name, data in datasets.items())
     ends = ["an impact turns the velocity and multiplies it by R"] if is_rigid else []
-    ends += sentences_of(datasets) + ["an exciter may have further terms"] * has_many
-    return Line("Model", f"{text}; {series(ends)}; `docs/theory.md`")
+    ends += sentences_of(datasets)
+    more = "an exciter may have further terms; " if has_many else ""
+    return Line("Model", f"{text}; {series(ends)}; {more}`docs/theory.md`")
 
 
 def is_of_many_exciters(dataset: xr.Dataset) -> bool:

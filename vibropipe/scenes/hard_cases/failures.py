@@ -256,15 +256,27 @@ def describe_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         f"Truth: closed forms, and a solution of 40 digits. Dotted: rounding, {format_number(EPS, 2)}",
         "; ".join(parts),
         "Crosses in grey: failed; a mark at the end of a line: it no longer strikes, or was stopped",
+        f"Below {format_number(FLOOR, 2)}, 0 included, errors stand there"
+        if is_below(dataset)
+        else "",
     )
+
+
+def is_below(dataset: xr.Dataset) -> bool:
+    """Return whether an error is drawn at the floor since it is smaller."""
+    errors = [dataset[f"{name}_error"].values for name in questions_in(dataset) if name != "step"]
+    return any(bool((error < FLOOR).any()) for error in errors)
 
 
 def title_of_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return what the picture shows, as a sentence, if the exact method has no failure."""
-    for name in questions_in(dataset):
-        if name != "step" and (errors_of(dataset, name, "exact")[1] != Outcome.OK).any():
-            return f"Common methods and the exact one: {series(questions_in(dataset))}"
-    return "Where common methods lose impacts, time or energy, the exact one loses none"
+    names = questions_in(dataset)
+    outcomes = [dataset[f"{name}_outcome"] for name in names if name != "step"]
+    has_failed = [(each != Outcome.OK) & (each != Outcome.NOT_TRIED) for each in outcomes]
+    exact = any(bool(each.sel({"method": "exact"}).any()) for each in has_failed)
+    if exact or not any(bool(each.any()) for each in has_failed):
+        return f"Common methods and the exact one: {series(names)}"
+    return "Some common methods miss impacts, or do not end; the exact one does neither"
 
 
 FAILURES = Picture(

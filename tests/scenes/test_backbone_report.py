@@ -4,10 +4,13 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
 from vibropipe.scenes.backbone.curves import longest_period
+from vibropipe.scenes.backbone.overlay import FAMILIES, jumps_of, lines_of
+from vibropipe.scenes.backbone.pictures import describe_characteristics, free_and_forced
 from vibropipe.scenes.backbone.report import answers
 
 
@@ -40,3 +43,43 @@ def test_findings_of_a_backbone_over_amplitude():
     assert second.rest == "That is at the largest amplitude."
     (both, _) = answers({"free": amplitude_frequency(0.0)})["free"]
     assert both.lead == "Free motions strike both supports from amplitude 0.5 on."
+
+
+def sweep_of(y: np.ndarray, impacts: np.ndarray) -> xr.Dataset:
+    """Return a sweep over the frequency with a first harmonic and impacts on each support in each period."""
+    one = ("nu", "support")
+    columns = {
+        "displacement_amplitude": (("nu", "harmonic"), y[:, None]),
+        "period_multiple": ("nu", np.ones(y.size, int)),
+        "impacts_per_orbit": (one, np.repeat(impacts[:, None], 2, axis=1)),
+        "regime": ("nu", np.ones(y.size, int)),
+    }
+    return xr.Dataset(columns, {"nu": 1.0 + 0.1 * np.arange(y.size), "harmonic": [1]})
+
+
+@pytest.mark.parametrize(
+    ("y", "impacts", "jumps"),
+    [
+        # a square root, and back: steep, and no jump
+        (np.sqrt([0, 0, 1, 2, 3, 4, 3, 2, 1, 0, 0]), np.ones(11), []),
+        # of one law, far more than beside it
+        ([1.0, 1.1, 1.2, 2.0, 2.1], np.ones(5), [2]),
+        # another law: as steep as beside it
+        ([0.0, 0.5, 1.0, 1.5, 2.0], np.array([0.0, 0, 1, 1, 1]), [1]),
+        # another law, without a step that is seen
+        ([1.0, 1.01, 1.02], np.array([0.0, 1, 1]), []),
+        ([1.0, np.nan, 1.0, 2.0], np.ones(4), [2]),
+    ],
+)
+def test_a_line_jumps_to_another_law_or_by_far_more_than_beside_it(y, impacts, jumps):
+    (line,) = lines_of(sweep_of(np.array(y), impacts), "displacement", 1, FAMILIES[0])
+    assert jumps_of(line, 0.05 * np.nanmax(y)).tolist() == jumps
+
+
+def test_the_free_motion_of_the_least_offset_is_wide():
+    free = {delta: amplitude_frequency(delta) for delta in (0.0, 0.01)}
+    for first, other in ((0.0, 0.01), (0.01, 0.0)):
+        found, _ = free_and_forced(free[first], [free[other]])
+        assert [float(each["delta"]) for each in found] == [0.0, 0.01]
+        text = describe_characteristics(free[first], (), [free[other]])
+        assert "wide for l = 0.5 and δ = 0, thin for l = 0.5 and δ = 0.01" in text

@@ -48,22 +48,25 @@ FREE = (
     ("#4A4A4A", 0.9),
 )  # colour and width of the first free motion, and of others
 FAMILIES = (BLUES, ORANGES)
-BREAK, JUMP = (
-    0.05,
-    0.12,
-)  # of the height of the axes: steps of a line that are not joined, that are arrows
+# A step of a line that may be a jump: of the height of the axes, and, of one law of motion, of the steps beside it; a
+# line that begins as a square root, as at a pitchfork, has 2.41 times the next step.
+BREAK, STEEP = 0.05, 2.5
+LAW = ("period_multiple", "impacts_per_orbit")
 MAX_ORDER = 3
 LABEL_AT = 0.36  # of the height of the axes
 
 
 class Line(NamedTuple):
-    """A line of a sweep over the frequency: its colour, other coordinate, direction, and values."""
+    """A line of a sweep over the frequency: its colour, other coordinate, direction, values, and whether each has the
+    law of motion of the next.
+    """
 
     colour: str
     coordinate: xr.DataArray | None
     is_down: bool
     x: Floats
     y: Floats
+    is_alike: NDArray[np.bool_]
 
 
 def draw_overlay(
@@ -163,13 +166,13 @@ def draw_order(
     )
     for number, lines in enumerate(families):
         for line in lines:
-            at = np.flatnonzero(np.abs(np.diff(line.y)) > BREAK * top) + 1
+            at = jumps_of(line, BREAK * top) + 1
             # the second family lies below the first, and is seen where it differs
             width, zorder, style = (1.1, 4, "-") if number == 0 else (1.0, 3, (0, (3, 1)))
             ax.plot(np.insert(line.x, at, np.nan), np.insert(line.y, at, np.nan), color=line.colour,
                     linewidth=width, zorder=zorder, linestyle=style)  # fmt: skip
             if order == 1 and number == 0:
-                draw_jumps(ax, line, JUMP * top)
+                draw_jumps(ax, line, BREAK * top)
     if order == 1 and families:
         label_lines(ax, families[0], LABEL_AT * top)
     ax.set(xlim=limits, ylim=(0.0, (1.08 if order == 1 else 1.25) * top or 1.0))
@@ -194,12 +197,31 @@ def lines_of(dataset: xr.Dataset, name: str, order: int, family: tuple[str, str]
         for way in directions:
             row = (of_value.sel(direction=way) if way else of_value).sortby(axis)
             coordinate = dataset[other][number] if other else None
-            yield Line(colour, coordinate, way == "down", row[axis].values, row.values)
+            chosen = {each: row[each].values for each in (other, "direction") if each in row.coords}
+            laws = dataset[list(LAW)].sel(chosen).sortby(axis)
+            is_alike = laws_alike(laws, axis)
+            yield Line(colour, coordinate, way == "down", row[axis].values, row.values, is_alike)
+
+
+def laws_alike(rows: xr.Dataset, axis: str) -> NDArray[np.bool_]:
+    """Return whether each row along an axis has the law of motion of the next one."""
+    columns = [rows[name].transpose(axis, ...).values.reshape(rows.sizes[axis], -1) for name in LAW]
+    law = np.concatenate(columns, axis=1)
+    alike: NDArray[np.bool_] = (law[1:] == law[:-1]).all(axis=1)
+    return alike
+
+
+def jumps_of(line: Line, least: float) -> NDArray[np.intp]:
+    """Return the points after which a line jumps: to another law of motion, or by far more than beside it."""
+    steps = np.abs(np.diff(line.y))
+    around = np.nan_to_num(np.pad(steps, 1))
+    is_steep = steps > STEEP * np.maximum(around[:-2], around[2:])
+    return np.flatnonzero((steps > least) & (is_steep | ~line.is_alike))
 
 
 def draw_jumps(ax: Axes, line: Line, least: float) -> None:
     """Draw the steps of a line from one branch to another as arrows in the direction in which it is followed."""
-    for index in np.flatnonzero(np.abs(np.diff(line.y)) > least):
+    for index in jumps_of(line, least):
         ends = line.y[index], line.y[index + 1]
         start, end = reversed(ends) if line.is_down else ends
         jump(ax, float(line.x[index : index + 2].mean()), float(start), float(end), line.colour)

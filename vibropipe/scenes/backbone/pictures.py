@@ -10,7 +10,14 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import format_number, frequency, plain_symbol, plain_value, sentences
+from vibropipe.figures.text import (
+    format_number,
+    frequency,
+    plain_symbol,
+    plain_value,
+    scalar_parameters,
+    sentences,
+)
 from vibropipe.scenes.backbone.curves import (
     draw_amplitude_frequency,
     draw_backbone,
@@ -20,6 +27,7 @@ from vibropipe.scenes.backbone.curves import (
 from vibropipe.scenes.backbone.keys import BackboneFigure
 from vibropipe.scenes.backbone.overlay import draw_overlay
 from vibropipe.scenes.kind import Picture, showing
+from vibropipe.words.parameters import or_default
 from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
@@ -99,7 +107,9 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
         followed = f", followed {series(f'{way}wards' for way in ways)}" if ways else ""
         texts.append(f"Coloured: steady states{step}{followed}{shades}")
         gaps = any(bool((data["period_multiple"] == 0).any()) for data in forced)
-        texts.append("Arrows: jumps" + ("; gaps: no periodic motion" if gaps else ""))
+        blue = " of the blue lines" if len(forced) > 1 else ""
+        texts.append(f"Arrows: larger jumps{blue}")
+        texts.append(f"Gaps: {'no periodic motion, or ' if gaps else ''}a jump without an arrow")
     return sentences(*texts)
 
 
@@ -169,8 +179,9 @@ def describe_characteristics(
 def free_and_forced(
     dataset: xr.Dataset, together: Collection[xr.Dataset]
 ) -> tuple[list[xr.Dataset], list[xr.Dataset]]:
-    """Return the backbones and the sweeps among a backbone and others."""
+    """Return the backbones, that of the least offset first, and the sweeps among a backbone and others."""
     free = [dataset, *(other for other in together if "eigenfrequency" in other)]
+    free.sort(key=lambda each: abs(or_default(scalar_parameters(each), "delta")))
     return free, [other for other in together if "eigenfrequency" not in other]
 
 

@@ -109,7 +109,7 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
         gaps = any(bool((data["period_multiple"] == 0).any()) for data in forced)
         blue = " of the blue lines" if len(forced) > 1 else ""
         texts.append(f"Arrows: larger jumps{blue}")
-        texts.append(f"Gaps: {'no periodic motion, or ' if gaps else ''}a jump without an arrow")
+        texts.append(f"Gaps: {'no periodic motion, or ' if gaps else ''}a jump")
     return sentences(*texts)
 
 

@@ -11,6 +11,7 @@ from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
+from vibropipe.report.exciter import drawing_of
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.effects.report import answers, prices, side, title_of
 from vibropipe.words.vocabulary import describe
@@ -87,6 +88,16 @@ def test_the_answers_are_of_the_same_motion(costs):
     assert answers(costs)[0].lead == "Physics: nothing costs more."
 
 
+def test_a_fourth_group_is_named_with_the_last_answer(costs):
+    costs["group"][3] = "Extra"
+    costs["impacts_per_period"][3:5] = 2.0
+    assert [answer.rest for answer in answers(costs)] == ["Offset costs nothing.", "", ""]
+    costs["time_ratio"][4] = 1.3
+    leads = [answer.lead.split(":")[0] for answer in answers(costs)]
+    assert leads == ["Physics", "Extra", "Outputs"]
+    assert answers(costs)[2].rest == "Less: up to 1.3 times."
+
+
 def test_every_number_of_a_sentence_is_in_the_data(costs):
     texts = [f"{a.lead} {a.rest}" for a in answers(costs)]
     assert missing([*texts, title_of(costs)], costs) == []
@@ -96,7 +107,9 @@ def test_every_number_of_a_sentence_is_in_the_data(costs):
 
 
 def test_the_numbers_beside_the_exciter_are_of_the_motion_of_the_others(costs):
-    assert [row.value for row in side({"costs": costs}).rows] == ["1", "−1"]
+    told = side({"costs": costs.assign_coords(friction=("motion", [0.0, 0, 0.1, 0, 0, 0, 0]))})
+    assert [row.value for row in told.rows] == ["1", "−1"]
+    assert not drawing_of(told.drawn)["friction"]
 
 
 def test_the_list_fits_a_page_and_no_type_is_too_small(costs):

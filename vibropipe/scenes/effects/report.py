@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 
 import numpy as np
 import xarray as xr
@@ -18,14 +18,20 @@ MAX_ANSWERS, MAX_NAMED = 3, 2
 
 
 def answers(dataset: xr.Dataset) -> list[Answer]:
-    """Return what costs most in the groups that cost most, and what costs nothing there."""
+    """Return what costs most in the groups that cost most, and what costs nothing there.
+
+    One more group is named with the last of them, where that has a single number.
+    """
     by_group = groups(prices(dataset))
-    top = {
-        group: max((p.ratio for p in dearest(each)), default=1.0)
-        for group, each in by_group.items()
-    }
-    chosen = sorted(by_group, key=lambda group: -top[group])[:MAX_ANSWERS]
-    return [group_answer(group, by_group[group]) for group in by_group if group in chosen]
+    dear = {group: dearest(each) for group, each in by_group.items()}
+    ranked = sorted(by_group, key=lambda group: -max((p.ratio for p in dear[group]), default=1.0))
+    chosen = [group for group in by_group if group in ranked[:MAX_ANSWERS]]
+    found = [group_answer(group, by_group[group]) for group in chosen]
+    for group in ranked[MAX_ANSWERS : MAX_ANSWERS + 1]:
+        if dear[group] and len(dear[chosen[-1]]) < MAX_NAMED:
+            more = f"{group}: up to {ratio_text(dear[group][0].ratio)} times."
+            found[-1] = replace(found[-1], rest=f"{found[-1].rest} {more}".strip())
+    return found
 
 
 def group_answer(group: str, entries: list[Price]) -> Answer:
@@ -164,8 +170,9 @@ def largest_limit(found: list[Price]) -> float:
 
 
 def side(datasets: Datasets) -> Side:
-    """Return the numbers of the motion that the others of the first scene are compared with."""
-    return side_of({label: data.isel(motion=[0]) for label, data in list(datasets.items())[:1]})
+    """Return numbers and drawing of the motion that the others of the first scene are compared with."""
+    first = {label: data.isel(motion=[0]) for label, data in list(datasets.items())[:1]}
+    return replace(side_of(first), drawn=first)
 
 
 def methods(_datasets: Datasets) -> list[Line]:

@@ -217,7 +217,10 @@ def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_pat
     largest = dataset["impact_velocity_max"]
     assert float(largest.sel(support=2).max()) == float(largest.max())
     leads = [answer["lead"] for answer in report_data(alone(study, name), datasets, {})["answers"]]
-    assert f"The hardest impact of an orbit is {float(largest.max()):.3g}, on support 2." in leads
+    assert (
+        f"From rest, the hardest impact of an orbit is {float(largest.max()):.3g}, on support 2."
+        in leads
+    )
 
 
 @pytest.mark.slow

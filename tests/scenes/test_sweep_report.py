@@ -11,7 +11,7 @@ from figures.sample_datasets import sweep
 
 from vibropipe.scenes.sweep.answers import impacts_answer, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
-from vibropipe.scenes.sweep.captions import energy_title, follow_text
+from vibropipe.scenes.sweep.captions import energy_title, starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
 from vibropipe.scenes.sweep.report import answers, tables
@@ -165,8 +165,8 @@ def test_no_jump_is_taken_from_a_followed_sweep():
     for follow in ("nu up", "nu down"):
         texts = said(line.assign_attrs(follow=follow))
         assert not any("jumps" in text or "Impacts begin" in text for text in texts)
-        assert "no border of a motion" in follow_text(line.assign_attrs(follow=follow))
-    assert follow_text(line) == ""
+        assert "no border of a motion" in starts_text(line.assign_attrs(follow=follow))
+    assert starts_text(line) == ""
 
 
 def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
@@ -296,6 +296,10 @@ def test_a_row_without_a_result_is_not_counted_as_one_without_impacts():
     assert impacts_answer(dataset).lead == "Impacts occur in all rows with a result along ν."
     dataset["regime"][3] = Regime.NO_IMPACT
     assert impacts_answer(dataset).lead == "Impacts occur in some rows along ν."
+    still = dataset.assign_attrs(start="x0 = 0 m, v0 = 0 m/s")
+    assert impacts_answer(still).lead == "From rest, impacts occur in some rows along ν."
+    thrown = dataset.assign_attrs(start="x0 = 0 m, v0 = 0.3 m/s")
+    assert impacts_answer(thrown).lead == "Impacts occur in some rows along ν."
     dataset["regime"][0] = Regime.TWO_SIDED
     lead = "Impacts occur up to both ends of the range of ν, but not in all rows."
     assert impacts_answer(dataset).lead == lead

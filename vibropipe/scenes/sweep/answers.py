@@ -27,7 +27,7 @@ from vibropipe.scenes.sweep.neighbours import (
     together_answer,
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
-from vibropipe.scenes.sweep.quantities import is_map, swept
+from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 
@@ -129,7 +129,8 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None
     both = other is not None and abs(float(other)) >= abs(float(top)) * (1.0 - 1e-9)
     place = "both supports" if both else f"support {support}"
-    lead = f"The {words} is {value_text(top, top, DIGITS)}, on {place}."
+    start = "From rest, the" if is_from_rest(dataset) else "The"
+    lead = f"{start} {words} is {value_text(top, top, DIGITS)}, on {place}."
     chaos = largest(dataset[name].where(dataset["regime"] == Regime.APERIODIC))
     rises = rising_text(values, top, dims)
     if chaos is not None and float(chaos) > float(top):
@@ -255,16 +256,17 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     if not number:
         return Answer(f"No row{solved} along {symbol} has impacts.")
     rest = "" if number == len(lines) else "Some lines have none."
+    start = "From rest, impacts" if is_from_rest(dataset) else "Impacts"
     # Between two rows without impacts none is known.
     if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
-        return Answer(f"Impacts occur {only}.", rest)
+        return Answer(f"{start} occur {only}.", rest)
     if possible.all():
         where = f"in all rows{solved} along {symbol}"
     else:
         reach = bool(struck[:, [0, -1]].any(axis=0).all())
         ends = f"up to both ends of the range of {symbol}, but not in all rows"
         where = ends if reach else f"in some rows along {symbol}"
-    return Answer(f"Impacts occur {where}.", rest)
+    return Answer(f"{start} occur {where}.", rest)
 
 
 def jumps_answer(dataset: xr.Dataset) -> Answer | None:

@@ -22,8 +22,8 @@ from vibropipe.figures.text import parameters_text, plain_symbol_of, sentences
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
-    follow_text,
     left_out_text,
+    starts_text,
     unresolved_text,
 )
 from vibropipe.scenes.sweep.curves import LEGEND_COLUMNS, draw_bars, finish, legend_patches
@@ -208,7 +208,7 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
         else "",
         combinations_text(dataset, dims, MAX_MULTIPLES),
         left_out_text(dataset, dims, wanted),
-        follow_text(dataset),
+        starts_text(dataset),
         unresolved_text(dataset),
         parameters_text(dataset),
     )

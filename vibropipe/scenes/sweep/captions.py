@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import re
 from collections.abc import Collection, Sequence
 
 import numpy as np
@@ -36,6 +35,7 @@ from vibropipe.scenes.sweep.quantities import (
     axis_and_others,
     combinations,
     directions,
+    is_from_rest,
     panels_of,
     row_kinds,
     series_words,
@@ -46,9 +46,6 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 
 MAX_TITLE = 85  # letters
-AT_REST = re.compile(
-    r"x0 = 0( \S+)?, v0 = 0( \S+)?"
-)  # as the start of all rows, with units or without
 
 
 def describe_sweep(
@@ -74,7 +71,7 @@ def describe_sweep(
         else "",
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
-        follow_text(dataset, arrows=bool(quantities)),
+        starts_text(dataset, arrows=bool(quantities)),
         "" if quantities else NO_CURVES,
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
@@ -180,8 +177,8 @@ def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel])
     )
 
 
-def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
-    """Write along which parameter and in which directions rows were followed; empty if they were not.
+def starts_text(dataset: xr.Dataset, arrows: bool = False) -> str:
+    """Write where rows start: from neighbours that were followed, or at rest; empty for other starts.
 
     `arrows` tells whether arrows mark the directions.
     """
@@ -190,7 +187,9 @@ def follow_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     words = " and ".join(f"{way}wards" for way in ways)
     kept = "; arrows: jumps" if arrows else ""
     if not ways:
-        return ""
+        return (
+            "Each row starts from the equilibrium without velocity" if is_from_rest(dataset) else ""
+        )
     return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
 
 
@@ -256,7 +255,7 @@ def describe_map(dataset: xr.Dataset) -> str:
     shares = series(f"{region.words} {region.share}" for region in small)
     return sentences(
         points_text(dataset),
-        follow_text(dataset),
+        starts_text(dataset),
         f"{'Of this map, without a label' if is_one else 'Of all points'}: {shares}"
         if small
         else "",
@@ -269,16 +268,11 @@ def describe_map(dataset: xr.Dataset) -> str:
 
 
 def points_text(dataset: xr.Dataset) -> str:
-    """Write where rows start, and at how many points."""
+    """Write at how many points the steady states are."""
     x, y, _ = map_axes(dataset)
     size = " × ".join(str(dataset.sizes[name]) for name in (x, y))
-    start = str(dataset.attrs.get("start", ""))
-    rest = (
-        " from the equilibrium without velocity"
-        if AT_REST.fullmatch(start) and "load" not in dataset and not directions(dataset)
-        else ""
-    )
-    return f"Steady state{rest} at {size} points of {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
+    points = f"{size} points of {plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
+    return f"Steady state at {points}"
 
 
 def quantities_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
@@ -308,6 +302,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     has_side = any(each.name.startswith("displacement") for each in signed)
     return sentences(
         points_text(dataset),
+        starts_text(dataset),
         f"Largest{' in size' if signed else ''}{among}: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"

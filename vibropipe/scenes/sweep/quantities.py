@@ -33,6 +33,7 @@ LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
 SYMBOL_LETTERS = 3
 # Quantities that may be negative; the axis of any other starts at zero. Of complex ones the magnitude is drawn.
 SIGNED = {name for name, entry in STEADY.items() if entry.is_signed and not entry.is_complex}
+AT_REST = re.compile(r"x0 = 0( \S+)?, v0 = 0( \S+)?")  # start of all rows, with units or without
 # Numbers that are counted.
 COUNTED = {name for name, entry in STEADY.items() if entry.goal == "law"}
 # Quantities whose sign matters: a line marks their zero.
@@ -100,6 +101,12 @@ def directions(dataset: xr.Dataset) -> list[str]:
         return [str(value) for value in dataset[DIRECTION].values]
     follow = str(dataset.attrs.get("follow", ""))
     return [follow.split()[-1]] if follow.endswith((" up", " down")) else []
+
+
+def is_from_rest(dataset: xr.Dataset) -> bool:
+    """Return whether each row starts from the equilibrium without velocity."""
+    start = AT_REST.fullmatch(str(dataset.attrs.get("start", "")))
+    return start is not None and "load" not in dataset and not directions(dataset)
 
 
 def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:

@@ -16,7 +16,7 @@ from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
-from vibropipe.scenes.design.report import REPORT, answers, tables
+from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, tables
 from vibropipe.scenes.design.workshop import percent, shown_tolerance, sorting_text
 from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.design.sorting import NO_RULE
@@ -252,8 +252,14 @@ def test_the_front_is_drawn(tmp_path):
     worse["impact_velocity_max"] = front.impact_velocity_max + 0.05
     assert beating(worse) > 1
     assert "swept motions beat a design" in picture.title(worse, None, {})
-    for answer in answers({"front": front})["front"]:
-        assert " goes from " in answer.lead
+    first, second, at_end = answers({"front": front})["front"]
+    assert " goes from " in first.lead
+    assert " goes from " in second.lead
+    assert at_end.lead == "Most designs of the front lie at an end of a range."
+    assert (
+        at_end.rest
+        == f"{np.isclose(front['R1'], 0.4, rtol=0, atol=1e-7).sum()} of them at R₁ = 0.4."
+    )
     point = {"delta": 0.3, "R1": 0.4}  # a corner of the grid
     corner = vp.steady_state(vp.Exciter(l=0.5, nu=1, f=-1, h=0.2, R2=0.7, **point))
     pair = [float(corner.impact_velocity_max[0]), float(corner.displacement_amplitude[0])]
@@ -291,6 +297,23 @@ def test_what_is_reached_from_rest_is_said(tmp_path, dataset):
         assert not any("From rest" in f"{answer.lead}{answer.rest}" for answer in told)
     unknown_table = tables({"struck": unknown})[0].as_data()
     assert {row[-1] for row in unknown_table["rows"]} == {"unknown"}
+
+
+@pytest.mark.parametrize(
+    ("R1", "lead"),
+    [
+        ([0.4, 0.4, 0.9], "Each design of the front lies at an end of a range."),
+        ([0.4, 0.4, 0.5], "Most designs of the front lie at an end of a range."),
+        ([0.4, 0.5, 0.5], ""),
+    ],
+)
+def test_designs_at_the_ends_of_their_ranges_are_said_to_be(R1, lead):
+    columns = {"R1": ("design", R1), "delta": ("design", [0.0, 0.1, 0.2])}
+    ends = {"R1_lower": 0.4, "R1_upper": 0.9, "delta_lower": -0.3, "delta_upper": 0.3}
+    front = describe(xr.Dataset(ends, columns, {"vary": "R1 delta"}))
+    found = answers_at_ends(front)
+    assert [answer.lead for answer in found] == ([lead] if lead else [])
+    assert [answer.rest for answer in found] == (["2 of them at R₁ = 0.4."] if lead else [])
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):

@@ -64,6 +64,7 @@ from vibropipe.words.designs import DesignResult
 from vibropipe.words.wording import count, series
 
 MOST_QUANTITIES = 3  # of a table
+AT_END = 1e-6  # of a range: as near to its end counts as there
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
 
 
@@ -223,7 +224,25 @@ def answers_of_front(dataset: xr.Dataset) -> list[Answer]:
     for part, _ in ends_of(dataset):
         ends = " to ".join(part.value_text(dataset, row) for row in (0, -1))
         found.append(Answer(f"The {part.words(dataset)} goes from {ends} along the front."))
-    return found[:3]
+    return [*found, *answers_at_ends(dataset)][:MAX_ANSWERS]
+
+
+def answers_at_ends(dataset: xr.Dataset) -> list[Answer]:
+    """Return that most designs lie at an end of a range, which wider ranges would move; nothing if they do not."""
+    at: dict[str, np.ndarray] = {}
+    for name in (each for each in varied(dataset) if f"{each}_lower" in dataset):
+        low, high = (float(dataset[f"{name}_{end}"]) for end in ("lower", "upper"))
+        for end in (low, high):
+            near = np.abs(dataset[name].values - end) <= AT_END * (high - low)
+            text = with_units(dataset[name], format_number(end))
+            at[f"{plain_symbol_of(dataset[name])} = {text}"] = near
+    n_designs, n_at = dataset.sizes["design"], int(np.any([*at.values()], axis=0).sum())
+    if 2 * n_at <= n_designs:
+        return []
+    place, near = max(at.items(), key=lambda item: item[1].sum())
+    who = "Each design" if n_at == n_designs else "Most designs"
+    lead = f"{who} of the front {'lies' if n_at == n_designs else 'lie'} at an end of a range."
+    return [Answer(lead, f"{near.sum()} of them at {place}.")]
 
 
 def side(datasets: Datasets) -> Side:

@@ -15,6 +15,7 @@ from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES, house_style
 from vibropipe.figures.text import regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
+from vibropipe.scenes.sweep import lines as sweep_lines
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
@@ -79,6 +80,24 @@ def test_names_of_lines_keep_off_other_lines_and_jumps():
                 )
                 assert not inside.any()
     assert len(ax.texts) == 3
+
+
+def test_names_of_lines_of_many_points_are_written_at_once(monkeypatch):
+    x, compared = np.linspace(0.0, 1.0, 40_001), [0]
+    chaos = np.random.default_rng(1).random(x.size)
+    lines = [Named(x, chaos, "chaos", "k"), Named(x, 0.5 + 0.4 * np.sin(9 * x), "wave", "k")]
+    plain = sweep_lines._distance
+
+    def counted(at, half, others):
+        compared[0] += len(at) * sum(map(len, others))
+        return plain(at, half, others)
+
+    monkeypatch.setattr(sweep_lines, "_distance", counted)
+    ax = axes(new_canvas(5), 1, 1, 8, 3)
+    for line in lines:
+        ax.plot(line.x, line.y)
+    label_lines(ax, lines)
+    assert compared[0] < 2e8  # of 40,001 points with each other 6e9
 
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns", "map"])

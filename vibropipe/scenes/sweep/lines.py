@@ -208,6 +208,8 @@ def name_boxes(
 
 
 PLACES = 48  # that are tried along a line
+MANY = 2000  # points above which a line is thinned for its labels
+MOST_PLACES = 600  # that are looked at above and below a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
@@ -242,16 +244,21 @@ def label_lines(
     size = np.array(size_of(ax))
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     points = [_in_cm(ax, line.x, line.y, size) for line in lines]
-    drawn = [_joined(shown) for shown in points]
-    others = [_joined(_in_cm(ax, x, y, size)) for x, y in obstacles]
+    drawn = [_seen(_joined(shown)) for shown in points]
+    others = [_seen(_joined(_in_cm(ax, x, y, size))) for x, y in obstacles]
     boxes: list[Floats] = []
-    for number, (line, own) in enumerate(zip(lines, points, strict=True)):
+    for number, (line, all_points) in enumerate(zip(lines, points, strict=True)):
+        own = _evenly(_seen(all_points), MOST_PLACES)
         half = _half_size(ax, line.text)
         inside = own[((own > half) & (own < size - half)).all(axis=1)]
         if not inside.size:
             continue
-        tried = inside[np.unique(np.linspace(0, len(inside) - 1, PLACES).astype(int))]
-        rest = [*(p for n, p in enumerate(drawn) if n != number), *others, _jumps(own)]
+        tried = _evenly(inside, PLACES)
+        rest = [
+            *(p for n, p in enumerate(drawn) if n != number),
+            *others,
+            _seen(_jumps(all_points)),
+        ]
         tried = tried[_is_free(tried, half, boxes)]
         clearance = _distance(tried, half, rest)
         if not (clearance >= CLEAR).any():
@@ -298,6 +305,19 @@ def _joined(points: Floats) -> Floats:
         for (one, other), n in zip(pairwise(points), amount.tolist(), strict=True)
     ]
     return np.concatenate([*parts, points[-1:]])
+
+
+def _evenly(points: Floats, most: int) -> Floats:
+    """Return some points of a line, from end to end: all, if they are no more than that."""
+    return points[np.unique(np.linspace(0, len(points) - 1, most).astype(int))]
+
+
+def _seen(points: Floats) -> Floats:
+    """Return the points of a line; of many, the first one in each cell of a step."""
+    if len(points) <= MANY:
+        return points
+    cells = np.floor(points / STEP_CM).astype(int)
+    return points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
 
 
 def _jumps(points: Floats) -> Floats:

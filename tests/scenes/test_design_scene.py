@@ -14,15 +14,17 @@ import vibropipe as vp
 from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
+from vibropipe.report.parts import Answer
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
-from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, tables
+from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, reached, tables
 from vibropipe.scenes.design.workshop import percent, shown_tolerance, sorting_text
 from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.solve.physical import in_units
 from vibropipe.solve.rows.points import clipped, solve_points
 from vibropipe.study import StudyError, load_study
+from vibropipe.words.designs import DesignResult
 from vibropipe.words.vocabulary import describe
 
 STUDY = """
@@ -297,6 +299,24 @@ def test_what_is_reached_from_rest_is_said(tmp_path, dataset):
         assert not any("From rest" in f"{answer.lead}{answer.rest}" for answer in told)
     unknown_table = tables({"struck": unknown})[0].as_data()
     assert {row[-1] for row in unknown_table["rows"]} == {"unknown"}
+
+
+@pytest.mark.parametrize(
+    ("minimise", "rest"),
+    [
+        ("power_input", "The least power of the force found is 0.3."),
+        ("-power_input", "The greatest power of the force found is 0.3."),
+        ("power_input; impact_velocity_max_1", ""),
+    ],
+)
+def test_the_best_value_that_was_found_is_told(minimise, rest):
+    variables = {
+        "power_input": [0.2, 0.3],
+        "design_result": [DesignResult.CONFLICTING, DesignResult.MET],
+    }
+    columns = {name: ("design", values) for name, values in variables.items()}
+    dataset = describe(xr.Dataset(columns, attrs={"vary": "nu", "minimise": minimise}))
+    assert reached(dataset) == Answer("1 design keeps all that is wanted.", rest)
 
 
 @pytest.mark.parametrize(

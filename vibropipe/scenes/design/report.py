@@ -34,6 +34,7 @@ from vibropipe.scenes.certificate_page import (
     is_proved,
 )
 from vibropipe.scenes.design.data import (
+    MOST,
     ends_of,
     from_rest_texts,
     goals,
@@ -42,7 +43,9 @@ from vibropipe.scenes.design.data import (
     is_front,
     is_met,
     numbers,
+    objectives,
     off_allowed,
+    part_of,
     start_words,
     struck_texts,
     varied,
@@ -211,10 +214,14 @@ def missed(dataset: xr.Dataset) -> Answer:
 
 
 def reached(dataset: xr.Dataset) -> Answer:
-    """Return how many designs keep all that is wanted."""
-    amount = int(is_met(dataset).sum())
-    keep = "keeps" if amount == 1 else "keep"
-    rest = "How many scattered parts do is not known without the keys tolerance or allow."
+    """Return how many designs keep all that is wanted, and the best value of the one quantity that is sought."""
+    amount, sought = int(is_met(dataset).sum()), objectives(dataset)
+    keep, rest = "keeps" if amount == 1 else "keep", ""
+    part = part_of(dataset, sought[0].removeprefix("-")) if len(sought) == 1 else None
+    if part is not None:
+        best = int(np.argmax(is_met(dataset)))
+        most = MOST[sought[0].startswith("-")]
+        rest = f"The {most} {part.words(dataset)} found is {part.value_text(dataset, best)}."
     return Answer(f"{count(amount, 'design')} {keep} all that is wanted.", rest)
 
 

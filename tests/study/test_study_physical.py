@@ -170,11 +170,15 @@ SWEPT = "scenes.sweep.over.omega"
          "H2, load, friction, F2, phi2, M, D1, D2, P, shaker, m_e, e, slope, gravity (R2 has no units: it "
          "stands under exciter)"),
         ("{R1: 0.7", "{omega: 55 rad/s, R1: 0.7",
-         "exciter.omega: is an unknown key; must be one of nu, f, h, l, delta, R1, R2, k1, k2, h1, h2, "
-         "contact_1, contact_2, "
-         "load, friction, friction_ratio, f2, phi2, mass_ratio, housing_friction_1, housing_friction_2, "
-         "housing_load, shaker, "
+         "exciter.omega: is an unknown key; must be one of R1, R2, contact_1, contact_2, friction_ratio, "
          "wear_exponent (omega has units: it stands under physical)"),
+        ("{R1: 0.7", "{r1: 0.7",
+         "exciter.r1: is an unknown key; must be one of R1, R2, contact_1, contact_2, friction_ratio, "
+         "wear_exponent (did you mean 'R1'?)"),
+        ("{kind: sweep,", "{kind: sweep, follow: {direction: up},",
+         "scenes.sweep.follow.along: is required (omega or F or H or l or delta or R1 or R2 or C1 or C2 or H1 or H2 or "
+         "load or friction or friction_ratio or F2 or phi2 or M or D1 or D2 or P or shaker or "
+         "wear_exponent)"),
         ("one: {physical: {omega: 60 rpm}}", "one: {physical: {omega: 60}}",
          f"scenes.races.motions.one.physical.omega: must be {FREQUENCY}, got 60 (it has no unit)"),
     ],

@@ -35,7 +35,8 @@ def without_slips(
     return renamed, problems
 
 
-_NAMES = re.compile(r"\b([kh][12]|mass_ratio)\b")
+# Parameters in messages: those that are no other word, and a list of all.
+_NAMES = re.compile(r"\b(?:[kh][12]|mass_ratio)\b|\bnu(?: or \w+)+")
 # Keys of `physical` that call for others, or that some kinds of scenes refuse.
 OF_HOUSING = ("M", "D1", "D2", "P")
 OF_OTHERS = ("H1", "H2", *OF_HOUSING)
@@ -55,8 +56,10 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
     if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
-    if path[-2:-1] == ("exciter",) and name in NAMES and name not in PARAMETERS:
-        return replace(problem, path=path, hint=f"{name} has units: it stands under physical")
+    if path[-2:-1] == ("exciter",) and name not in PARAMETERS:
+        told = unknown(path, [each for each in PARAMETERS if each not in WRITTEN])
+        hint = f"{name} has units: it stands under physical"
+        return replace(told, hint=hint) if name in NAMES else told
     goal = entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
     if problem.found and isinstance(goal, str):
         return replace(problem, path=path, found=describe(goal))
@@ -77,8 +80,8 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
 
 
 def _renamed_part(match: re.Match[str]) -> str:
-    """Return a parameter in a message by its name with units."""
-    return WRITTEN[match[0]]
+    """Return the parameters in a part of a message by their names with units."""
+    return " or ".join(WRITTEN.get(name, name) for name in match[0].split(" or "))
 
 
 def _renamed(path: KeyPath, owner: str, new_owner: str, names: dict[str, str]) -> KeyPath:

@@ -5,6 +5,7 @@ import math
 import pytest
 from study_texts import study_of
 
+from vibropipe.jobs.reporting import unit_answers
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.study import StudyError
 from vibropipe.study.tables import Files, _read
@@ -91,6 +92,27 @@ def test_the_plan_warns_of_lengths_that_cannot_be_meant(tmp_path, physical, said
     scene = "{kind: sweep, over: {omega: {start: 10 Hz, stop: 60 Hz, points: 5}}}"
     last = plan_text(study_of(with_units(scene, **physical), tmp_path)).splitlines()[-1]
     assert last.startswith(said) if said else "warning" not in last
+
+
+@pytest.mark.parametrize(
+    ("exciter", "scene", "is_idle"),
+    [
+        ("", "{kind: sweep, over: {nu: [0.8, 1.2]}}", True),
+        ("", "{kind: branch, along: {nu: {from: 1, to: 2}}}", True),
+        (", f: 0.1", "{kind: sweep, over: {nu: [0.8, 1.2]}}", False),
+        ("", "{kind: sweep, over: {nu: [0.8, 1.2], f: [0, 0.1]}}", False),
+        ("", "{kind: sweep, over: {nu: [0.8, 1.2]}, ties: {f: 0.1 * nu}}", False),
+        ("", "{kind: sweep, over: {h: [0.1, 0.2]}}", False),
+    ],
+)
+def test_a_frequency_that_varies_without_a_force_is_warned_of(tmp_path, exciter, scene, is_idle):
+    text = f"title: t\nexciter: {{l: 0.5, h: 0.1{exciter}}}\nscenes:\n  s: {scene}\n  t: {{kind: motion, tau_end: 9, exciter: {{nu: 1}}}}\n"
+    study = study_of(text, tmp_path)
+    words = "no force acts, so that nothing depends on the frequency that varies"
+    assert (f"warning: s: {words}" in plan_text(study)) == is_idle
+    assert [each["lead"] for each in unit_answers(study)] == (
+        [f"In s: {words}."] if is_idle else []
+    )
 
 
 @pytest.mark.parametrize(

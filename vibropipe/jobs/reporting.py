@@ -30,7 +30,7 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar, with_fingerprint
 from vibropipe.study import Study
-from vibropipe.words.wording import paragraphs
+from vibropipe.words.wording import paragraphs, series
 
 MAX_LABEL = 36  # letters of a scene's title that stands for it in tables and sentences
 
@@ -154,9 +154,19 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
 
 
 def unit_answers(study: Study) -> list[dict[str, str]]:
-    """Return what is odd about the lengths of a study, to stand before its answers; none for nothing."""
-    odd = dict.fromkeys(scene.unit_warning() for scene in study.scenes.values())
-    return [asdict(Answer(f"{text[0].upper()}{text[1:]}.")) for text in odd if text]
+    """Return what is hardly meant in a study, and in which scenes, to stand before its answers; none for nothing."""
+    odd: dict[str, list[str]] = {}
+    for name, scene in study.scenes.items():
+        odd.setdefault(scene.warning(), []).append(name)
+    labels = scene_labels(study)
+    where = {
+        text: "" if len(names) == len(study.scenes) else f"In {series(labels[n] for n in names)}: "
+        for text, names in odd.items() if text
+    }  # fmt: skip
+    return [
+        asdict(Answer(f"{place}{text if place else text[0].upper() + text[1:]}."))
+        for text, place in where.items()
+    ]
 
 
 def scene_labels(study: Study, most: float = MAX_LABEL) -> dict[str, str]:

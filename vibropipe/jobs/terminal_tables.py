@@ -85,7 +85,7 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             total += f"\nThe time of {names} is that of a usual scene: it depends on what is found."
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
-    odd = {name: scene.unit_warning() for name, scene in study.scenes.items()}
+    odd = {name: scene.warning() for name, scene in study.scenes.items()}
     warned = [f"warning: {name}: {text}" for name, text in odd.items() if text]
     return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total, *warned])
 

@@ -116,8 +116,16 @@ class BaseScene(StudyModel):
         """Return each parameter with the values that it takes, or the ends of their range."""
         return {**self.resolved_exciter(), **self.over_arrays()}
 
-    def unit_warning(self) -> str:
-        """Return what is odd about the lengths of a study with units; empty for nothing."""
+    def warning(self) -> str:
+        """Return what is hardly meant: a frequency without a force, or odd lengths of a study with units."""
+        values = {**DEFAULTS, **self.extent()}
+        free = {"f", "f2", "shaker"} - self.tied().texts.keys() - self.varied_names()
+        if (
+            "nu" in self.varied_names()
+            and len(free) == 3
+            and not any(np.any(values[n]) for n in free)
+        ):
+            return "no force acts, so that nothing depends on the frequency that varies"
         return "" if self.mass_and_stiffness is None else unit_warning(self.extent())
 
     def tied(self) -> Ties:

@@ -106,7 +106,9 @@ def test_the_plan_warns_of_lengths_that_cannot_be_meant(tmp_path, physical, said
     ],
 )
 def test_a_frequency_that_varies_without_a_force_is_warned_of(tmp_path, exciter, scene, is_idle):
-    text = f"title: t\nexciter: {{l: 0.5, h: 0.1{exciter}}}\nscenes:\n  s: {scene}\n  t: {{kind: motion, tau_end: 9, exciter: {{nu: 1}}}}\n"
+    other = "{kind: motion, tau_end: 9, exciter: {nu: 1}}"
+    head = f"title: t\nexciter: {{l: 0.5, h: 0.1{exciter}}}\n"
+    text = f"{head}scenes:\n  s: {scene}\n  t: {other}\n"
     study = study_of(text, tmp_path)
     words = "no force acts, so that nothing depends on the frequency that varies"
     assert (f"warning: s: {words}" in plan_text(study)) == is_idle

@@ -11,7 +11,7 @@ from vibropipe.physics.si import NO_HOUSING, WITHOUT_MASS
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.key_text import entry, quoted
-from vibropipe.study.quantities import GOALS, KEYS, MEASURED, NAMES, VARIED, WRITTEN
+from vibropipe.study.quantities import GOALS, KEYS, MEASURED, NAMES, QUANTITIES, VARIED, WRITTEN
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.spelling import nearest
@@ -56,6 +56,11 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
     if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
+    if name in QUANTITIES and path[-2] in KEYS and problem.must.startswith("is required ("):
+        key = "tau_end" if name == "within" else str(path[-2])
+        return replace(
+            problem, path=path, must=f"is required ({UnitRule(key, *KEYS[key]).allowed})"
+        )
     if path[-2:-1] == ("exciter",) and name not in PARAMETERS:
         told = unknown(path, [each for each in PARAMETERS if each not in WRITTEN])
         hint = f"{name} has units: it stands under physical"

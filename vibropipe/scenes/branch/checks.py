@@ -38,10 +38,11 @@ def _parameters(scene: BranchScene) -> Iterator[Problem]:
     for key, value in keyed:
         if name in PARAMETERS and not is_allowed(name, value):
             yield Problem(("along", name, key), repr(value), PARAMETERS[name].range.text)
-    if scene.ends.begin in scene.ends.to or len(set(scene.ends.to)) < len(scene.ends.to):
+    begin, to = scene.ends.begin, scene.ends.to
+    if begin in to or len(set(to)) < len(to):
         must = "must differ from `from` and from each other"
         yield Problem(("along", name, "to"), "", must=must)
-    elif len(scene.ends.to) == 2 and not min(scene.ends.to) < scene.ends.first < max(scene.ends.to):
+    elif begin is not None and len(to) == 2 and not min(to) < begin < max(to):
         yield Problem(("along", name, "to"), "", must="must have `from` between its two values")
     if name in RIGID_AT_ZERO and 0.0 in scene.ends.values:
         yield Problem(("along", name), "0", must=SOFT_ALONG)

@@ -32,7 +32,7 @@ class Scene:
     def data_keys(self):
         return {"kind": self.kind}
 
-    def unit_warning(self) -> str:
+    def warning(self) -> str:
         """Return nothing: its study has no units."""
         return ""
 

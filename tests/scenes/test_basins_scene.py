@@ -104,7 +104,7 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
     [
         ("phase: 1.5", "phase: must be a number from 0 to 1"),
         ("starts: 0", "starts: must be a whole number from 1"),
-        ("exciter: {l: 0.3}", "over.x0: must be numbers from -0.19"),
+        ("exciter: {l: 0.3}", "over.x0: must be numbers from -0.2 to"),
     ],
 )
 def test_bad_keys_are_refused(tmp_path, more, must):

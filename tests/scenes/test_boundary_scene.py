@@ -10,6 +10,7 @@ import pytest
 import xarray as xr
 from figures.figure_text import words
 from figures.sample_datasets import sweep
+from matplotlib.collections import QuadMesh
 from matplotlib.contour import ContourSet
 
 import vibropipe as vp
@@ -95,7 +96,8 @@ def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
     (ax,) = figure.axes
     drawn = np.concatenate([line.get_xdata() for line in ax.lines])
     assert set(dataset["nu"].values) <= set(drawn)
-    assert len(ax.collections) == 1
+    assert sum(isinstance(each, QuadMesh) for each in ax.collections) == 1
+    assert any(getattr(each, "hatches", None) for each in ax.collections)  # told apart in grey
     # what settles is named on the map
     shown = {text.get_text() for text in ax.texts}
     assert {"no impact", "each support struck once a period"} & shown

@@ -86,6 +86,7 @@ def test_names_of_lines_of_many_points_are_written_at_once(monkeypatch):
     x, compared = np.linspace(0.0, 1.0, 40_001), [0]
     chaos = np.random.default_rng(1).random(x.size)
     lines = [Named(x, chaos, "chaos", "k"), Named(x, 0.5 + 0.4 * np.sin(9 * x), "wave", "k")]
+    lines.append(Named(x, np.full(x.size, np.nan), "nowhere", "k"))
     plain = sweep_lines._distance
 
     def counted(at, half, others):

@@ -309,7 +309,9 @@ def _joined(points: Floats) -> Floats:
 
 def _evenly(points: Floats, most: int) -> Floats:
     """Return some points of a line, from end to end: all, if they are no more than that."""
-    return points[np.unique(np.linspace(0, len(points) - 1, most).astype(int))]
+    if len(points) <= most:
+        return points
+    return points[np.linspace(0, len(points) - 1, most).astype(int)]
 
 
 def _seen(points: Floats) -> Floats:

@@ -9,7 +9,7 @@ import pytest
 
 import vibropipe as vp
 from vibropipe.lab import timing
-from vibropipe.lab.effect_costs import TimingCase, measure_effects, timed_work
+from vibropipe.lab.effect_costs import TimingCase, measure_effects, stored_bytes, timed_work
 from vibropipe.lab.timing import Timer, time_in_rounds
 from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
@@ -162,3 +162,13 @@ def test_a_row_counts_the_periods_of_its_transient():
     assert work.periods == int(steady.periods_to_settle)
     assert work.units == 1
     assert math.isclose(work.impacts, float(steady.impacts_per_orbit.sum()))
+
+
+def test_bytes_are_measured_with_the_effects_of_the_motion_alone():
+    exciter = vp.Exciter(l=0.5, nu=1, f=-1, h=0.2, R1=0.7, R2=0.6, delta=0.01, load=0.02)
+    motion = BenchmarkMotion(exciter, 0.02, 0.0, 4)
+    two = stored_bytes(motion, False, ("impacts",))
+    assert two == pytest.approx(
+        stored_bytes(motion._replace(periods=8), False, ("impacts",)), rel=0.5
+    )
+    assert stored_bytes(motion, True, ()) > 0

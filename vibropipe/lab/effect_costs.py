@@ -192,13 +192,14 @@ def sweep_rows(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) ->
     name = "f" if motion.exciter.f else "nu"
     centre = getattr(motion.exciter, name)
     over = {name: centre * (1 + WIDTH * np.linspace(-1, 1, count))}
-    names = effect_names(effects_about(motion, {name: centre * np.array([1 - WIDTH, 1 + WIDTH])}))
+    effects = effects_about(motion, {name: centre * np.array([1 - WIDTH, 1 + WIDTH])})
+    names = effect_names(effects, vars(motion.exciter))
     return sweep(motion.exciter, over, x0=motion.x0, v0=motion.v0, outputs=outputs, effects=names)
 
 
 def march_periods(motion: BenchmarkMotion, outputs: tuple[str, ...], count: int) -> xr.Dataset:
     """Return the first `count` forcing periods of a motion."""
-    names = effect_names(effects_about(motion, span=motion.tau_end))
+    names = effect_names(effects_about(motion, span=motion.tau_end), vars(motion.exciter))
     given = motion.exciter, count * motion.exciter.period, motion.x0, motion.v0
     dataset = simulate(*given, samples_per_period=samples_of(outputs), effects=names)
     return dataset if "impacts" in outputs else dataset.drop_dims(["impact", "grazing"])

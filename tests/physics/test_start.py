@@ -9,6 +9,7 @@ import yaml
 import vibropipe as vp
 from vibropipe.physics.start import largest_start, row_starts, start_at
 from vibropipe.scenes.registry import kind_of
+from vibropipe.solve.in_si import stated_start, text_in_si
 from vibropipe.solve.sweep.blocks import PATIENCE
 from vibropipe.study import parse_study
 from vibropipe.words.parameters import PARAMETERS
@@ -127,3 +128,17 @@ def test_a_study_may_omit_the_start(tmp_path: object) -> None:
     assert (sweep.status == Status.OK).all()
     np.testing.assert_array_equal(motion.displacement.values, near.displacement.values)
     assert motion.attrs["start"] == "x0 = 0.3, v0 = 0"
+
+
+def test_the_unit_of_a_start_stands_behind_its_number() -> None:
+    si = {"m": 2.0, "C": 800.0}
+    attributes = {
+        "x0 = 0, v0 = 0": "x0 = 0 m, v0 = 0 m/s",
+        "x0 = -0.02, v0 = 0.5": "x0 = -0.02 m, v0 = 10 m/s",
+        "x0 = 0.02 or the support nearest to it, v0 = 0": "x0 = 0.02 m or the support nearest to it, v0 = 0 m/s",
+        "x0 = load, v0 swept": "x0 = load, v0 swept",
+    }
+    for plain, expected in attributes.items():
+        assert text_in_si("start", plain, si) == expected
+    assert stated_start("x0 = -0.02 m, v0 = 10 m/s") == (-0.02, 10.0)
+    assert stated_start("x0 = 0.02 or the support nearest to it, v0 = 0") is None

@@ -318,3 +318,9 @@ def test_rules_of_a_grid_are_told_in_its_own_numbers(scene: str, told: str) -> N
     lines = str(caught.value).replace("the study units: ", "").splitlines()
     assert f"scenes.{told}" in lines
     assert sum("over" in line or "vary" in line for line in lines) == 1
+
+
+@pytest.mark.parametrize("key", ["start", "stop", "values", "from", "to", "within", "points", "l"])
+def test_a_part_of_a_grid_at_the_top_of_a_study_is_refused_in_words(key: str) -> None:
+    (line,) = faults(("exciter:", f"{key}: 3\nexciter:"))
+    assert line.startswith(f"{key}: ")

@@ -5,7 +5,7 @@ import math
 import pytest
 from study_texts import study_of
 
-from vibropipe.jobs.reporting import unit_answers
+from vibropipe.jobs.reporting import warning_answers
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.study import StudyError
 from vibropipe.study.tables import Files, _read
@@ -112,7 +112,7 @@ def test_a_frequency_that_varies_without_a_force_is_warned_of(tmp_path, exciter,
     study = study_of(text, tmp_path)
     words = "no force acts, so that nothing depends on the frequency that varies"
     assert (f"warning: s: {words}" in plan_text(study)) == is_idle
-    assert [each["lead"] for each in unit_answers(study)] == (
+    assert [each["lead"] for each in warning_answers(study)] == (
         [f"In s: {words}."] if is_idle else []
     )
 

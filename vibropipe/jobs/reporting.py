@@ -134,7 +134,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
         "question": study.question or main.report.asked(parts[main]),
         "answers": [
-            *unit_answers(study),
+            *warning_answers(study),
             *([asdict(each) for each in own_answers(study.answers)] or answers.pop("", [])),
         ],
         "side": {
@@ -153,7 +153,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
     }
 
 
-def unit_answers(study: Study) -> list[dict[str, str]]:
+def warning_answers(study: Study) -> list[dict[str, str]]:
     """Return what is hardly meant in a study, and in which scenes, to stand before its answers; none for nothing."""
     odd: dict[str, list[str]] = {}
     for name, scene in study.scenes.items():

@@ -50,6 +50,7 @@ WORDS = ("units", "symbol", "long_name")
 GOALS = ("target", "subject_to", "allow", "levels")
 _GOAL, _NUMBER = re.compile(r"(\w+)( [=<>][^;]*)"), re.compile(r"[-+\d.][-+\d.e]*")
 _START = re.compile(r"x0 (swept|= .+), v0 (swept|= (.+))")
+_STATED = re.compile(r"x0 = ([-+.e\d]+)(?: m)?, v0 = ([-+.e\d]+)(?: m/s)?")
 
 
 def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
@@ -136,6 +137,12 @@ def _goal_in_si(name: str, bound: str, numbers: Mapping[str, float]) -> str:
     return physical_name(name) + bound
 
 
+def stated_start(text: str) -> tuple[float, float] | None:
+    """Return the displacement and velocity of an attribute `start`, stored with or without units; None if it varies."""
+    start = _STATED.fullmatch(text)
+    return None if start is None else (float(start[1]), float(start[2]))
+
+
 def wear_in_si(variables: Mapping[str, xr.Variable], numbers: Mapping[str, float]) -> xr.Variable:
     """Return the rates of wear, per second already, of velocities in m/s to the power of the exponent."""
     import xarray as xr
@@ -206,7 +213,8 @@ def text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
         return text
     x0, v0 = match[1], match[2]
     if x0 not in ("swept", "= load"):
-        x0 += " m"
+        # behind its number, which words may follow
+        x0 = re.sub(r"= ([-+.\d][-+.e\d]*)", r"= \1 m", x0)
     if v0 != "swept":
         velocity = convert("velocity", float(match[3]), numbers)
         v0 = f"= {velocity:g} {DIMENSIONS['velocity'].plain}"

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
-from vibropipe.physics.start import start_at, within_room
+from vibropipe.physics.start import row_starts, within_room
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.in_si import convert
 from vibropipe.solve.motion.simulate import simulate
@@ -160,9 +160,8 @@ def without_units(row: xr.Dataset, name: str, value: float | None = None) -> flo
 def section_of(row: xr.Dataset, exciter: Exciter) -> tuple[float, float]:
     """Return the stored state at the section without units, moved by rounding onto a rigid support that it is on."""
     x, v = (without_units(row, f"{name}_strobe") for name in ("displacement", "velocity"))
-    x = within_room(exciter, x)
-    is_between = exciter.lower <= x <= exciter.upper  # not pressed into a soft support
-    return float(start_at(exciter.l, exciter.delta, x, v)) if is_between else x, v
+    parameters = np.array([exciter.parameters()])
+    return float(row_starts(parameters, within_room(exciter, x), v)[0, 0]), v
 
 
 def motion_of(row: xr.Dataset) -> Motion | None:

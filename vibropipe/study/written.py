@@ -56,7 +56,8 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
     name, in_physical = str(path[-1]), path[-2:-1] == ("physical",)
     if in_physical and name in PARAMETERS.keys() - WRITTEN.keys():
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
-    if name in QUANTITIES and path[-2] in KEYS and problem.must.startswith("is required ("):
+    is_quantity = len(path) > 1 and name in QUANTITIES and path[-2] in KEYS
+    if is_quantity and problem.must.startswith("is required ("):
         key = "tau_end" if name == "within" else str(path[-2])
         return replace(
             problem, path=path, must=f"is required ({UnitRule(key, *KEYS[key]).allowed})"

@@ -12,6 +12,7 @@ import xarray as xr
 from vibropipe.figures.motion_words import rests_of
 from vibropipe.figures.text import REST, format_number, in_brackets, symbol_of, with_units
 from vibropipe.figures.units import unit_text
+from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.shown_units import shown_factor, shown_unit
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.quantities import FLAGS, QUANTITIES
@@ -163,7 +164,6 @@ _NUMBER = re.compile(r"(?<![\w.])([-+]?(?:\d+\.?\d*|\.\d+)(?:e[-+]?\d+)?)(?: ([A
 _SHOWN_DIGITS = 6
 # A start as an attribute, without units or in SI, and the digits that its six are shown with.
 _START_DIGITS = 5
-_START = re.compile(r"x0 = (?P<displacement>[-+.e\d]+)( m)?, v0 = (?P<velocity>[-+.e\d]+)( m/s)?")
 MOST = {False: "least", True: "greatest"}
 
 
@@ -260,13 +260,13 @@ def from_rest_texts(dataset: xr.Dataset) -> list[str]:
 
 def start_words(dataset: xr.Dataset) -> str:
     """Write from where all motions of the search start, in the units shown; empty where it is not one state."""
-    start = _START.fullmatch(str(dataset.attrs.get("start", "")))
+    start = stated_start(str(dataset.attrs.get("start", "")))
     if start is None:
         return ""
     texts = []
-    for name, number in start.groupdict().items():
+    for name, number in zip(("displacement", "velocity"), start, strict=True):
         of = dataset[f"{name}_strobe"]
-        value = shown_factor(of.attrs["units"]) * float(number)
+        value = shown_factor(of.attrs["units"]) * number
         texts.append(f"the {name} {with_units(of, format_number(value, _START_DIGITS))}")
     return " and ".join(texts)
 

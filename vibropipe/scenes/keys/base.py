@@ -23,7 +23,7 @@ from vibropipe.scenes.keys.values import NotNull, NumberRange, TextRule, refuse
 from vibropipe.solve.shown_units import Shown
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import Output
-from vibropipe.words.parameters import DEFAULTS, without_absent
+from vibropipe.words.parameters import DEFAULTS, FORCES, without_absent
 from vibropipe.words.vocabulary import dimensions_hash
 
 Title = Annotated[str, TextRule(200)]
@@ -119,10 +119,10 @@ class BaseScene(StudyModel):
     def warning(self) -> str:
         """Return what is hardly meant: a frequency without a force, or odd lengths of a study with units."""
         values = {**DEFAULTS, **self.extent()}
-        free = {"f", "f2", "shaker"} - self.tied().texts.keys() - self.varied_names()
+        free = {*FORCES} - self.tied().texts.keys() - self.varied_names()
         if (
             "nu" in self.varied_names()
-            and len(free) == 3
+            and len(free) == len(FORCES)
             and not any(np.any(values[n]) for n in free)
         ):
             return "no force acts, so that nothing depends on the frequency that varies"

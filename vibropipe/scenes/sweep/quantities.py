@@ -14,6 +14,7 @@ from vibropipe.figures.motion_words import is_unstable
 from vibropipe.figures.phase_plane import Impacts
 from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
 from vibropipe.scenes.keys.parts import MAX_LINES
+from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.quantities import REGIMES
 from vibropipe.words.regimes import Regime
@@ -33,7 +34,6 @@ LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
 SYMBOL_LETTERS = 3
 # Quantities that may be negative; the axis of any other starts at zero. Of complex ones the magnitude is drawn.
 SIGNED = {name for name, entry in STEADY.items() if entry.is_signed and not entry.is_complex}
-AT_REST = re.compile(r"x0 = 0( \S+)?, v0 = 0( \S+)?")  # start of all rows, with units or without
 # Numbers that are counted.
 COUNTED = {name for name, entry in STEADY.items() if entry.goal == "law"}
 # Quantities whose sign matters: a line marks their zero.
@@ -105,8 +105,8 @@ def directions(dataset: xr.Dataset) -> list[str]:
 
 def is_from_rest(dataset: xr.Dataset) -> bool:
     """Return whether each row starts from the equilibrium without velocity."""
-    start = AT_REST.fullmatch(str(dataset.attrs.get("start", "")))
-    return start is not None and "load" not in dataset and not directions(dataset)
+    is_at_origin = stated_start(str(dataset.attrs.get("start", ""))) == (0.0, 0.0)
+    return is_at_origin and "load" not in dataset and not directions(dataset)
 
 
 def axis_and_others(dataset: xr.Dataset) -> tuple[str, list[str]]:

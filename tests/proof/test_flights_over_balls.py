@@ -28,7 +28,7 @@ def _precision():
 
 
 def balls(values):
-    return {name: arb(values[name]) for name in BOXED}
+    return {name: arb(values.get(name, 0.0)) for name in BOXED}
 
 
 def integrated(values, start, turns, x, v):

@@ -149,7 +149,7 @@ def test_a_mutation_of_an_equation_of_a_pitchfork_is_found(monkeypatch, equation
     else:
         monkeypatch.setattr(
             orbit, "end_of",
-            lambda model, flight: end_of(model, flight._replace(velocity=flight.velocity * more)),
+            lambda model, flight: end_of(model, flight._replace(free=flight.free * more)),
         )  # fmt: skip
     assert not is_enclosed(replace(SYMMETRIC, nu=0.9), "f")
 
@@ -233,7 +233,8 @@ def test_what_is_none_is_undecided() -> None:
     ("arguments", "message"),
     [
         (("cusp", "nu"), "kind: must be one of fold, flip, pitchfork, grazing, got 'cusp'"),
-        (("fold", "k1"), "along: must be one of nu, f, h, .*, got 'k1'"),
+        (("fold", "m"), "along: must be one of nu, f, h, .*, got 'm'"),
+        (("fold", "k1"), "along: must be another parameter: support 1 is rigid"),
     ],
 )
 def test_wrong_arguments(arguments: tuple[str, str], message: str) -> None:

@@ -112,10 +112,8 @@ def test_bounds_hold_what_is_known_to_fifty_digits():
 
 
 def restitution_mutated(model, flight):
-    leaving = -(model.restitution[flight.support] * flight.velocity * (1 + arb(1e-10)))
-    return model.fly(
-        flight.start, flight.end - flight.start, model.position[flight.support], leaving
-    )
+    leaving = -(model.restitution[flight.event.support] * flight.free * (1 + arb(1e-10)))
+    return model.fly(flight.start, flight.turns, model.position[flight.event.support], leaving)
 
 
 def test_a_mutation_of_the_restitution_is_found(monkeypatch):
@@ -141,9 +139,9 @@ def test_a_mutation_of_the_flow_is_found(monkeypatch, slot):
 def test_a_mutation_of_the_saltation_is_found(monkeypatch):
     row, derivative = vp.steady_state(PAPER), values.trace_and_determinant
 
-    def mutated(model, law, u):
+    def mutated(model, law, u, **given):
         model.force = lambda time: Flights.force(model, time) * (1 + arb(1e-9))
-        return derivative(model, law, u)
+        return derivative(model, law, u, **given)
 
     monkeypatch.setattr(values, "trace_and_determinant", mutated)
     trace = row.floquet_multiplier.values.sum().real
@@ -153,12 +151,13 @@ def test_a_mutation_of_the_saltation_is_found(monkeypatch):
 
 
 def test_a_mutation_of_the_harmonics_is_found(monkeypatch):
-    row, square = vp.steady_state(PAPER), values._square
+    row, pulses = vp.steady_state(PAPER), values._pulses
 
-    def mutated(model, k, times, jumps):
-        return square(model, k, times, [jump * (1 + arb(1e-11)) for jump in jumps])
+    def mutated(model, flight):
+        for pulse in pulses(model, flight):
+            yield lambda k, of=pulse: of(k) * (1 + arb(1e-11))
 
-    monkeypatch.setattr(values, "_square", mutated)
+    monkeypatch.setattr(values, "_pulses", mutated)
     assert max(shares_of_error(row, vp.prove(row))) > 100
 
 

@@ -62,12 +62,13 @@ def test_points_of_a_branch_have_the_stability_that_is_stored():
     )
 
 
-def test_several_rows_have_no_tolerances_and_no_soft_supports(rows):
+def test_several_rows_have_no_tolerances_and_supports_that_pull(rows):
     with pytest.raises(vp.ParameterError, match="within: must be left out with several rows"):
         vp.prove(rows, within={"R1": 0.01})
-    soft = vp.sweep(replace(EXCITER, R1=1.0, k1=50.0), {"nu": [0.9, 1.0]})
-    with pytest.raises(vp.ParameterError, match="k1: must be 0"):
-        vp.prove(soft)
+    soft = vp.sweep(replace(EXCITER, R1=0.9, k1=50.0), {"nu": [0.9, 1.0]})
+    assert vp.prove(soft).statement == "2 of 2 orbits are proved."
+    with pytest.raises(vp.ParameterError, match="contact_1: must be pull"):
+        vp.prove(vp.sweep(replace(EXCITER, R1=0.9, k1=50.0, contact_1=1.0), {"nu": [0.9, 1.0]}))
 
 
 STUDY = """
@@ -113,9 +114,11 @@ def test_without_the_library_a_sweep_says_so(monkeypatch, tmp_path):
 
 def test_what_is_not_covered_is_refused_when_the_study_is_read():
     with pytest.raises(
-        StudyError, match="prove: must be left out: the k1 of the exciter is beyond"
+        StudyError, match="prove: must be left out: the mass_ratio of the exciter is beyond"
     ):
-        study_of_text(STUDY.replace("R1: 0.7", "k1: 50"), "t")
+        study_of_text(STUDY.replace("R1: 0.7", "mass_ratio: 0.5"), "t")
+    with pytest.raises(StudyError, match="prove: must be left out: the contact of the exciter is"):
+        study_of_text(STUDY.replace("R1: 0.7", "R1: 0.7, k1: 50, contact_1: no_pull"), "t")
 
 
 def test_points_of_a_branch_of_a_study_are_proved(tmp_path):

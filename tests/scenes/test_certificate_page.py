@@ -13,7 +13,15 @@ import vibropipe as vp
 from vibropipe.jobs.reporting import report_data
 from vibropipe.jobs.solving import is_of
 from vibropipe.scenes.certificate import STATEMENT, proof_of
-from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE, certificate_answer, limits_text
+from vibropipe.scenes.certificate_page import (
+    CERTIFICATE_PICTURE,
+    bounds_table,
+    certificate_answer,
+    describe_certificate,
+    draw_certificate,
+    limits_text,
+    title_certificate,
+)
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.proofs import REFUSED
@@ -109,6 +117,29 @@ scenes:
         assert ours.values == pytest.approx(theirs.values, rel=1e-12)
 
 
+def test_a_motion_with_a_soft_support_and_friction_has_its_events_and_its_depth() -> None:
+    text = MOTION.replace("R1: 0.7", "k1: 200, h1: 8, friction: 0.02").replace("R1: 0.01, ", "")
+    _study, dataset = solved(text)
+    proof = proof_of(dataset)
+    assert proof is not None
+    assert (
+        title_certificate(dataset)
+        == "Proved: every exciter within the stated limits keeps the orbit (1; 1, 1)"
+    )
+    caption = describe_certificate(dataset)
+    assert "it is a motion of just these events (" in caption
+    assert "turn, " in caption
+    assert "contact with support 1" in caption
+    table = bounds_table("s", dataset)
+    assert table is not None
+    assert "has all its events within" in table.note
+    figure = draw_certificate(dataset)
+    tube = figure.axes[0]
+    support = float(proof["l"] + proof["delta"])
+    assert float(proof.displacement_high.max()) > support + 0.01
+    assert tube.get_ylim()[1] > float(proof.displacement_high.max())
+
+
 def test_what_is_disproved_is_said() -> None:
     study, data = solved(MOTION.replace("R1: 0.01, R2: 0.01, delta: 0.002", "R1: 0.28"))
     told = certificate_answer(data)
@@ -167,10 +198,11 @@ def test_without_the_key_the_identity_of_a_scene_is_as_before() -> None:
 @pytest.mark.parametrize(
     ("old", "new", "message"),
     [
-        ("delta: 0.002}", "k1: 0.002}", r"prove\.within: must be one of nu, f, .*, got k1"),
+        ("delta: 0.002}", "mass_ratio: 0.002}", r"prove\.within: must be one of nu, f, .*, got mass_ratio"),
+        ("delta: 0.002}", "k1: 0.002}", r"prove\.within\.k1: must be left out: support 1 is rigid"),
         ("R1: 0.01", "R1: 0.4", r"prove\.within\.R1: must keep R1 a number from 0 to 1, got 0.7"),
         ("R1: 0.01", "R1: 0", r"prove\.within\.R1: must be a finite number > 0"),
-        ("h: 0.2", "h: 0.2, friction: 0.1", r"prove: must be left out: the friction of the exciter"),
+        ("h: 0.2", "h: 0.2, mass_ratio: 0.1", r"prove: must be left out: the mass_ratio of the exciter"),
         ("prove: {within", "figure: {pictures: [certificate]}, prove_: {within", "did you mean 'prove'"),
         (", prove: {within: {R1: 0.01, R2: 0.01, delta: 0.002}}", ", figure: {pictures: [certificate]}",
          "must leave out certificate unless the scene has the key prove"),

@@ -21,15 +21,17 @@ from typing import Any
 
 from vibropipe.proof.balls import ONE, Number, arb, arb_mat, magnitude, seed
 from vibropipe.proof.flights import Flights
-from vibropipe.proof.motion import FlightMotion
+from vibropipe.proof.law import Law
+from vibropipe.proof.motion import leaves_law
 from vibropipe.proof.orbit import (
     MAX_INFLATIONS,
     MAX_NEWTON,
     RADIUS,
     STEP,
-    Law,
     flights_of,
     residual,
+    scale_of,
+    start_of,
 )
 from vibropipe.proof.values import trace_and_determinant
 from vibropipe.words.bifurcations import Bifurcation
@@ -38,6 +40,8 @@ from vibropipe.words.proofs import Why
 # Points of a flight among which the touch is sought, and the shortest stretch that is looked at.
 SAMPLES, SHORTEST = 64, 2.0**-30
 KINDS = {each.name.lower(): each for each in Bifurcation if each <= Bifurcation.GRAZING}
+# Those that are sought between rigid supports without friction alone.
+OF_IMPACTS = ("pitchfork", "grazing")
 # Parameters along which an exciter stays its own mirror image.
 SYMMETRIC = ("nu", "f", "h", "l", "shaker")
 BOTH = 3  # supports touched
@@ -89,7 +93,7 @@ def bifurcation_near(
         return Critical([], arb.nan(), 0, Why.SYMMETRY)
     if kind is not Bifurcation.PITCHFORK:
         is_half = is_half and kind is Bifurcation.GRAZING and _is_near_mirrored(law, u0)
-    k = len(law.supports)
+    k = len(law.events)
     n = k // 2 if is_half else k
     z, touch = [*u0[:n], *u0[k : k + n], nominal[along]], (0, 0)
     if kind is Bifurcation.GRAZING:
@@ -113,16 +117,15 @@ def bifurcation_near(
         side = 1 if kind is Bifurcation.FLIP else -1
         return [*rows, 1 + side * trace + determinant]
 
-    speed = max((abs(v) for v in z[n : 2 * n]), key=float)
-    own = abs(nominal[along])
-    scale = [ONE] * n + [speed] * n + [own if own > 0 else ONE] + [ONE] * (len(z) - 2 * n - 1)
+    own, scale = abs(nominal[along]), scale_of(law, u0, nominal["l"])
+    scale = scale[:n] + scale[k : k + n] + [own if own > 0 else ONE] + [ONE] * (len(z) - 2 * n - 1)
     tube = enclosed(equations, z, scale)
     touched = BOTH if is_half and touch[1] else touch[1]
     if tube is None:
         return Critical([], arb.nan(), touched, Why.EXISTENCE)
     model, u = Flights({**nominal, along: tube[2 * n]}), orbit_of(tube)
     touches = dict.fromkeys(range(touch[0], k, n), tube[-1]) if touched else {}
-    is_motion = _is_motion(model, law, u, touches)
+    is_motion = leaves_law(model, law, u, None, SHORTEST, touches) is False
     return Critical(u, tube[2 * n], touched, Why.NONE if is_motion else Why.MOTION)
 
 
@@ -135,6 +138,8 @@ def mirrored(law: Law, half: Sequence[Number]) -> list[Number]:
 
 def _may_be_mirrored(nominal: Mapping[str, Any], law: Law, along: str) -> bool:
     """Return whether exciters along a parameter are their own mirror images, and orbits of a law may be."""
+    if not law.is_of_impacts:
+        return False
     n, odd = divmod(len(law.supports), 2)
     image = tuple(3 - support for support in law.supports[:n])
     return (
@@ -204,8 +209,7 @@ def _at_touch(
 ) -> tuple[Number, Number]:
     """Return displacement and velocity some time after the impact with which a flight begins."""
     flight = next(flight for i, _j, flight in flights_of(law, u) if i == of)
-    leaving = -(model.restitution[flight.support] * flight.velocity)
-    return model.fly(flight.start, turns, model.position[flight.support], leaving)
+    return model.on(flight.event.after).fly(flight.start, turns, *start_of(model, flight))
 
 
 def _nearest_touch(
@@ -214,7 +218,7 @@ def _nearest_touch(
     """Return flight, support and time since its departure of the turn that comes nearest to a support; None without."""
     model, found = Flights(nominal), []
     for i, _j, flight in flights_of(law, u):
-        length = (flight.end - flight.start).mid()
+        length = flight.turns.mid()
         turns = [length * n / SAMPLES for n in range(1, SAMPLES)]
         states = [_at_touch(model, law, u, i, s) for s in turns]
         x, v = ([float(state[k].mid()) for state in states] for k in (0, 1))
@@ -226,15 +230,3 @@ def _nearest_touch(
                 share = v[n] / (v[n] - v[n + 1])
                 found.append((abs(gap), i, support, turns[n] + (turns[n + 1] - turns[n]) * share))
     return min(found, key=lambda each: each[0])[1:] if found else None
-
-
-def _is_motion(model: Flights, law: Law, tube: Sequence[Any], touches: Mapping[int, Any]) -> bool:
-    """Return whether certainly no flight leaves the supports, but for the touches of some at these times."""
-    n = len(law.supports)
-    for support, v in zip(law.supports, tube[n : 2 * n], strict=True):
-        if not (v > 0 if support == 1 else v < 0):
-            return False
-    return all(
-        FlightMotion(model, flight).leaves(SHORTEST, touches.get(i)) is False
-        for i, _j, flight in flights_of(law, tube)
-    )

@@ -15,9 +15,10 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field
 from typing import Any
 
-from vibropipe.proof.balls import ZERO, arb
-from vibropipe.proof.motion import is_minimal, leaves_supports
-from vibropipe.proof.orbit import Box, Law, Orbit
+from vibropipe.proof.balls import ZERO, arb, magnitude, total
+from vibropipe.proof.law import Law
+from vibropipe.proof.motion import is_minimal, is_no_motion
+from vibropipe.proof.orbit import Box, Orbit
 from vibropipe.proof.values import Values, stability, values_of
 from vibropipe.words.proofs import Why
 
@@ -25,6 +26,11 @@ from vibropipe.words.proofs import Why
 MAX_MOVED, MAX_MOVED_BY_ROUNDING = 0.3, 1e-4
 # At most so many parameters have the corners of their box tried.
 MAX_CORNERS = 6
+# A proved part is split further, to narrow its bounds, while its tube is wider than what follows the parameters by this
+# share, and it is more than this share of the whole box.
+WIDER, NARROWED = 0.1, 2.0**-6
+# Share of the whole box below which a part is not split.
+SMALLEST = 2.0**-60
 # Factors of a box that are tried, and how near the largest one is known.
 MIN_FACTOR, MAX_FACTOR, FACTOR_STEP = 2.0**-20, 2.0**10, 1.05
 
@@ -80,7 +86,7 @@ def examine(box: Box, claim: Claim, guess: Sequence[Any], max_moved: float) -> P
     orbit = Orbit(box, claim.law, guess)
     if not (orbit.moved < max_moved and orbit.prove()):
         return Part(orbit, Why.EXISTENCE)
-    leaves = leaves_supports(orbit)
+    leaves = is_no_motion(orbit)
     if leaves is not False:
         return Part(orbit, Why.MOTION, refuted=leaves is True)
     values, has_period = values_of(orbit, claim.harmonics), is_minimal(orbit)
@@ -112,6 +118,8 @@ class Certificate:
         The orbit of the nominal exciter, proved.
     limit : int
         Parts and points that are examined at most.
+    narrows : bool
+        Whether proved parts are split further to narrow their bounds.
     tree : Part or Joined, optional
         All parts, once the claim is proved.
     why : Why
@@ -125,6 +133,7 @@ class Certificate:
     claim: Claim
     start: Orbit
     limit: int
+    narrows: bool = False
     tree: Part | Joined | None = None
     why: Why = Why.NONE
     counterexample: dict[str, float] | None = None
@@ -137,11 +146,13 @@ class Certificate:
         whole = Box(self.nominal, directions, [-1.0] * len(names), [1.0] * len(names))
         first = self._examine(examine, whole, self.start.u)
         if first.why is Why.NONE:
-            self.tree = first
+            self.tree = self._narrowed(first)
         elif not self._is_refuted_at_corner(first, names):
             self.tree = self._split(examine, first)
         if self.tree is not None and not self._holds_start(self.tree, self.start):
             self.tree, self.why = None, Why.FAMILY
+        elif self.tree is not None:
+            self.why = Why.NONE
         return self.tree is not None
 
     def _examine(self, test: Callable[..., Part], box: Box, guess: Sequence[Any]) -> Part:
@@ -156,6 +167,9 @@ class Certificate:
             return None
         if self.examined >= self.limit:
             self.why = Why.PARTS
+            return None
+        if box.share < SMALLEST:  # at a bifurcation no part is small enough
+            self.why = part.why
             return None
         centre = self._examine(test, Box(box.centre), orbit.u)
         if centre.refuted and self._is_counterexample(centre):
@@ -176,6 +190,8 @@ class Certificate:
             found: Any = self._examine(test, half, guess)
             if found.why is not Why.NONE:
                 found = self._split(test, found)
+            elif test is examine:
+                found = self._narrowed(found)
             if found is None:
                 return None
             halves.append(found)
@@ -185,6 +201,19 @@ class Certificate:
                 self.why = Why.FAMILY
                 return None
         return joined
+
+    def _narrowed(self, part: Part) -> Part | Joined:
+        """Return a proved part, or the parts that it was split into to narrow its bounds."""
+        orbit = part.orbit
+        follows = [
+            total(magnitude(slope * c) for slope, c in zip(slopes, orbit.box.offsets, strict=True))
+            for slopes in orbit.slopes
+        ]
+        is_wide = any(r > f * WIDER for r, f in zip(orbit.radius, follows, strict=True))
+        may_split = self.narrows and self.examined < self.limit
+        if not (is_wide and may_split and orbit.box.share > NARROWED):
+            return part
+        return self._split(examine, part) or part
 
     def _holds_start(self, tree: Part | Joined, start: Orbit) -> bool:
         """Return whether the orbit of the nominal exciter belongs to a proved family."""

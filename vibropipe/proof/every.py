@@ -13,8 +13,9 @@ from typing import Any
 
 from vibropipe.proof.balls import BITS, ONE, Jet, arb, hull
 from vibropipe.proof.certificate import MAX_MOVED_BY_ROUNDING, Claim, Part, examine
+from vibropipe.proof.law import Law
 from vibropipe.proof.linear import Equations, UndecidedError
-from vibropipe.proof.orbit import Box, Law
+from vibropipe.proof.orbit import Box
 from vibropipe.words.proofs import Why
 
 # The search begins with so many intervals, and gives up those that are shorter than this, in forcing periods.
@@ -60,13 +61,13 @@ def all_orbits(
     if p1 + p2 == 1:
         support = 1 if p1 else 2
         found = Found([], Why.NONE, 0)
-        _add_one_flight(found, equations, arb(m), Law(m, (support,)), harmonics)
+        _add_one_flight(found, equations, arb(m), Law.of_impacts(m, (support,)), harmonics)
         return found
     is_mirrored = equations.has_mirrored()
     intervals, left, looked = _zeros(equations, is_mirrored, limit)
     found = Found([], Why.PARTS if left else Why.NONE, looked)
     if is_mirrored:
-        _add_one_flight(found, equations, arb(m) / 2, Law(m, (1, 2)), harmonics)
+        _add_one_flight(found, equations, arb(m) / 2, Law.of_impacts(m, (1, 2)), harmonics)
     for low, high in intervals:
         try:
             part = _orbit_at(equations, low, high, harmonics)
@@ -135,7 +136,9 @@ def _orbit_at(equations: Equations, low: float, high: float, harmonics: int) -> 
     if _strikes(v, (1, 2)) is False:
         return None
     start = equations.time_of(alpha / D, beta / D)
-    part = _proved(equations, Law(equations.m, (1, 2)), [start, start + s, *v], harmonics)
+    part = _proved(
+        equations, Law.of_impacts(equations.m, (1, 2)), [start, start + s, *v], harmonics
+    )
     if part is not None:
         first = part.orbit.law.supports.index(1)
         length = part.orbit.tube[1 - first] - part.orbit.tube[first] + (equations.m if first else 0)
@@ -208,4 +211,4 @@ def _in_order(law: Law, u: Sequence[Any]) -> tuple[Law, list[Any]]:
     times = [t - turns for t, turns in zip(times, late, strict=True)]
     order = sorted(range(n), key=lambda i: float(times[i].mid()))
     guess = [times[i] for i in order] + [u[n + i] for i in order]
-    return Law(law.m, tuple(law.supports[i] for i in order)), guess
+    return Law.of_impacts(law.m, [law.supports[i] for i in order]), guess

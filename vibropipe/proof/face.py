@@ -35,7 +35,8 @@ def prove(
     """Prove that an orbit exists, is the only one nearby and is a motion, for every exciter within tolerances.
 
     Balls, which certainly contain a number, take the place of numbers (python-flint, the extra `proof`). What is proved
-    holds of eqs. (5), (6) and not only of their rounding; docs/proof.md tells how. Supports are rigid.
+    holds of the equations of motion and not only of their rounding; docs/proof.md tells how. Supports are rigid or
+    soft, with or without dry friction.
 
     Parameters
     ----------
@@ -43,8 +44,9 @@ def prove(
         An exciter, whose motion from rest settles on the orbit; or one row of a steady state, a sweep, a branch or an
         orbit in closed form, stable or not. Of a whole sweep or branch each row is proved on its own.
     within : mapping of str to float, optional
-        How far parameters may be off, either way, all at once: any of nu, f, h, l, delta, R1, R2, load, f2, phi2.
-        Without it the exciter alone is meant, its parameters exact doubles.
+        How far parameters may be off, either way, all at once: any of nu, f, h, l, delta, R1, R2, load, f2, phi2,
+        shaker and, where they act, k1, h1, k2, h2, friction. Without it the exciter alone is meant, its parameters
+        exact doubles.
     harmonics : int
         Number of harmonics, from 1 to 1,000.
     parts : int
@@ -61,10 +63,11 @@ def prove(
     xarray.Dataset
         proved, why
             proved: each exciter within the tolerances has exactly one orbit of this law nearby, which depends
-            continuously on the parameters; no flight leaves the supports; it has no shorter period; and its stability
-            is `proved_stable` throughout. disproved: `counterexample` is an exciter within the tolerances whose orbit
-            of the same family leaves the supports, or has the other stability. undecided: neither. `why` names what is
-            not proved, or disproved.
+            continuously on the parameters; nothing but the events of the law happens: no flight leaves the supports,
+            and friction lets go, turns or holds the mass there alone; it has no shorter period; and its stability is
+            `proved_stable` throughout. disproved: `counterexample` is an exciter within the tolerances whose orbit of
+            the same family leaves the supports or its law, or has the other stability. undecided: neither. `why` names
+            what is not proved, or disproved.
         proved_stable
             stable (both multipliers within the unit circle), unstable or undecided.
         <name>_low, <name>_high
@@ -75,8 +78,8 @@ def prove(
             above 1, counted from the start of `impact_period`. An amplitude at resonance without damping, which the
             impacts do not determine, is only bounded by 4 l/pi.
         uniqueness_radius
-            No exciter has another orbit of this law all of whose impacts are nearer than this: their phases in forcing
-            periods, their velocities in shares of the largest one.
+            No exciter has another orbit of this law all of whose events are nearer than this: their phases in forcing
+            periods, velocities in shares of the largest one, displacements where friction acts in shares of l.
         period_multiple, impacts_per_orbit (support), impact_support, impact_period (impact)
             The law.
         parts
@@ -87,7 +90,7 @@ def prove(
             With `largest`, the largest factor of `within` found for which all is proved, to 5 %; else 1, or NaN if it
             is not proved.
 
-        The attribute `statement` is what was found, as a sentence.
+        The attribute `statement` is what was found, as a sentence; `events` names the events of the law in turn.
 
         Of several rows `proved`, `why` and `proved_stable` alone, over their dimensions; `not_tried` are those without
         an orbit, with rests, without impacts or with more than 100. Of a branch also `bifurcation_proved` and bounds
@@ -96,7 +99,8 @@ def prove(
     Raises
     ------
     ParameterError
-        If the motion is no orbit, or has rests, no impacts, soft supports or friction, or an argument is out of range.
+        If the motion is no orbit, or has rests or no impacts, or the exciter has a housing that slides or a support
+        that only pushes (`contact`), or an argument is out of range.
     ModuleNotFoundError
         If python-flint is not installed.
 
@@ -138,9 +142,10 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         fold: its orbits turn back, two on one side and none on the other. flip: a multiplier passes -1, and orbits of
         twice the period begin. pitchfork: an orbit that is its own mirror image half an orbit later has a multiplier
         that passes 1, and a pair of orbits that mirror each other begins. grazing: it touches a support between its
-        impacts, and strikes it on one side; both supports if it is its own mirror image.
+        impacts, and strikes it on one side; both supports if it is its own mirror image. Pitchforks and grazings are
+        those between rigid supports without friction.
     along : str
-        The parameter that varies: any of nu, f, h, l, delta, R1, R2, load, f2, phi2; the others are exact doubles.
+        The parameter that varies, as in `within` of `prove`; the others are exact doubles.
 
     Returns
     -------
@@ -162,8 +167,7 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
     Raises
     ------
     ParameterError
-        If the motion is no orbit, or has rests, no impacts, soft supports or friction, or an argument is none of those
-        above.
+        If the motion is no orbit that `prove` takes, or an argument is none of those above.
     ModuleNotFoundError
         If python-flint is not installed.
 
@@ -172,8 +176,8 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
     Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer 2004.
     R. Krawczyk, Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201.
     """
-    from vibropipe.proof.bifurcation import KINDS
-    from vibropipe.proof.given import given_orbit
+    from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
+    from vibropipe.proof.given import check_varies, given_orbit
     from vibropipe.proof.statement import prove_critical
 
     if kind not in KINDS:
@@ -182,7 +186,12 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         raise ParameterError("along", along, f"one of {', '.join(BOXED)}")
     if isinstance(orbit, Exciter):
         check_untied(orbit, "along", [along])
-    return prove_critical(given_orbit(orbit), KINDS[kind], along)
+    given = given_orbit(orbit)
+    check_varies(given.exciter, along, "along")
+    if kind in OF_IMPACTS and not given.law.is_of_impacts:
+        must = "must be fold or flip with soft supports or friction"
+        raise ParameterError("kind", kind, must=must, got=repr(kind))
+    return prove_critical(given, KINDS[kind], along)
 
 
 def prove_all(

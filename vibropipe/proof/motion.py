@@ -1,18 +1,26 @@
-"""Whether an orbit is a motion: no flight leaves the supports before its end.
+"""Whether an orbit is a motion: no piece leaves what it holds within before its end.
 
-A flight falls away from its support as long as its velocity certainly has one sign, and approaches the next one
-likewise; between these two stretches bisection keeps it clear of both supports. On each stretch |x''| is bounded by
-Picard's inequality, and x, x' by their Taylor polynomials from its middle.
+In flight the mass keeps off both supports, in contact it is beyond its own; with friction the velocity keeps its sign,
+or the forces stay below the friction. Each such margin is positive on a piece, but for the one that is 0 at an event:
+it rises after it, or falls before it, as long as its derivative certainly has one sign. Between these two stretches
+bisection keeps all margins positive. On a stretch of half length r about its middle c, with x''' = F' - K x' - H x'',
+
+    |x''| <= A,   A (1 - H r - K r^2) = |x''(c)| + r (max |F'| + K |x'(c)|)
+
+and x, x' lie about their Taylor polynomials from c.
 """
 
 from __future__ import annotations
 
 import math
+from collections.abc import Iterator, Mapping, Sequence
+from types import MappingProxyType
 from typing import Any, NamedTuple
 
-from vibropipe.proof.balls import arb, round_down, round_up
+from vibropipe.proof.balls import ZERO, arb, round_down, round_up
 from vibropipe.proof.flights import Flights
-from vibropipe.proof.orbit import Flight, Orbit, flights_of
+from vibropipe.proof.law import Event, Kind, Law, Piece
+from vibropipe.proof.orbit import Flight, Orbit, flights_of, start_of
 
 # Shortest stretch that is looked at, in forcing periods: of one exciter and of a box, which is split instead.
 SHORTEST, SHORTEST_OF_BOX = 2.0**-30, 2.0**-12
@@ -22,6 +30,9 @@ MAX_STRETCHES = 20_000
 ROUNDING = 2.0**-40
 # A stretch is too long for Picard's inequality where this share is not left.
 MIN_SHARE = 0.25
+# Directions in which the supports lie, and the names of margins that friction asks for.
+SIDES = {1: 1, 2: -1}
+VELOCITY, HOLD = "velocity", "hold"
 
 
 class Stretch(NamedTuple):
@@ -29,55 +40,91 @@ class Stretch(NamedTuple):
 
     Attributes
     ----------
-    rate, acceleration : ball
-        x' and x'' on it.
-    below_1, above_2 : bool
-        Whether it is clear of support 1, and of support 2.
-    x, around : ball
-        Displacement from the equilibrium in its middle, and on it.
+    x, v : ball
+        Displacement from the origin of the piece and velocity in its middle.
+    around, rate, acceleration, jerk : ball
+        x, x', x'' and, with friction, the derivative of that; of a mass that is held as if there were no friction.
     """
 
+    x: Any
+    v: Any
+    around: Any
     rate: Any
     acceleration: Any
-    below_1: bool
-    above_2: bool
-    x: Any
-    around: Any
+    jerk: Any
 
-    def is_clear_of(self, support: int) -> bool:
-        """Return whether the mass is certainly not at a support."""
-        return self.below_1 if support == 1 else self.above_2
+
+class Margin(NamedTuple):
+    """What is positive on a piece: balls of its value, of two derivatives, and of its value in the middle."""
+
+    value: Any
+    slope: Any
+    bend: Any
+    middle: Any
 
 
 class FlightMotion:
     """The motion of a flight over the times since its departure, in forcing periods."""
 
     def __init__(self, model: Flights, flight: Flight) -> None:
-        self.model, self.flight = model, flight
-        self.x = model.position[flight.support]
-        self.v = -(model.restitution[flight.support] * flight.velocity)
-        duration = flight.end - flight.start
-        self.least, self.longest = round_down(duration), round_up(duration)
+        self.flight, self.model = flight, model.on(flight.event.after)
+        self.x, self.v = start_of(model, flight)
+        self.least, self.longest = round_down(flight.turns), round_up(flight.turns)
+        self.zero_at_start = _margin_at(flight.event, self.model.piece)
+        self.zero_at_end = _margin_at(flight.next_event, self.model.piece)
 
     def look(self, low: float, high: float) -> Stretch:
         """Return what holds from `low` to `high`."""
         model, c = self.model, arb((low + high) / 2)
-        x, v = model.fly(self.flight.start, c, self.x, self.v)
         r = ((arb(high) - c).max(c - arb(low)) * model.period).upper()
-        share = 1 - (model.h + r) * r
+        if model.piece.is_held:
+            times = self.flight.start + c + arb(0, r) / model.period
+            push = model.acceleration(times, self.x)
+            return Stretch(self.x, ZERO, self.x, ZERO, push, model.force_rate(times))
+        x, v = model.fly(self.flight.start, c, self.x, self.v)
+        per_velocity = model.damping + model.stiffness * r
+        share = 1 - per_velocity * r
         if not share > MIN_SHARE:
             unknown = arb(0, arb.pos_inf())
-            return Stretch(unknown, unknown, False, False, x, unknown)
-        bound = ((model.force_bound + abs(x) + (model.h + r) * abs(v)) / share).upper()
+            return Stretch(x, v, unknown, unknown, unknown, unknown)
+        middle = model.acceleration(self.flight.start + c, x, v)
+        grows = model.rate_bound + model.stiffness * abs(v)
+        bound = ((abs(middle) + grows * r) / share).upper()
         around = x + v * arb(0, r) + arb(0, bound * r * r / 2)
         rate = v + arb(0, bound * r)
-        time = self.flight.start + c + arb(0, r) / model.period
-        acceleration = model.force(time) - around - model.h * rate
-        below, above = around < model.position[1], around > model.position[2]
-        return Stretch(rate, acceleration, bool(below), bool(above), x, around)
+        acceleration = middle + arb(0, ((grows + per_velocity * bound) * r).upper())
+        jerk = ZERO
+        if model.piece.way:
+            times = self.flight.start + c + arb(0, r) / model.period
+            jerk = model.force_rate(times) - model.stiffness * rate - model.damping * acceleration
+        return Stretch(x, v, around, rate, acceleration, jerk)
+
+    def margins(self, at: Stretch) -> dict[int | str, Margin]:
+        """Return what is positive on a stretch: gaps, by their supports, and what friction asks for."""
+        model, piece, found = self.model, self.model.piece, dict[int | str, Margin]()
+        for support, side in SIDES.items():
+            if support == piece.contact:
+                way, gaps = -side, (at.around * side, at.x * side)
+            else:
+                b = model.position[support] - model.origin
+                way, gaps = side, ((b - at.around) * side, (b - at.x) * side)
+            found[support] = Margin(gaps[0], at.rate * -way, at.acceleration * -way, gaps[1])
+        if piece.is_held:
+            for way in (1, -1):
+                rest = model.p["friction"] - at.acceleration * way
+                # its ball on the whole stretch, in place of one in the middle
+                found[f"{HOLD} {way}"] = Margin(rest, at.jerk * -way, ZERO, rest)
+        elif piece.way:
+            found[VELOCITY] = Margin(
+                at.rate * piece.way,
+                at.acceleration * piece.way,
+                at.jerk * piece.way,
+                at.v * piece.way,
+            )
+        return found
 
     def leaves(self, shortest: float, touch: Any = None) -> bool | None:
-        """Return False: it certainly stays between the supports; True: it leaves; None: undecided.
+        """Return False: all margins certainly stay positive; True: one does not; None: undecided.
 
         At the time `touch`, a ball, it is known to turn at a support, which is no impact.
         """
@@ -88,15 +135,14 @@ class FlightMotion:
         while stack:
             low, high = stack.pop()
             count += 1
-            stretch = self.look(low, high)
-            if stretch.below_1 and stretch.above_2:
+            margins = self.margins(self.look(low, high)).values()
+            if all(margin.value > 0 for margin in margins):
                 continue
             if touch is not None and self._only_touches(low, high, touch):
                 continue
-            if low > 0 and high < self.least:
-                x, (b1, b2) = stretch.x, (self.model.position[1], self.model.position[2])
-                if x > b1 or x < b2:
-                    return True
+            is_inside = low > 0 and high < self.least
+            if is_inside and any(margin.middle < 0 for margin in margins):
+                return True
             if high - low < shortest or count > MAX_STRETCHES:
                 return None
             middle = (low + high) / 2
@@ -105,26 +151,27 @@ class FlightMotion:
 
     def _only_touches(self, low: float, high: float, touch: Any) -> bool:
         """Return whether, between a stretch and a turn at a support, it curves away from that and nears no other."""
-        around = self.look(min(low, round_down(touch)), max(high, round_up(touch)))
-        curve = around.acceleration
-        return bool((curve < 0 and around.above_2) or (curve > 0 and around.below_1))
+        gaps = self.margins(self.look(min(low, round_down(touch)), max(high, round_up(touch))))
+        return any(bool(gaps[s].bend > 0 and gaps[3 - s].value > 0) for s in SIDES)
 
     def _monotone(self, shortest: float) -> tuple[float, float, int]:
-        """Return until when it certainly falls away, from when it certainly approaches, and the stretches looked at."""
+        """Return until when what is 0 at the start rises, from when what is 0 at the end falls, and the looks taken."""
         first, last, count = 0.0, self.longest, 0
         for departs in (True, False):
-            support = self.flight.support if departs else self.flight.next_support
-            towards = 1 if support == 1 else -1
+            zero = self.zero_at_start if departs else self.zero_at_end
             step = self.longest / 8
             while step > shortest and first < last and count < MAX_STRETCHES:
                 low = first if departs else max(last - step, first)
                 high = min(first + step, last) if departs else last
-                stretch = self.look(low, high)
+                margins = self.margins(self.look(low, high))
                 count += 1
-                moves = stretch.rate * towards < 0 if departs else stretch.rate * towards > 0
-                # without restitution it departs at velocity 0, pulled away
-                is_pulled = departs and low == 0.0 and stretch.acceleration * towards < 0
-                if (moves or is_pulled) and stretch.is_clear_of(3 - support):
+                is_kept = all(each.value > 0 for key, each in margins.items() if key != zero)
+                if zero in margins:
+                    slope = margins[zero].slope if departs else -margins[zero].slope
+                    # without restitution, or where friction lets go, it departs at slope 0 and is pulled away
+                    is_pulled = departs and low == 0.0 and bool(margins[zero].bend > 0)
+                    is_kept = is_kept and (bool(slope > 0) or is_pulled)
+                if is_kept:
                     first, last, step = (
                         (high, last, 2 * step) if departs else (first, low, 2 * step)
                     )
@@ -133,21 +180,57 @@ class FlightMotion:
         return first, last, count
 
 
-def leaves_supports(orbit: Orbit) -> bool | None:
-    """Return False: a proved orbit is a motion over all its box; True: nowhere in the box; None: undecided."""
-    for support, v in zip(orbit.law.supports, orbit.tube[orbit.n :], strict=True):
-        towards = v if support == 1 else -v
-        if not towards > 0:
-            return True if towards < 0 else None
-    model = Flights(orbit.box.balls)
-    shortest = SHORTEST_OF_BOX if orbit.box.directions else SHORTEST
+def _margin_at(event: Event, piece: Piece) -> int | str:
+    """Return which margin of a piece is 0 at an event with which it begins or ends."""
+    if event.kind.is_at_support:
+        return event.support
+    return f"{HOLD} {event.after.way}" if piece.is_held else VELOCITY
+
+
+def _signs(model: Flights, before: Piece, flight: Flight) -> Iterator[Any]:
+    """Yield what is positive at the event with which a flight begins; before : the piece that ends there."""
+    (kind, support, after), time, free = flight.event, flight.start, flight.free
+    if kind.is_at_support:
+        yield free * (-SIDES[support] if kind is Kind.LEAVES else SIDES[support])
+    elif kind is Kind.SLIPS:
+        yield model.force_rate(time) * after.way
+    else:
+        yield model.on(before).acceleration(time, free) * -before.way
+        push = model.on(after).acceleration(time, free)
+        yield push * after.way if kind is Kind.TURNS else model.p["friction"] - abs(push)
+
+
+def leaves_law(
+    model: Flights,
+    law: Law,
+    tube: Sequence[Any],
+    lengths: Sequence[Any] | None,
+    shortest: float,
+    touches: Mapping[int, Any] = MappingProxyType({}),
+) -> bool | None:
+    """Return False: events and what is between them are certainly those of the law; True: not; None: undecided.
+
+    lengths : as of `flights_of`; touches : times after their start at which flights are known to turn at a support,
+    which is no impact.
+    """
+    flights = [(i, flight) for i, _j, flight in flights_of(law, tube, lengths)]
+    for i, flight in flights:
+        for sign in _signs(model, law.events[i - 1].after, flight):
+            if not sign > 0:
+                return True if sign < 0 else None
     undecided = False
-    for _i, _j, flight in flights_of(orbit.law, orbit.tube):
-        verdict = FlightMotion(model, flight).leaves(shortest)
+    for i, flight in flights:
+        verdict = FlightMotion(model, flight).leaves(shortest, touches.get(i))
         if verdict:
             return True
         undecided = undecided or verdict is None
     return None if undecided else False
+
+
+def is_no_motion(orbit: Orbit) -> bool | None:
+    """Return False: a proved orbit is a motion over all its box; True: nowhere in the box; None: undecided."""
+    shortest = SHORTEST_OF_BOX if orbit.box.directions else SHORTEST
+    return leaves_law(Flights(orbit.box.balls), orbit.law, orbit.tube, orbit.lengths, shortest)
 
 
 def displacement_bounds(orbit: Orbit, stretches: int) -> tuple[list[float], list[float]]:
@@ -156,10 +239,11 @@ def displacement_bounds(orbit: Orbit, stretches: int) -> tuple[list[float], list
     On each stretch they hold for every flight that may be under way, which ends at a support.
     """
     model, m = Flights(orbit.box.balls), orbit.law.m
-    load = orbit.box.balls["load"]
-    floor, ceiling = round_down(model.position[2] + load), round_up(model.position[1] + load)
+    p, load = orbit.box.balls, orbit.box.balls["load"]
+    floor = round_down(model.position[2] + load) if p["k2"].is_zero() else -math.inf
+    ceiling = round_up(model.position[1] + load) if p["k1"].is_zero() else math.inf
     lows, highs = [math.inf] * stretches, [-math.inf] * stretches
-    for _i, _j, flight in flights_of(orbit.law, orbit.tube):
+    for _i, _j, flight in flights_of(orbit.law, orbit.tube, orbit.lengths):
         motion = FlightMotion(model, flight)
         earliest, latest = round_down(flight.start), round_up(flight.start)
         for n in range(stretches):
@@ -168,7 +252,7 @@ def displacement_bounds(orbit: Orbit, stretches: int) -> tuple[list[float], list
                 low = max((n / stretches - turn) * m - latest - ROUNDING, 0.0)
                 high = min(((n + 1) / stretches - turn) * m - earliest + ROUNDING, motion.longest)
                 if low <= high:
-                    x = motion.look(low, high).around + load
+                    x = motion.look(low, high).around + (motion.model.origin + load)
                     is_known = bool(x.is_finite())
                     lows[n] = min(lows[n], max(round_down(x), floor) if is_known else floor)
                     highs[n] = max(highs[n], min(round_up(x), ceiling) if is_known else ceiling)
@@ -180,11 +264,11 @@ def is_minimal(orbit: Orbit) -> bool | None:
 
     An orbit of m periods that also is one of m/q, q prime, is its own image under a shift by m/q and by n/q impacts.
     """
-    m, n, supports = orbit.law.m, orbit.n, orbit.law.supports
+    m, n, events = orbit.law.m, orbit.n, orbit.law.events
     for q in range(2, m + 1):
         if m % q or any(q % d == 0 for d in range(2, q)):
             continue
-        if n % q or supports != supports[n // q :] + supports[: n // q]:
+        if n % q or events != events[n // q :] + events[: n // q]:
             continue
         by, image = n // q, []
         for i in range(n):

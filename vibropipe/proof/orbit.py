@@ -1,8 +1,9 @@
-"""An orbit as a zero of the equations of its impacts, proved by Krawczyk's test.
+"""An orbit as a zero of the equations of its events, proved by Krawczyk's test.
 
-The unknowns u are the times t_i of the impacts (in forcing periods) and the velocities v_i before them. Over a box of
-exciters, p = p0 + sum D_j c_j with |c_j| <= 1, they are sought as u0 + S (c - c0) + w: with the derivative F_u over the
-tube and C near its inverse, the slopes S = -C F_c follow the orbit, and
+The unknowns u are the times t_i of the events (in forcing periods) and what each leaves free: the velocity v_i before
+it at a support, the displacement where friction turns or holds the mass. Over a box of exciters, p = p0 + sum D_j c_j
+with |c_j| <= 1, they are sought as u0 + S (c - c0) + w: with the derivative F_u over the tube and C near its inverse,
+the slopes S = -C F_c follow the orbit, and
 
     K(W) = -C (F(u0, c0) + (F_c + F_u S) (c - c0)) + (I - C F_u) W  within the interior of W
 
@@ -30,12 +31,13 @@ from vibropipe.proof.balls import (
     Number,
     arb,
     arb_mat,
+    ball_of,
     hull,
     magnitude,
-    seed,
     total,
 )
 from vibropipe.proof.flights import Flights
+from vibropipe.proof.law import Event, Kind, Law
 
 MAX_NEWTON, MAX_INFLATIONS = 30, 12
 # Share of the scale below which Newton's steps and the first radius of existence are.
@@ -44,21 +46,18 @@ STEP, RADIUS = 2.0 ** (20 - BITS), 2.0 ** (40 - BITS)
 UNIQUENESS_STEP = 1.05
 
 
-class Law(NamedTuple):
-    """The law of an orbit: its forcing periods and the supports it strikes in turn."""
-
-    m: int
-    supports: tuple[int, ...]
-
-
 class Flight(NamedTuple):
-    """A flight of an orbit: from a support, at a time with a velocity before the impact, to the next one."""
+    """A piece of an orbit: from an event, at a time with what it leaves free, to the next one.
 
-    support: int
-    next_support: int
+    turns : its length in forcing periods, of which the balls of both times, which move together, may know less.
+    """
+
+    event: Event
+    next_event: Event
     start: Number
     end: Number
-    velocity: Number
+    free: Number
+    turns: Number
 
 
 class Box:
@@ -87,6 +86,11 @@ class Box:
         self.centre = self.at(self.middle)
         self.balls = self.at([hull(a, b) for a, b in zip(low, high, strict=True)])
 
+    @property
+    def share(self) -> float:
+        """Its share of the box with all offsets from -1 to 1."""
+        return math.prod((b - a) / 2 for a, b in zip(self.low, self.high, strict=True))
+
     def at(self, c: Sequence[Any]) -> dict[str, Any]:
         """Return the parameters at an offset."""
         moves = list(zip(self.directions, c, strict=True))
@@ -114,42 +118,42 @@ class Orbit:
     box : Box
     law : Law
     guess : sequence of ball
-        Times and velocities of the impacts, in their order.
+        Times of the events and what each leaves free, in their order.
 
     Attributes
     ----------
     u : list of ball
-        Times and velocities at the centre, exact numbers, refined from the guess.
+        Times and what is free at the centre, exact numbers, refined from the guess.
     scale : list of ball
-        What the radii of unknowns are shares of: a forcing period, the largest velocity.
+        What the radii of unknowns are shares of: a forcing period, the largest velocity, l of a displacement.
     moved : float
         How far the guess was off, as a share of the scale; inf if Newton's method failed.
     radius, held, unique : list of ball
         Once proved: radii of the tubes that the orbit lies in, that it was found in, and in which there is no other.
     share : list of float
         Of each direction, what the width of the box adds to the residual of Krawczyk's test.
-    tube : list of ball
-        Once proved: times and velocities over the box.
+    tube, lengths : list of ball
+        Once proved: the unknowns over the box, and the lengths of the flights.
     """
 
     def __init__(self, box: Box, law: Law, guess: Sequence[Any]) -> None:
-        self.box, self.law, self.n = box, law, len(law.supports)
+        self.box, self.law, self.n = box, law, len(law.events)
         self.u = [arb(value).mid() for value in guess]
-        speed = max((abs(v) for v in self.u[self.n :]), key=float)
-        self.scale = [ONE] * self.n + [speed] * self.n
+        self.scale = scale_of(law, self.u, box.centre["l"])
         self.share = [0.0] * len(box.directions)
         self.moved = self._refine()
         self.radius: list[Any] = []
         self.held: list[Any] = []
         self.tube: list[Any] = []
+        self.lengths: list[Any] = []
 
     def _refine(self) -> float:
         """Refine the centre by Newton's method, set C and S, and return how far the guess was off."""
         guess, centre = self.u, Box(self.box.centre)
         try:
             for _ in range(MAX_NEWTON):
-                by_u, _by_c = derivatives(centre, self.law, self.u)
-                self.inverse = arb_mat(by_u).mid().inv().mid()
+                found = derivatives(centre, self.law, self.u)
+                self.inverse = arb_mat(found.by_u).mid().inv().mid()
                 values = residual(centre.balls, self.law, self.u)
                 step = self.inverse * arb_mat([[value.mid()] for value in values])
                 self.u = [(a - step[i, 0]).mid() for i, a in enumerate(self.u)]
@@ -160,9 +164,11 @@ class Orbit:
         if not all(a.is_finite() for a in self.u):
             return math.inf
         self.at_centre = residual(self.box.centre, self.law, self.u)
+        model = Flights(self.box.centre)
+        self.ends = [end_of(model, flight) for _i, _j, flight in flights_of(self.law, self.u)]
         # S and C may be any numbers; good ones make the tube narrow
         middle = Box(self.box.centre, self.box.directions, *[[0.0] * len(self.share)] * 2)
-        _by_u, by_c = derivatives(middle, self.law, self.u)
+        by_c = derivatives(middle, self.law, self.u).by_c
         moved = self.inverse * arb_mat(by_c) * -1 if self.share else arb_mat(2 * self.n, 0)
         self.slopes = [[a.mid() for a in row] for row in moved.tolist()]
         off = [abs(a - b) / s for a, b, s in zip(self.u, guess, self.scale, strict=True)]
@@ -176,14 +182,26 @@ class Orbit:
             for u, r, slopes in zip(self.u, radius, self.slopes, strict=True)
         ]
 
+    def lengths_of(self, radius: Sequence[Any]) -> list[Any]:
+        """Return the lengths of the flights over the box in such a tube."""
+        lengths = []
+        for i in range(self.n):
+            j = (i + 1) % self.n
+            length = self.u[j] - self.u[i] + (self.law.m if j <= i else 0)
+            drifts = zip(self.slopes[i], self.slopes[j], self.box.offsets, strict=True)
+            length = length + total((late - early) * c for early, late, c in drifts)
+            lengths.append(length if i == j else length + arb(0, radius[i] + radius[j]))
+        return lengths
+
     def krawczyk(self, radius: Sequence[Any]) -> tuple[list[Any], bool]:
         """Return K of a tube, and whether it lies inside."""
         size, moves = len(radius), self.box.offsets
-        by_u, by_c = derivatives(self.box, self.law, self.tube_of(radius))
-        jacobian = arb_mat(by_u)
+        spread = Spread(self.slopes, radius, moves, self.lengths_of(radius), self.ends)
+        found = derivatives(self.box, self.law, self.tube_of(radius), spread)
+        jacobian = arb_mat(found.by_u)
         values = [[value] for value in self.at_centre]
         if moves:
-            drift = arb_mat(by_c) + jacobian * arb_mat(self.slopes)
+            drift = arb_mat(found.drift)
             added = (self.inverse * drift).tolist()
             self.share = [
                 max(
@@ -222,7 +240,7 @@ class Orbit:
         else:
             return False
         self.radius, self.held = [magnitude(a) for a in k], radius
-        self.tube = self.tube_of(self.radius)
+        self.tube, self.lengths = self.tube_of(self.radius), self.lengths_of(self.radius)
         return True
 
     @functools.cached_property
@@ -258,43 +276,177 @@ class Orbit:
         return functools.reduce(lambda a, b: a.min(b), shares)
 
 
+def scale_of(law: Law, u: Sequence[Any], length: Any) -> list[Any]:
+    """Return what radii of unknowns are shares of: a forcing period, the largest velocity, a length."""
+    n = len(law.events)
+    frees = list(zip(law.events, u[n:], strict=True))
+    speed = max((abs(v) for event, v in frees if event.kind.is_at_support), key=float)
+    return [ONE] * n + [speed if event.kind.is_at_support else length for event, _ in frees]
+
+
+def start_of(model: Flights, flight: Flight) -> tuple[Number, Number]:
+    """Return displacement, from the origin of the piece, and velocity right after the event a flight begins with."""
+    kind, support, _after = flight.event
+    if kind is Kind.IMPACT:
+        return model.position[support], -(model.restitution[support] * flight.free)
+    if kind is Kind.ENTERS:
+        return flight.free * 0, flight.free
+    if kind is Kind.LEAVES:
+        return model.position[support], flight.free
+    return flight.free, flight.free * 0
+
+
 def end_of(model: Flights, flight: Flight) -> tuple[Number, Number]:
-    """Return displacement and velocity at the end of a flight."""
-    leaving = -(model.restitution[flight.support] * flight.velocity)
-    turns = flight.end - flight.start
-    return model.fly(flight.start, turns, model.position[flight.support], leaving)
+    """Return displacement, from the origin of its piece, and velocity at the end of a flight."""
+    piece, (x, v) = model.on(flight.event.after), start_of(model, flight)
+    return piece.fly(flight.start, flight.turns, x, v)
 
 
-def flights_of(law: Law, u: Sequence[Number]) -> Iterator[tuple[int, int, Flight]]:
-    """Yield each flight with the indices of the impacts at its ends."""
-    n = len(law.supports)
+def conditions(model: Flights, flight: Flight) -> tuple[Number, Number]:
+    """Return what is 0 where a flight meets its next event, and what that event leaves free."""
+    (x, v), (kind, support, after) = end_of(model, flight), flight.next_event
+    if kind.is_at_support:
+        return x if kind is Kind.LEAVES else x - model.position[support], v
+    if kind is Kind.SLIPS:  # the friction no longer holds
+        return model.on(after).acceleration(flight.end, x), x
+    return v, x
+
+
+def flights_of(
+    law: Law, u: Sequence[Number], lengths: Sequence[Any] | None = None
+) -> Iterator[tuple[int, int, Flight]]:
+    """Yield each flight with the indices of the events at its ends; lengths : of the flights, if they are known."""
+    n = len(law.events)
     for i in range(n):
         j = (i + 1) % n
         end = u[j] + law.m if j <= i else u[j]
-        yield i, j, Flight(law.supports[i], law.supports[j], u[i], end, u[n + i])
+        turns = end - u[i]
+        if lengths is not None:
+            turns = Jet(lengths[i], turns.slopes) if type(turns) is Jet else lengths[i]
+        yield i, j, Flight(law.events[i], law.events[j], u[i], end, u[n + i], turns)
 
 
 def residual(p: Mapping[str, Any], law: Law, u: Sequence[Any]) -> list[Any]:
-    """Return the equations: each flight ends at the next support with the next velocity."""
-    model, rows, n = Flights(p), [], len(law.supports)
+    """Return the equations: each flight meets the next event with what that leaves free."""
+    model, rows, n = Flights(p), [], len(law.events)
     for _i, j, flight in flights_of(law, u):
-        x, v = end_of(model, flight)
-        rows += [x - model.position[flight.next_support], v - u[n + j]]
+        met, free = conditions(model, flight)
+        rows += [met, free - u[n + j]]
     return rows
 
 
-def derivatives(box: Box, law: Law, u: Sequence[Any]) -> tuple[list[list[Any]], list[list[Any]]]:
-    """Return the derivatives of the equations over a box, by u and by the offsets."""
-    n, k = len(law.supports), len(box.directions)
-    model = Flights(box.jets(k + 3))
-    by_u = [[ZERO] * (2 * n) for _ in range(2 * n)]
-    by_c = []
-    for i, j, flight in flights_of(law, u):
-        jets = (seed(a, k + index, k + 3) for index, a in enumerate(flight[2:]))
-        x, v = end_of(model, Flight(flight.support, flight.next_support, *jets))
-        for row, value in ((2 * i, x - model.position[flight.next_support]), (2 * i + 1, v)):
-            by_c.append(value.slopes[:k])
-            for column, slope in zip((i, j, n + i), value.slopes[k:], strict=True):
-                by_u[row][column] += slope
-        by_u[2 * i + 1][n + j] -= 1
-    return by_u, by_c
+class Gradient(NamedTuple):
+    """Derivatives of a number at the end of a flight, by its start, its end, what is free at its start, and its phase.
+
+    The last, by both times at once, is the sum of the first two, whose balls do not know how they cancel.
+    """
+
+    start: Any
+    end: Any
+    free: Any
+    phase: Any
+
+    def along(self, of_start: Any, of_end: Any, of_free: Any) -> Any:
+        """Return the change of the number as start, end and what is free change."""
+        apart = self.start * of_start + self.end * of_end
+        at_once = self.phase * of_start + self.end * (of_end - of_start)
+        of_times = apart.intersection(at_once) if apart.is_finite() else at_once
+        return of_times + self.free * of_free
+
+
+def derivatives(box: Box, law: Law, u: Sequence[Any], spread: Spread | None = None) -> Derivatives:
+    """Return the derivatives of the equations over a box.
+
+    spread : how far u lies from the centre of a tube, by which the states at the ends of flights are known better.
+    """
+    n, k = len(law.events), len(box.directions)
+    model, over_box = Flights(box.balls), Flights(box.jets(k))
+    found = Derivatives([[ZERO] * (2 * n) for _ in range(2 * n)], [], [])
+    lengths = None if spread is None else spread.lengths
+    for i, j, flight in flights_of(law, u, lengths):
+        columns, kind = (i, j, n + i), flight.next_event.kind
+        ends = end_of(over_box, flight)
+        of_x, of_v = gradients(model, flight, *map(ball_of, ends))
+        if spread is not None and k > 0:
+            near = [
+                spread.narrowed(end, at, by, columns)
+                for end, at, by in zip(ends, spread.ends[i], (of_x, of_v), strict=True)
+            ]
+            of_x, of_v = gradients(model, flight, *near)
+        if kind is Kind.SLIPS:
+            slope = model.on(flight.next_event.after).stiffness
+            rate = model.force_rate(flight.end) * model.period
+            by = [-(slope * a) for a in of_x]
+            of_met, of_free = Gradient(by[0], by[1] + rate, by[2], by[3] + rate), of_x
+        else:
+            of_met, of_free = (of_x, of_v) if kind.is_at_support else (of_v, of_x)
+        pairs = zip((of_met, of_free), conditions(over_box, flight), (0, 1), strict=True)
+        for gradient, value, is_free in pairs:
+            for column, slope in zip(columns, gradient, strict=False):
+                found.by_u[2 * i + is_free][column] += slope
+            own = [*value.slopes] if type(value) is Jet else [ZERO] * k
+            found.by_c.append(own)
+            if spread is not None:
+                found.drift.append(
+                    [
+                        own[c]
+                        + gradient.along(*(spread.slopes[column][c] for column in columns))
+                        - spread.slopes[n + j][c] * is_free
+                        for c in range(k)
+                    ]
+                )
+        found.by_u[2 * i + 1][n + j] -= 1
+    return found
+
+
+class Derivatives(NamedTuple):
+    """Derivatives of the equations by u and by the offsets, and their drifts as u follows the offsets."""
+
+    by_u: list[list[Any]]
+    by_c: list[list[Any]]
+    drift: list[list[Any]]
+
+
+def gradients(model: Flights, flight: Flight, x1: Any, v1: Any) -> tuple[Gradient, Gradient]:
+    """Return the derivatives of x and x' at the end of a flight; x1, v1 : balls of them."""
+    piece = model.on(flight.event.after)
+    if piece.piece.is_held:
+        return Gradient(ZERO, ZERO, ONE, ZERO), Gradient(ZERO, ZERO, ZERO, ZERO)
+    flow, period = piece.flow(flight.turns), model.period
+    x0, v0 = start_of(model, flight)
+    a0, a1 = piece.acceleration(flight.start, x0, v0), piece.acceleration(flight.end, x1, v1)
+    kind, support, _after = flight.event
+    free_x, free_v = (flow.e12, flow.e22) if kind.is_at_support else (flow.e11, flow.e21)
+    if kind is Kind.IMPACT:
+        R = model.restitution[support]
+        free_x, free_v = -(R * free_x), -(R * free_v)
+    start_x = -((flow.e11 * v0 + flow.e12 * a0) * period)
+    start_v = -((flow.e21 * v0 + flow.e22 * a0) * period)
+    phase_x, phase_v = piece.by_phase(flight.start, flight.turns, flow)
+    return (
+        Gradient(start_x, v1 * period, free_x, phase_x),
+        Gradient(start_v, a1 * period, free_v, phase_v),
+    )
+
+
+class Spread(NamedTuple):
+    """How the unknowns of a tube move with the offsets, and the states at the ends of the flights at its centre."""
+
+    slopes: Sequence[Sequence[Any]]
+    radius: Sequence[Any]
+    offsets: Sequence[Any]
+    lengths: Sequence[Any]
+    ends: Sequence[tuple[Any, Any]]
+
+    def narrowed(self, end: Number, at: Any, by_u: Gradient, columns: Sequence[int]) -> Any:
+        """Return a number at the end of a flight over the tube by the mean value form, in which its parts cancel.
+
+        end : as computed, with its slopes by the offsets; at : at the centre; by_u : derivatives by the unknowns.
+        """
+        if type(end) is not Jet:
+            end = Jet(end, [ZERO] * len(self.offsets))
+        off = zip(by_u, columns, strict=False)
+        moved = at + total(slope * arb(0, self.radius[n]) for slope, n in off)
+        for k, (offset, own) in enumerate(zip(self.offsets, end.slopes, strict=True)):
+            moved = moved + (own + by_u.along(*(self.slopes[n][k] for n in columns))) * offset
+        return moved.intersection(end.value) if moved.is_finite() else end.value

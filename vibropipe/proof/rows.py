@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.proof.bifurcation import KINDS
+from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
 from vibropipe.proof.given import Given, given_orbit
 from vibropipe.proof.statement import prove_critical, prove_orbit
 from vibropipe.words.bifurcations import Bifurcation
@@ -102,9 +102,10 @@ def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
             first = int(last[point] - row["row_size"])
             row = row.isel(impact=slice(first, int(last[point])))
         given = _orbit_of(row)
-        if given is None:
+        kind = Bifurcation(int(kinds[k]))
+        if given is None or not (given.law.is_of_impacts or kind.name.lower() not in OF_IMPACTS):
             continue
-        proof = prove_critical(given, Bifurcation(int(kinds[k])), along)
+        proof = prove_critical(given, kind, along)
         proved[k] = int(proof["proved"])
         ends[:, k] = [float(proof[f"{along}_{end}"]) for end in ("low", "high")]
     names = [f"{prefix}{along}_{end}" for end in ("low", "high")]

@@ -35,8 +35,8 @@ def critical_statement(
     given: Given, kind: Bifurcation, along: str, ends: Sequence[float], found: Critical
 ) -> str:
     """Return what was found of a bifurcation as a sentence."""
-    counts = ", ".join(str(given.supports.count(support)) for support in (1, 2))
-    name = f"The orbit ({given.m}; {counts})"
+    counts = ", ".join(str(given.law.supports.count(support)) for support in (1, 2))
+    name = f"The orbit ({given.law.m}; {counts})"
     if found.why is not Why.NONE:
         return f"Undecided: not proved {found.why.reason}."
     support = "both supports" if found.touched == BOTH else f"support {found.touched}"
@@ -65,7 +65,9 @@ def statement(
         )
         where = f"of the exciter with {places}" if places else "of this exciter"
         what = {
-            Why.MOTION: "leaves the supports",
+            Why.MOTION: "leaves the supports"
+            if claim.law.is_of_impacts
+            else "does not do what its law says",
             Why.STABILITY: f"is {'unstable' if claim.is_stable else 'stable'}",
             Why.PERIOD: "has a shorter period",
         }[outcome.why]

@@ -23,9 +23,9 @@ from vibropipe.proof.certificate import (
     largest_factor,
 )
 from vibropipe.proof.every import all_orbits
-from vibropipe.proof.given import Given, first_out_of_range
+from vibropipe.proof.given import Given, balls_of, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
-from vibropipe.proof.orbit import Box, Law
+from vibropipe.proof.orbit import Box
 from vibropipe.proof.sentences import (
     Outcome,
     critical_statement,
@@ -35,8 +35,7 @@ from vibropipe.proof.sentences import (
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.parameters import stated_value
-from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why
+from vibropipe.words.proofs import Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 
 # Quantities with bounds, and their dimensions.
@@ -65,8 +64,8 @@ def prove_orbit(
     """Return the dataset of `prove`; arguments are checked."""
     with ctx.workprec(BITS):
         nominal = balls_of(given.exciter)
-        claim = Claim(Law(given.m, given.supports), None, harmonics)
-        guess = [*given.times, *given.velocities]
+        claim = Claim(given.law, None, harmonics)
+        guess = [*given.times, *given.frees]
         start = examine(Box(nominal), claim, guess, MAX_MOVED_BY_ROUNDING)
         if start.why is Why.NONE and start.values is not None:
             outcome = Outcome(Proved.PROVED, Why.NONE, parts=[start])
@@ -98,24 +97,20 @@ def _with_tube(
     return describe(dataset.assign(tube).assign_coords(phases))
 
 
-def balls_of(exciter: Exciter) -> dict[str, Any]:
-    """Return the parameters of an exciter, which are exact doubles."""
-    return {name: arb(float(stated_value(getattr(exciter, name)))) for name in BOXED}
-
-
 def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
     """Return the dataset of `prove_bifurcation`; arguments are checked."""
-    law, n = Law(given.m, given.supports), len(given.supports)
+    law, n = given.law, len(given.law.events)
     with ctx.workprec(BITS):
-        guess = [*given.times, *given.velocities]
+        guess = [*given.times, *given.frees]
         found = bifurcation_near(balls_of(given.exciter), law, guess, kind, along)
         is_proved = found.why is Why.NONE
         tube = found.tube if is_proved else [arb.nan()] * (2 * n)
         value = found.parameter if is_proved else arb.nan()
-        periods = np.floor(given.times).astype(np.int64)
-        phases = [t - int(period) for t, period in zip(tube[:n], periods, strict=True)]
+        periods = np.floor(given.times).astype(np.int64)[law.strikes]
+        struck = [(tube[i], tube[n + i]) for i in law.strikes]
+        phases = [t - int(period) for (t, _v), period in zip(struck, periods, strict=True)]
         variables: dict[str, Any] = {
-            "impact_support": ("impact", np.array(given.supports, np.int8)),
+            "impact_support": ("impact", np.array(law.supports, np.int8)),
             "impact_period": ("impact", periods),
             "bifurcation_kind": ((), np.int8(kind)),
             "grazing_support": ((), np.int8(found.touched)),
@@ -123,12 +118,12 @@ def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
         for end, rounded in (("low", round_down), ("high", round_up)):
             variables |= {
                 f"impact_phase_{end}": ("impact", [rounded(a) for a in phases]),
-                f"impact_velocity_{end}": ("impact", [rounded(a) for a in tube[n:]]),
+                f"impact_velocity_{end}": ("impact", [rounded(v) for _t, v in struck]),
                 f"{along}_{end}": ((), rounded(value)),
             }
-    counts = [given.supports.count(support) for support in (1, 2)]
+    counts = [law.supports.count(support) for support in (1, 2)]
     verdict = Proved.PROVED if is_proved else Proved.UNDECIDED
-    variables |= _scalars(verdict, found.why, 1, (given.m, *counts))
+    variables |= _scalars(verdict, found.why, 1, (law.m, *counts))
     del variables["parts"]
     ends = [float(variables[f"{along}_{end}"][1]) for end in ("low", "high")]
     attrs = {"statement": critical_statement(given, kind, along, ends, found)}
@@ -154,7 +149,9 @@ class _Tolerances:
     def attempt(self, factor: float) -> Certificate:
         """Try to prove the claim over a box."""
         off = {name: arb(most) * arb(factor) for name, most in self.within.items()}
-        certificate = Certificate(self.nominal, off, self.claim, self.start.orbit, self.limit)
+        certificate = Certificate(
+            self.nominal, off, self.claim, self.start.orbit, self.limit, narrows=factor == 1.0
+        )
         certificate.prove()
         return certificate
 
@@ -214,11 +211,11 @@ def _orbit_dataset(
     if within:
         half_width = half_width + arb(within.get("l", 0.0))
     parts = [_of_orbit(part, half_width) for part in outcome.parts]
-    supports, n = np.array(given.supports, np.int8), len(given.supports)
+    supports, n = np.array(given.law.supports, np.int8), len(given.law.supports)
     sizes = {"impact": n, "harmonic": harmonics}
     variables: dict[str, Any] = {
         "impact_support": ("impact", supports),
-        "impact_period": ("impact", np.floor(given.times).astype(np.int64)),
+        "impact_period": ("impact", np.floor(given.times).astype(np.int64)[given.law.strikes]),
     }
     for name, dims in BOUNDED.items():
         nothing = np.full([sizes[dim] for dim in dims], np.nan)
@@ -230,7 +227,7 @@ def _orbit_dataset(
     variables |= {
         "proved_stable": ((), np.int8(_stable_code(claim.is_stable))),
         "uniqueness_radius": ((), radius),
-        **_scalars(outcome.proved, outcome.why, outcome.examined, (given.m, *counts)),
+        **_scalars(outcome.proved, outcome.why, outcome.examined, (given.law.m, *counts)),
     }
     coords = {}
     if within:
@@ -241,7 +238,8 @@ def _orbit_dataset(
             "counterexample": ("parameter", wrong),
             "largest": ((), outcome.largest),
         }
-    attrs = {"statement": statement(within, claim, counts, outcome)}
+    told = statement(within, claim, counts, outcome)
+    attrs = {"statement": told, "events": given.law.text}
     return _described(given.exciter, variables, harmonics, attrs, **coords)
 
 
@@ -249,11 +247,11 @@ def _of_orbit(part: Part, half_width: Any) -> dict[str, Any]:
     """Return bounds of a proved orbit, its law and its radius of uniqueness."""
     orbit, values = part.orbit, part.values
     assert values is not None
-    n = orbit.n
-    periods = [math.floor(float(t.mid())) for t in orbit.u[:n]]
+    n, strikes = orbit.n, orbit.law.strikes
+    periods = [math.floor(float(orbit.u[i].mid())) for i in strikes]
     balls = {
-        "impact_phase": [t - period for t, period in zip(orbit.tube[:n], periods, strict=True)],
-        "impact_velocity": orbit.tube[n:],
+        "impact_phase": [orbit.tube[i] - k for i, k in zip(strikes, periods, strict=True)],
+        "impact_velocity": [orbit.tube[n + i] for i in strikes],
         "displacement_mean": values.mean,
         "displacement_strobe": values.displacement,
         "velocity_strobe": values.velocity,
@@ -272,8 +270,10 @@ def _of_orbit(part: Part, half_width: Any) -> dict[str, Any]:
         for name, ball in balls.items():
             is_list = isinstance(ball, list)
             bounds[f"{name}_{end}"] = [rounded(a) for a in ball] if is_list else rounded(ball)
-    # no motion between supports has an amplitude above that of a square wave, 4 l/pi
-    most, low, high = (round_up(4 * half_width / arb.pi()), *AMPLITUDE)
+    # no motion between rigid supports has an amplitude above that of a square wave, 4 l/pi
+    is_between = all(orbit.box.balls[k].is_zero() for k in ("k1", "k2"))
+    most = round_up(4 * half_width / arb.pi()) if is_between else math.inf
+    low, high = AMPLITUDE
     bounds[low] = [max(0.0, a) if a == a else 0.0 for a in bounds[low]]
     bounds[high] = [min(most, a) if a == a else most for a in bounds[high]]
     return bounds
@@ -307,7 +307,7 @@ def _described(
 
     scalars = {name: ((), value) for name, value in exciter.stated().items()}
     index = {"support": np.array([1, 2], np.int8), "harmonic": np.arange(1, harmonics + 1)}
-    origin = origin_attrs(all_effect_names(vars(exciter)), "none: proved by balls")
+    origin = origin_attrs(all_effect_names(vars(exciter), pieces=True), "none: proved by balls")
     origin["method"] = f"balls of {BITS} bits (python-flint {flint_version})"
     dataset = xr.Dataset(dict(variables), {**scalars, **index, **coords}, {**origin, **attrs})
     return describe(dataset)

@@ -15,8 +15,8 @@ if TYPE_CHECKING:
     from vibropipe.physics.exciter import Exciter
     from vibropipe.scenes.keys.proofs import Prove
 
-# Attributes: what was found, and by which arithmetic.
-STATEMENT, METHOD = f"{PREFIX}statement", f"{PREFIX}method"
+# Attributes: what was found, the events of the law, and by which arithmetic.
+STATEMENT, EVENTS, METHOD = (f"{PREFIX}{name}" for name in ("statement", "events", "method"))
 # Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s.
 STRETCHES, PARTS = 256, 1000
 
@@ -48,7 +48,7 @@ def with_certificate(
         proof = proved(orbit, prove.limits() or None, parts=PARTS, stretches=STRETCHES)
     except (ParameterError, ModuleNotFoundError) as error:
         return dataset.assign_attrs({REFUSED: f"{error}"})
-    attrs = {STATEMENT: proof.attrs["statement"], METHOD: proof.attrs["method"]}
+    attrs = {name: proof.attrs[name.removeprefix(PREFIX)] for name in (STATEMENT, EVENTS, METHOD)}
     proof = stored(proof, mass_and_stiffness).drop_vars(["m", "C"], errors="ignore")
     names = {str(name): of_proof(str(name)) for name in (*proof.variables, *proof.dims)}
     renamed = proof.rename({old: new for old, new in names.items() if old != new})

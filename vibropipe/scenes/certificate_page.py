@@ -18,7 +18,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.parts import Answer, Table
-from vibropipe.scenes.certificate import METHOD, proof_of
+from vibropipe.scenes.certificate import EVENTS, METHOD, proof_of
 from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.shown_units import shown_factor
@@ -46,6 +46,13 @@ BOUNDED = (
 def has_certificate(dataset: xr.Dataset) -> bool:
     """Return whether a certificate was asked for."""
     return REFUSED in dataset.attrs or proof_of(dataset) is not None
+
+
+def is_of_impacts(proof: xr.Dataset) -> bool:
+    """Return whether a proof is of a motion between rigid supports without friction."""
+    return all(
+        each.startswith("impact") for each in str(proof.attrs.get(EVENTS, "impact")).split(", ")
+    )
 
 
 def is_proved(proof: xr.Dataset | None) -> bool:
@@ -147,7 +154,9 @@ def why_text(proof: xr.Dataset) -> str:
     if int(proof["proved"]) != Proved.DISPROVED:
         return f"Not proved {why.reason}."
     what = {
-        Why.MOTION: "The mass leaves the supports",
+        Why.MOTION: "The mass leaves the supports"
+        if is_of_impacts(proof)
+        else "The mass leaves its law",
         Why.STABILITY: "The orbit has the other stability",
         Why.PERIOD: "The orbit has a shorter period",
     }[why]
@@ -185,8 +194,10 @@ def draw_tube(ax: Axes, proof: xr.Dataset) -> None:
     off = limits.get("l", 0.0) + limits.get("delta", 0.0)
     ax.stairs(high, edges, baseline=low, fill=True, color=EXACT, linewidth=0, zorder=2)
     least, most = delta - half, delta + half
-    room = ROOM * (most - least) + off
-    ax.set(xlim=(0, m), ylim=(least - room, most + room))
+    room = ROOM * (most - least)
+    # a soft support yields
+    deepest, highest = min(least - off, float(low.min())), max(most + off, float(high.max()))
+    ax.set(xlim=(0, m), ylim=(deepest - room, highest + room))
     support_bands(ax, least - off, most + off)
     for wall in (least, most):
         ax.axhline(wall, color=INK, linewidth=0.8, zorder=1)
@@ -238,10 +249,15 @@ def describe_certificate(dataset: xr.Dataset) -> str:
         if limits
         else "the exciter with exactly its parameters"
     )
+    kept = (
+        "no flight reaches a support before its end"
+        if is_of_impacts(proof)
+        else f"it is a motion of just these events ({dataset.attrs[EVENTS]})"
+    )
     return (
-        f"Bounds over {who}: for each, the equations have exactly one orbit {law_text(proof)} nearby, no flight "
-        "reaches a support before its end, its period is no shorter, and its stability is the same. Computed in balls "
-        "that contain all roundings. Triangles: impacts. " + NOT_CLAIMED
+        f"Bounds over {who}: for each, the equations have exactly one orbit {law_text(proof)} nearby, {kept}, its "
+        "period is no shorter, and its stability is the same. Computed in balls that contain all roundings. Triangles: "
+        f"impacts. {NOT_CLAIMED}"
     )
 
 
@@ -259,10 +275,12 @@ def bounds_table(scene: str, dataset: xr.Dataset) -> Table | None:
             text = label.format(n + 1) if lows.size > 1 or "{}" in label else label
             rows.append([in_brackets(text, low), first, last])
     radius, parts = at_least(float(proof["uniqueness_radius"]), 2), int(proof["parts"])
+    within = f"impacts within {radius} forcing periods and {radius} of the largest velocity"
+    if not is_of_impacts(proof):
+        within = f"events within {radius} forcing periods, {radius} of the largest velocity and {radius} of l"
     note = (
-        f"Rounded outwards. No other orbit of this law has all its impacts within {radius} forcing periods and "
-        f"{radius} of the largest velocity of these. {parts} parts of the box were examined, by "
-        f"{dataset.attrs[METHOD]}; docs/proof.md tells how, and vp.prove does it again."
+        f"Rounded outwards. No other orbit of this law has all its {within} of these. {parts} parts of the box were "
+        f"examined, by {dataset.attrs[METHOD]}; docs/proof.md tells how, and vp.prove does it again."
     )
     return Table(
         ["", "at least", "at most"],

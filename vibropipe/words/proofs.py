@@ -2,23 +2,56 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable, Mapping
 from enum import IntEnum
-from typing import TYPE_CHECKING, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.words.designs import Reasoned
+from vibropipe.words.parameters import PARAMETERS
+from vibropipe.words.records import POSITIVE, Range
 
 if TYPE_CHECKING:
     import xarray as xr
 
-BOXED = ("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "shaker")
-"""The parameters on which a motion between rigid supports depends, those of the boxes of a proof."""
+BOXED = (
+    *("nu", "f", "h", "l", "delta", "R1", "R2", "load", "f2", "phi2", "shaker"),
+    *("k1", "h1", "k2", "h2", "friction"),
+)
+"""The parameters on which the motions that are proved depend, those of the boxes of a proof."""
 PREFIX = "proof_"
 """Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""
 REFUSED = f"{PREFIX}refused"
 """Attribute: why nothing was tried to prove."""
 MISSING = "python-flint: is required for proofs and not installed"
+
+
+def range_in_boxes(name: str) -> Range:
+    """Return the range of a parameter in a box: without stiffness a support would be another one, a rigid one."""
+    return POSITIVE if name in ("k1", "k2") else PARAMETERS[name].range
+
+
+# Of each support, R, k and h.
+_OF_SUPPORTS = {f"{kind}{n}": (kind, n) for kind in "Rkh" for n in (1, 2)}
+
+
+def kept_from_boxes(
+    name: str, values: Mapping[str, Any], states: Callable[[str], bool]
+) -> str | None:
+    """Return why a parameter may not vary in a proof; None if it may.
+
+    values : of the exciter; states : returns whether it states the damping of a support by itself.
+    """
+    if name == "friction" and not np.all(values.get(name, 0.0)):
+        return "there is no friction"
+    kind, n = _OF_SUPPORTS.get(name, ("", 0))
+    is_soft = n > 0 and bool(np.all(values.get(f"k{n}", 0.0)))
+    if kind in ("k", "h") and not is_soft:
+        return f"support {n} is rigid"
+    if kind in ("R", "k") and is_soft and not states(f"h{n}"):
+        return f"h{n} is not stated and would follow it"
+    return None
 
 
 class Proved(IntEnum):
@@ -42,7 +75,7 @@ class Why(Reasoned):
 
     NONE = 0, "nothing"
     EXISTENCE = 1, "that the orbit exists and is the only one nearby"
-    MOTION = 2, "that no flight leaves the supports"
+    MOTION = 2, "that the mass does between its impacts what its law says"
     PERIOD = 3, "that the orbit has no shorter period"
     STABILITY = 4, "on which side of the unit circle the multipliers lie"
     FAMILY = 5, "that the orbits of all parts are one family"

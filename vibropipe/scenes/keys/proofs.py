@@ -14,8 +14,8 @@ from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ParameterName
 from vibropipe.scenes.keys.problems import Problem, describe
 from vibropipe.scenes.keys.values import NotNull, Sigma
-from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.proofs import BOXED
+from vibropipe.words.parameters import DEFAULTS
+from vibropipe.words.proofs import BOXED, kept_from_boxes, range_in_boxes
 
 CERTIFICATE = "certificate"  # its picture
 ONE_SECONDS, BOX_SECONDS = 0.1, 0.4  # of an exciter, and of each parameter that may be off
@@ -57,8 +57,14 @@ def check_prove(scene: Any) -> Iterator[Problem]:
             must = f"must be one of {', '.join(BOXED)}"
             yield Problem(path[:2], name, must=must)
         elif name not in scene.varied_names():
-            value, allowed = scene.resolved_exciter()[name], PARAMETERS[name].range
-            if not (allowed.contains(value - off) and allowed.contains(value + off)):
+            value, allowed = (
+                scene.resolved_exciter().get(name, DEFAULTS[name]),
+                range_in_boxes(name),
+            )
+            kept = kept_from_boxes(name, scene.extent(), scene.given_exciter().__contains__)
+            if kept is not None:
+                yield Problem(path, f"{off:.6g}", must=f"must be left out: {kept}")
+            elif not (allowed.contains(value - off) and allowed.contains(value + off)):
                 must = f"must keep {name} {allowed.text}"
                 yield Problem(path, f"{value:.6g} +- {off:.6g}", must=must)
     yield from check_covered(scene.extent(), describe(scene.prove.limits()))
@@ -67,9 +73,12 @@ def check_prove(scene: Any) -> Iterator[Problem]:
 def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
     """Check that exciters have no effect that cannot be proved."""
     try:
-        all_effects(values)
+        effects = all_effects(values, pieces=True)
+        beyond = "contact" if effects.no_pull is not None else ""
     except ParameterError as error:
-        must = f"must be left out: the {error.name} of the exciter is beyond what can be proved"
+        beyond = error.name
+    if beyond:
+        must = f"must be left out: the {beyond} of the exciter is beyond what can be proved"
         yield Problem(("prove",), found, must=must)
 
 

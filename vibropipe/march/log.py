@@ -201,6 +201,16 @@ def is_full(log) -> bool:
     )
 
 
+@jit_inline
+def sample_place(samples, steps, i):
+    """Return the place of sample i after the first, in whole steps and per_period-ths of one: no time drifts.
+
+    steps : of a forcing period.
+    """
+    scaled = i * samples.stride * steps
+    return scaled // samples.per_period, scaled % samples.per_period
+
+
 @jit
 def fill_samples(xs, vs, grid, c, parts, offset, sign) -> None:
     """Write samples on a polynomial, at the places on it that `vs` holds; x is offset + sign y."""
@@ -230,17 +240,20 @@ def record(samples, counts, p, grid, state, c, begin, until, parts=1) -> None:
     """
     if samples is not None:
         first = i = counts[SAMPLES]
-        at_step = state.period * grid.steps + state.step
+        waited = samples.start_step - (state.period * grid.steps + state.step)
+        step, left = sample_place(samples, grid.steps, i)
+        more, more_left = sample_place(samples, grid.steps, 1)
         while i < samples.displacement.size:
-            # Integer arithmetic: the time of sample i does not drift. Steps, times per_period.
-            scaled_steps = i * samples.stride * grid.steps
-            step = samples.start_step + scaled_steps // samples.per_period
-            theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
-            after = (step - at_step) + (theta - state.theta)
+            theta = samples.start_theta + left / samples.per_period
+            after = (waited + step) + (theta - state.theta)
             if after > until:
                 break
             samples.velocity[i] = (after - begin) * parts
             i += 1
+            # as `sample_place` of i, without its divisions
+            step, left = step + more, left + more_left
+            if left >= samples.per_period:
+                step, left = step + 1, left - samples.per_period
         counts[SAMPLES] = i
         xs, vs = samples.displacement[first:i], samples.velocity[first:i]
         if c is None:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import phase_at
-from vibropipe.march.log import SAMPLES
+from vibropipe.march.log import SAMPLES, sample_place
 from vibropipe.march.piece_crossing import crossing, largest_between
 from vibropipe.march.piece_log import PIECES, extend_housing
 from vibropipe.march.roots import CROSSING, GRAZING, NONE, STRIDE_LIMIT, gap
@@ -232,10 +232,9 @@ def fill_samples(columns, samples, counts, first, p, grid, state) -> None:
     housing, share = state.housing, momentum_share(p)
     rate = momentum_rate(p, housing.way)
     for i in range(first, counts[SAMPLES]):
-        scaled_steps = i * samples.stride * grid.steps
-        step = samples.start_step + scaled_steps // samples.per_period
-        theta = samples.start_theta + (scaled_steps % samples.per_period) / samples.per_period
-        waited = step - (state.period * grid.steps + state.step)
+        step, left = sample_place(samples, grid.steps, i)
+        theta = samples.start_theta + left / samples.per_period
+        waited = samples.start_step + step - (state.period * grid.steps + state.step)
         after = (waited + (theta - state.theta)) * grid.dt
         if housing.way == STANDS:
             columns[i, 0], columns[i, 1] = 0.0, housing.displacement

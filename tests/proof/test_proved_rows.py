@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from dataclasses import replace
 
+import numba
 import numpy as np
 import pytest
 
@@ -11,8 +12,15 @@ import vibropipe as vp
 import vibropipe.proof.rows
 from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import solve_scene, solve_to_file
+from vibropipe.proof.rows import ROWS_PER_PROCESS
 from vibropipe.scenes.branch.report import proof_table
 from vibropipe.scenes.certificate_page import proof_answer
+from vibropipe.scenes.sweep.proofs import (
+    describe_proofs,
+    draw_proof_map,
+    proof_regions,
+    proof_title,
+)
 from vibropipe.store import load
 from vibropipe.study import StudyError, load_study, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
@@ -162,3 +170,60 @@ def test_rows_that_are_disproved_are_told(rows):
     codes[0, 0] = Proved.DISPROVED
     answer = proof_answer(rows.assign(proved=codes, why=proof.why))
     assert answer.rest.startswith("1 is disproved and 7 rows ")
+
+
+def test_rows_are_proved_alike_on_any_number_of_processes():
+    rows = vp.sweep(EXCITER, {"nu": np.linspace(0.5, 1.3, 2 * ROWS_PER_PROCESS)})
+    before, found = numba.get_num_threads(), []
+    try:
+        for n in (1, before):
+            numba.set_num_threads(n)
+            seen = []
+            found.append(
+                vp.prove(rows, progress=lambda done, total, seen=seen: seen.append((done, total)))
+            )
+            assert seen == [(k + 1, rows.sizes["nu"]) for k in range(rows.sizes["nu"])]
+    finally:
+        numba.set_num_threads(before)
+    assert found[0].identical(found[-1])
+
+
+MAP = """
+title: T
+exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, delta: 0.01, R1: 0.7, R2: 0.7}
+scenes:
+  rows:
+    kind: sweep
+    over: {nu: {start: 0.4, stop: 1.5, points: 16}, f: {start: 0.05, stop: 1.5, points: 16}}
+    outputs: [impacts]
+    prove: true
+"""
+
+
+def test_a_map_shows_what_is_proved(tmp_path):
+    study = study_of_text(MAP, "t")
+    assert study.scene("rows").figure.pictures == ["map", "quantities", "proved"]
+    whole = solve_scene(study_in(tmp_path, MAP), "rows")
+    codes, regions = proof_regions(whole)
+    tried = int((whole.why != Why.NOT_TRIED).sum())
+    amounts = {region.name: region.amount for region in regions}
+    assert amounts["proved_stable"] == int((whole.proved == Proved.PROVED).sum())
+    assert amounts["not_tried"] == whole.proved.size - tried
+    assert sum(amounts.values()) == codes.size
+    assert proof_title(whole) == f"{amounts['proved_stable']} of {tried} orbits are proved"
+    texts = {text.get_text() for text in draw_proof_map(whole).axes[0].texts}
+    assert any(text.startswith("proved, stable") for text in texts)
+    caption = describe_proofs(whole)
+    assert "it exists, is the only one of its law nearby" in caption
+    assert "is not tried" in caption
+
+
+def test_a_map_of_proofs_needs_proofs():
+    text = MAP.replace("prove: true", "figure: {pictures: [proved]}")
+    with pytest.raises(StudyError, match="must leave out proved unless the scene has prove: true"):
+        study_of_text(text, "t")
+    line = MAP.replace(", f: {start: 0.05, stop: 1.5, points: 16}", "").replace(
+        "prove: true", "prove: true\n    figure: {pictures: [proved]}"
+    )
+    with pytest.raises(StudyError, match="must leave out proved unless two or more parameters"):
+        study_of_text(line, "t")

@@ -74,6 +74,15 @@ REGIME_STYLES: Mapping[str, RegimeStyle] = {
     "unresolved": RegimeStyle("#FFFFFF", "xxxx", (0, (1, 3)), FAILED),  # 100
 }
 
+# What is proved of an orbit, with lightnesses of their own as well.
+PROOF_STYLES: Mapping[str, RegimeStyle] = {
+    "not_tried": RegimeStyle("#F7F7F5", ""),  # 97
+    "undecided": RegimeStyle("#E3D45E", "...."),  # 84
+    "proved_stable": RegimeStyle("#7FB5E0", ""),  # 71
+    "proved_unstable": RegimeStyle("#26745B", "////"),  # 44
+    "disproved": RegimeStyle("#5A1506", "xxxx", "-", "#FFFFFF"),  # 19
+}
+
 MAGNITUDES = "cividis"
 SIGNED = LinearSegmentedColormap.from_list(
     "blue_white_orange",

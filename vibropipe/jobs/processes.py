@@ -9,7 +9,6 @@ import atexit
 import os
 import signal
 import sys
-import threading
 import time
 import traceback
 from collections.abc import Callable, Iterator
@@ -18,6 +17,7 @@ from pathlib import Path
 from types import FrameType
 from typing import TYPE_CHECKING
 
+from vibropipe.solve.threads import watch_parent
 from vibropipe.words.exit_codes import INTERRUPTED
 
 if TYPE_CHECKING:
@@ -84,8 +84,6 @@ def _runs_a_loop() -> bool:
 
 # Environment variable with the process that runs the jobs, which jobs do not outlive.
 PARENT = "VIBROPIPE_PARENT"
-# Seconds between two looks at the parent, and the exit code of a process without it.
-LOOK_EVERY, ORPHANED = 1.0, 1
 # Bytes of the number of a task, and most tasks that a pipe holds at once on every system.
 NUMBER_BYTES, MAX_TASKS = 4, 4096
 # Seconds in which processes that were interrupted clean up.
@@ -138,7 +136,7 @@ def _take(work: Callable[[int], None], reader: int) -> None:
     """Do tasks until there are none, and end this process."""
     code = 1
     try:
-        _watch_parent()
+        watch_parent()
         while number := os.read(reader, NUMBER_BYTES):
             work(int.from_bytes(number, "big"))
         code = 0
@@ -162,19 +160,7 @@ def _runs(child: int) -> bool:
 def end_with_parent() -> None:
     """End this process soon after the one that started it, if the environment says that it is a job of that one."""
     if os.environ.get(PARENT) == str(os.getppid()):
-        _watch_parent()
-
-
-def _watch_parent() -> None:
-    parent = os.getppid()
-
-    def watch() -> None:
-        while os.getppid() == parent:
-            time.sleep(LOOK_EVERY)
-        # at once, even within a kernel; files appear only when whole
-        os._exit(ORPHANED)
-
-    threading.Thread(target=watch, daemon=True).start()
+        watch_parent()
 
 
 @contextmanager

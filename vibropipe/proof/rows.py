@@ -2,8 +2,12 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
-from typing import Any
+import signal
+from collections.abc import Generator, Iterable, Mapping, Sequence
+from concurrent.futures import ProcessPoolExecutor
+from contextlib import closing
+from multiprocessing import get_all_start_methods, get_context
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -12,12 +16,15 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
 from vibropipe.proof.given import Given, given_orbit
 from vibropipe.proof.statement import prove_critical, prove_orbit
+from vibropipe.solve.threads import watch_parent
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why, tally
 from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import count, share
 
+# Rows that make another process worth while, and rows that it takes at once.
+ROWS_PER_PROCESS, CHUNK = 32, 8
 # What a row tells of its proof.
 TOLD = ("proved", "why", "proved_stable")
 
@@ -44,18 +51,15 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
     whole = rows.drop_dims([name for name in ("impact",) if name in rows.dims])
     total = int(np.prod(shape))
     attrs: Mapping[str, Any] = {}
-    for done, index in enumerate(np.ndindex(*shape)):
-        row = whole.isel(dict(zip(dims, index, strict=True)))
-        proved, why, stable = Proved.UNDECIDED, Why.NOT_TRIED, ProvedStable.UNDECIDED
-        given = _orbit_of(row)
-        if given is not None:
-            proof = prove_orbit(given, None, 1, 1, False, 0)
-            proved, why = Proved(int(proof["proved"])), Why(int(proof["why"]))
-            stable, attrs = ProvedStable(int(proof["proved_stable"])), proof.attrs
-        for name, code in zip(TOLD, (proved, why, stable), strict=True):
-            codes[name][index] = code
-        if progress is not None:
-            progress(done + 1, total)
+    indices = list(np.ndindex(*shape))
+    each = (whole.isel(dict(zip(dims, index, strict=True))) for index in indices)
+    with closing(_proved(each, total)) as found_proofs:
+        for done, (index, proof) in enumerate(zip(indices, found_proofs, strict=True)):
+            for name, code in zip(TOLD, proof.codes, strict=True):
+                codes[name][index] = code
+            attrs = attrs or proof.attrs
+            if progress is not None:
+                progress(done + 1, total)
     found = tally(rows, codes["proved"], codes["why"])
     statement = f"{share(found.proved, found.tried, 'orbit')} proved"
     if others := found.not_tried:
@@ -74,6 +78,43 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
     variables |= enclosed if "bifurcation" in rows.dims else {}
     told = {key: value for key, value in attrs.items() if key in ("method", "version")}
     return describe(xr.Dataset(variables, kept, {**told, "statement": f"{statement}."}))
+
+
+class _Proof(NamedTuple):
+    """What a proof of a row tells: TOLD, and its attributes."""
+
+    codes: Sequence[int]
+    attrs: Mapping[str, Any]
+
+
+def _proved(rows: Iterable[xr.Dataset], n: int) -> Generator[_Proof]:
+    """Yield the proofs of n rows in turn, of many side by side on as many processes as numba has threads."""
+    import numba
+
+    processes = min(numba.get_num_threads(), n // ROWS_PER_PROCESS)
+    if processes < 2 or "fork" not in get_all_start_methods():
+        yield from map(_proved_row, rows)
+        return
+    pool = ProcessPoolExecutor(processes, get_context("fork"), initializer=_begin)
+    try:
+        yield from pool.map(_proved_row, rows, chunksize=CHUNK)
+    finally:
+        pool.shutdown(wait=False, cancel_futures=True)
+
+
+def _begin() -> None:
+    """Begin a process of a pool: Ctrl-C is for its parent, with which it ends."""
+    signal.signal(signal.SIGINT, signal.SIG_IGN)
+    watch_parent()
+
+
+def _proved_row(row: xr.Dataset) -> _Proof:
+    """Return what the proof of a row tells."""
+    given = _orbit_of(row)
+    if given is None:
+        return _Proof((Proved.UNDECIDED, Why.NOT_TRIED, ProvedStable.UNDECIDED), {})
+    proof = prove_orbit(given, None, 1, 1, False, 0)
+    return _Proof([int(proof[name]) for name in TOLD], proof.attrs)
 
 
 def _orbit_of(row: xr.Dataset) -> Given | None:

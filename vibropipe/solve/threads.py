@@ -1,7 +1,10 @@
-"""Calls on several threads that Ctrl-C can end at any moment, and the rows that each of them solves."""
+"""Calls on several threads that Ctrl-C can end at any moment, the rows that each solves, and the end of orphans."""
 
 from __future__ import annotations
 
+import os
+import threading
+import time
 from _thread import start_new_thread
 from collections.abc import Callable, Sequence
 from contextlib import suppress
@@ -11,6 +14,8 @@ from queue import Empty, SimpleQueue
 from typing import Any, Generic, TypeVar, cast
 
 T = TypeVar("T")
+# Seconds between two looks at the parent, and the exit code of a process without it.
+LOOK_EVERY, ORPHANED = 1.0, 1
 # Seconds after which a wait begins anew: without an end it cannot be interrupted on every system.
 INTERRUPTIBLE = 1.0
 # Rows per call of the kernel. Small enough for progress reports and Ctrl-C, large enough to hide the call overhead;
@@ -137,3 +142,16 @@ def row_blocks(
         blocks[-1].append([*range(first, stop, ROWS_PER_CALL), stop])
         first = stop
     return blocks
+
+
+def watch_parent() -> None:
+    """End this process soon after the one that started it."""
+    parent = os.getppid()
+
+    def watch() -> None:
+        while os.getppid() == parent:
+            time.sleep(LOOK_EVERY)
+        # at once, even within a kernel; files appear only when whole
+        os._exit(ORPHANED)
+
+    threading.Thread(target=watch, daemon=True).start()

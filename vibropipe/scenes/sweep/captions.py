@@ -17,7 +17,7 @@ from vibropipe.figures.text import (
     sentences,
 )
 from vibropipe.report.findings import largest, place_texts, value_text
-from vibropipe.scenes.sweep.laws import regions_of, share_text
+from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import (
@@ -250,21 +250,25 @@ def describe_map(dataset: xr.Dataset) -> str:
     """Return the caption of the map: where the rows start, the shares of what has no label, and what is not known."""
     _, regions = regions_of(dataset)
     _, _, further = map_axes(dataset)
-    is_one = len(combinations(dataset, further)) == 1
-    small = [r for r in regions if not is_one or r.amount < LABELLED * r.total]
-    shares = series(f"{region.words} {region.share}" for region in small)
     return sentences(
         points_text(dataset),
         starts_text(dataset),
-        f"{'Of this map, without a label' if is_one else 'Of all points'}: {shares}"
-        if small
-        else "",
+        shares_text(dataset, regions),
         "Borders are drawn half-way between neighbouring points",
         combinations_text(dataset, further, MAX_MAPS),
         aperiodic_text(dataset),
         unresolved_text(dataset),
         parameters_text(dataset),
     )
+
+
+def shares_text(dataset: xr.Dataset, regions: Sequence[Region]) -> str:
+    """Write the shares of the regions of a map that have no label there; empty if all have one."""
+    is_one = len(combinations(dataset, map_axes(dataset)[2])) == 1
+    small = [r for r in regions if not is_one or r.amount < LABELLED * r.total]
+    shares = series(f"{region.words} {region.share}" for region in small)
+    where = "Of this map, without a label" if is_one else "Of all points"
+    return f"{where}: {shares}" if small else ""
 
 
 def points_text(dataset: xr.Dataset) -> str:

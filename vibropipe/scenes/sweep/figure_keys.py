@@ -43,6 +43,7 @@ class SweepFigure(FigureOptions):
                 "curves",
                 "map",
                 "quantities",
+                "proved",
                 "bifurcation",
                 "section",
                 "portrait",
@@ -54,8 +55,8 @@ class SweepFigure(FigureOptions):
     ] = Field(
         default=[],
         description="Pictures: curves along the finest grid, a map of how the mass moves over two grids, maps of "
-        "quantities over them, a bifurcation diagram, Poincaré sections, phase portraits or spectra of single rows, or "
-        "the energy (default: curves, or map and quantities, as fits).",
+        "quantities over them or of what is proved, a bifurcation diagram, Poincaré sections, phase portraits or "
+        "spectra of single rows, or the energy (default: curves, or map and quantities, as fits, and what is proved).",
     )
     show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
         default=[],
@@ -78,7 +79,10 @@ def pictures_showing(name: str) -> set[str]:
 def check_figure(scene: SweepScene) -> Iterator[Problem]:
     """Check that the pictures fit the grids, and that outputs hold what they and the quantities need."""
     pictures, outputs = scene.figure.pictures, set(scene.outputs)
-    for picture in ("map", "quantities"):
+    if "proved" in pictures and not scene.prove:
+        must = "must leave out proved unless the scene has prove: true"
+        yield Problem(("figure", "pictures"), "'proved'", must=must)
+    for picture in ("map", "quantities", "proved"):
         if picture in pictures and len(scene.over) < 2:
             must = f"must leave out {picture} unless two or more parameters are swept"
             yield Problem(("figure", "pictures"), "a map of one swept parameter", must=must)

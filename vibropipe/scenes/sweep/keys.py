@@ -107,6 +107,7 @@ class SweepScene(TiedScene, ForcedScene):
         if not self.figure.pictures and others and others[-1] > MAX_LINES:
             has_maps = self.figure.show or {"harmonics", "impacts"} & {*self.outputs}
             pictures = ["map", *(["quantities"] if has_maps else [])]
+            pictures += ["proved"] if self.prove else []
             object.__setattr__(
                 self, "figure", self.figure.model_copy(update={"pictures": pictures})
             )

@@ -13,7 +13,7 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import orbit_text
-from vibropipe.figures.palette import REGIME_STYLES, RegimeStyle, shaded
+from vibropipe.figures.palette import PROOF_STYLES, REGIME_STYLES, RegimeStyle, shaded
 from vibropipe.figures.text import REGIME_TEXT, regime_name, times
 from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
@@ -195,7 +195,7 @@ class Region:
     @property
     def style(self) -> RegimeStyle:
         """Colour, hatch and line style."""
-        return REGIME_STYLES[self.name]
+        return REGIME_STYLES.get(self.name) or PROOF_STYLES[self.name]
 
     @property
     def share(self) -> str:

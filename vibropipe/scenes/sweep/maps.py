@@ -64,10 +64,13 @@ ROUNDING = 1e-9  # of the largest value
 
 def draw_regime_map(dataset: xr.Dataset) -> Figure:
     """Draw the map of how the mass moves over the two finest grids; further parameters have maps of their own."""
+    return draw_region_map(dataset, *regions_of(dataset))
+
+
+def draw_region_map(dataset: xr.Dataset, codes: xr.DataArray, regions: list[Region]) -> Figure:
+    """Draw the map of regions over the two finest grids, from the code of each row."""
     x, y, _ = map_axes(dataset)
-    dataset = dataset.sortby([x, y])
-    codes, regions = regions_of(dataset)
-    dataset = dataset[["regime"]].assign(region=codes)
+    dataset = dataset[["regime"]].assign(region=codes).sortby([x, y])
     parts = list(by_combination(dataset, MAX_MAPS))
     if len(parts) == 1:
         figure, (place,) = places(1, 1, HERO_CM, lines=0)

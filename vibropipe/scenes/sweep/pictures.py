@@ -40,6 +40,7 @@ from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
 from vibropipe.scenes.sweep.laws import Law, chosen_rows
 from vibropipe.scenes.sweep.map_layout import write_titles
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
+from vibropipe.scenes.sweep.proofs import PROOFS
 from vibropipe.scenes.sweep.quantities import (
     ENERGY_SHOW,
     fitted_label,
@@ -235,6 +236,7 @@ PICTURES = (
         showing_rows,
         quantities_title,
     ),
+    PROOFS,
     BIFURCATION,
     Picture(
         "section",

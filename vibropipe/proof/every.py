@@ -133,10 +133,10 @@ def _orbit_at(equations: Equations, low: float, high: float, harmonics: int) -> 
     if D.contains(0):
         raise UndecidedError
     v = [n1 / D, n2 / D]
-    if _strikes(v, (1, 2)) is False:
+    if strikes(v, (1, 2)) is False:
         return None
     start = equations.time_of(alpha / D, beta / D)
-    part = _proved(
+    part = proved_orbit(
         equations, Law.of_impacts(equations.m, (1, 2)), [start, start + s, *v], harmonics
     )
     if part is not None:
@@ -173,17 +173,17 @@ def _add_one_flight(
         return
     for v, time in solutions:
         guess = [time, v] if of == to else [time, time + turns, v, -v]
-        if _strikes(guess[len(law.supports) :], law.supports) is False:
+        if strikes(guess[len(law.supports) :], law.supports) is False:
             continue
         try:
-            part = _proved(equations, law, guess, harmonics)
+            part = proved_orbit(equations, law, guess, harmonics)
         except UndecidedError as error:
             found.why = error.why
         else:
             found.parts += [part] if part is not None else []
 
 
-def _strikes(velocities: Sequence[Any], supports: Sequence[int]) -> bool | None:
+def strikes(velocities: Sequence[Any], supports: Sequence[int]) -> bool | None:
     """Return whether all velocities are towards their supports; None: undecided."""
     towards = [v if support == 1 else -v for v, support in zip(velocities, supports, strict=True)]
     if any(v < 0 for v in towards):
@@ -191,7 +191,9 @@ def _strikes(velocities: Sequence[Any], supports: Sequence[int]) -> bool | None:
     return True if all(v > 0 for v in towards) else None
 
 
-def _proved(equations: Equations, law: Law, guess: Sequence[Any], harmonics: int) -> Part | None:
+def proved_orbit(
+    equations: Equations, law: Law, guess: Sequence[Any], harmonics: int
+) -> Part | None:
     """Return the orbit near a solution, proved but perhaps for its stability; None where it is certainly no motion."""
     ordered, guess = _in_order(law, guess)
     claim = Claim(ordered, None, harmonics)

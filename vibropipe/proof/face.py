@@ -21,6 +21,8 @@ PARTS, PARTS_LIMITS = 2000, (1, 10**7)
 INTERVALS = 100_000
 STRETCHES = 0, 10_000
 MAX_MULTIPLE = 100
+# Impacts on either support of the laws of which all orbits can be found.
+IMPACTS = (1, 1), (1, 0), (0, 1), (2, 1), (1, 2)
 
 
 def prove(
@@ -199,22 +201,26 @@ def prove_all(
     law: Sequence[int] = (1, 1, 1),
     harmonics: int = 3,
     parts: int = INTERVALS,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Prove which orbits of a law an exciter has: exactly these, stable or not.
 
-    The length of one flight decides: the equations are linear in all else. Branch and bound over all of its values
-    leaves out none [1]_; docs/proof.md tells how. Needs python-flint, the extra `proof`.
+    The length of one flight decides, of three impacts those of two: the equations are linear in all else. Branch and
+    bound over all of their values leaves out none [1]_; docs/proof.md tells how. Needs python-flint, the extra `proof`.
 
     Parameters
     ----------
     exciter : Exciter
         With rigid supports, f other than 0 and f2 = 0; its parameters are exact doubles.
     law : sequence of int
-        (m, p1, p2): forcing periods, up to 100, and impacts on each support: (m, 1, 1), (m, 1, 0) or (m, 0, 1).
+        (m, p1, p2): forcing periods, up to 100, and impacts on each support: (m, 1, 1), (m, 1, 0) or (m, 0, 1); with
+        three impacts, (m, 2, 1) or (m, 1, 2), it takes up to a minute.
     harmonics : int
         Number of harmonics, from 1 to 1,000.
     parts : int
-        Intervals that are examined at most.
+        Intervals, or boxes of two lengths, that are examined at most.
+    progress : callable, optional
+        Called as progress(done, total) with three impacts.
 
     Returns
     -------
@@ -249,17 +255,18 @@ def prove_all(
         )
     if exciter.f2 != 0.0:
         raise ParameterError("f2", exciter.f2, must="must be 0: the force must have one harmonic")
-    return prove_every(exciter, _check_law(law), harmonics, parts)
+    return prove_every(exciter, _check_law(law), harmonics, parts, progress)
 
 
 def _check_law(law: Any) -> tuple[int, int, int]:
     """Return a law (m, p1, p2) that is known, or raise a ParameterError."""
-    allowed = "(m, 1, 1), (m, 1, 0) or (m, 0, 1) with a whole number m of forcing periods"
+    known = ", ".join(f"(m, {p1}, {p2})" for p1, p2 in IMPACTS)
+    allowed = f"one of {known} with a whole number m of forcing periods"
     try:
         m, p1, p2 = law
     except (TypeError, ValueError):
         raise ParameterError("law", law, allowed) from None
     check_whole("law", m, (1, MAX_MULTIPLE))
-    if (p1, p2) not in ((1, 1), (1, 0), (0, 1)):
+    if (p1, p2) not in IMPACTS:
         raise ParameterError("law", law, allowed)
     return int(m), int(p1), int(p2)

@@ -103,7 +103,10 @@ class Equations:
 
     def time_of(self, alpha: Any, beta: Any) -> Any:
         """Return the time of the first impact, in forcing periods, from f exp(i 2 pi t)."""
-        return arb.atan2(beta / self.force, alpha / self.force) / TURN
+        x, y = alpha / self.force, beta / self.force
+        # about the direction of the middle, for no ball to lie across the cut of the angle
+        c, s = x.mid(), y.mid()
+        return (arb.atan2(s, c) + arb.atan2(y * c - x * s, x * c + y * s)) / TURN
 
     def is_mirrored_alone(self) -> bool:
         """Return whether strikes half an orbit apart are each other's mirror images: v_1 + v_2 can only be 0."""

@@ -32,9 +32,11 @@ from vibropipe.proof.sentences import (
     every_statement,
     statement,
 )
+from vibropipe.proof.three import three_impacts
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import Proved, ProvedStable, Why
 from vibropipe.words.vocabulary import describe
 
@@ -175,12 +177,19 @@ class _Tolerances:
 
 
 def prove_every(
-    exciter: Exciter, law: tuple[int, int, int], harmonics: int, limit: int
+    exciter: Exciter,
+    law: tuple[int, int, int],
+    harmonics: int,
+    limit: int,
+    progress: Progress | None = None,
 ) -> xr.Dataset:
     """Return the dataset of `prove_all`; arguments are checked."""
     with ctx.workprec(BITS):
         nominal = balls_of(exciter)
-        found = all_orbits(nominal, law, harmonics, limit)
+        if law[1] + law[2] == 3:
+            found = three_impacts(nominal, law, harmonics, limit, progress)
+        else:
+            found = all_orbits(nominal, law, harmonics, limit)
         orbits = [_of_orbit(part, nominal["l"]) for part in found.parts]
     n = law[1] + law[2]
     sizes = {"orbit": len(orbits), "impact": n, "harmonic": harmonics}

@@ -54,9 +54,9 @@ def is_at_bifurcation(row):
 
 
 def test_random_rows_are_proved():
-    n, proved, shares = count_proved(itertools.islice(random_rows(11, 200), 30))
-    assert n == 30
-    assert proved == 30
+    n, proved, shares = count_proved(itertools.islice(random_rows(11, 200), 50))
+    assert n == 50
+    assert proved == 50
     assert shares.max() < MAX_SHARE
 
 

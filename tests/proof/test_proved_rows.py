@@ -70,9 +70,11 @@ def test_points_of_a_branch_have_the_stability_that_is_stored():
     )
 
 
-def test_several_rows_have_no_tolerances_and_supports_that_pull(rows):
-    with pytest.raises(vp.ParameterError, match="within: must be left out with several rows"):
-        vp.prove(rows, within={"R1": 0.01})
+def test_several_rows_have_no_tube_and_supports_that_pull(rows):
+    with pytest.raises(vp.ParameterError, match="stretches: must be left out with several rows"):
+        vp.prove(rows, stretches=8)
+    with pytest.raises(vp.ParameterError, match=r"within\.R1: must keep R1 a number"):
+        vp.prove(rows, within={"R1": 0.4})
     soft = vp.sweep(replace(EXCITER, R1=0.9, k1=50.0), {"nu": [0.9, 1.0]})
     assert vp.prove(soft).statement == "2 of 2 orbits are proved."
     with pytest.raises(vp.ParameterError, match="contact_1: must be pull"):
@@ -111,7 +113,7 @@ def test_a_sweep_of_a_study_stores_and_tells_its_proofs(tmp_path):
 
 
 def test_without_the_library_a_sweep_says_so(monkeypatch, tmp_path):
-    def missing(*_):
+    def missing(*_, **__):
         raise ModuleNotFoundError("python-flint: is required for proofs and not installed")
 
     monkeypatch.setattr(vibropipe.proof.rows, "prove_orbit", missing)
@@ -227,3 +229,59 @@ def test_a_map_of_proofs_needs_proofs():
     )
     with pytest.raises(StudyError, match="must leave out proved unless two or more parameters"):
         study_of_text(line, "t")
+
+
+def test_rows_are_proved_within_tolerances_as_each_is_alone():
+    within = {"R1": 0.02, "delta": 0.004}
+    rows = vp.sweep(EXCITER, {"nu": [0.8, 1.0, 1.1]}, outputs=["impacts", "stability"])
+    proof = vp.prove(rows, within=within, parts=40)
+    for n, nu in enumerate(rows.nu.values):
+        alone = vp.prove(replace(EXCITER, nu=float(nu)), within=within, parts=40)
+        assert int(proof.proved[n]) == int(alone.proved)
+    assert proof.statement.endswith("proved within R1 +- 0.02 and delta +- 0.004.")
+    wide = vp.prove(rows.isel(nu=[1]), within={"R1": 0.28})
+    assert int(wide.proved[0]) == Proved.DISPROVED
+
+
+UNITS = """
+title: T
+physical: {m: 0.35 kg, C: 6 N/mm, H: 9 N s/m, l: 4 mm, F: 24 N, omega: 21 Hz}
+exciter: {R1: 0.7, R2: 0.7}
+scenes:
+  rows:
+    kind: sweep
+    over: {omega: {start: 20 Hz, stop: 22 Hz, points: 3}}
+    prove: {within: {R1: 0.005, delta: 0.01 mm}}
+  curve: {kind: branch, along: {omega: {from: 20.8 Hz, to: 21.2 Hz}}, prove: {within: {delta: 0.01 mm}}}
+"""
+
+
+def test_rows_and_points_of_a_study_with_units_are_proved_within_tolerances(tmp_path):
+    study = study_in(tmp_path, UNITS)
+    rows, curve = (solve_scene(study, name) for name in ("rows", "curve"))
+    assert proof_answer(rows).lead == (
+        "3 of 3 orbits are proved, of all exciters within R₁ ± 0.005 and δ ± 1 × 10⁻⁵ m."
+    )
+    n = curve.sizes["point"]
+    assert (
+        proof_answer(curve).lead
+        == f"{n} of {n} orbits are proved, of all exciters within δ ± 1 × 10⁻⁵ m."
+    )
+    assert curve.attrs["proof_within"] == "delta +- 1e-05"
+
+
+@pytest.mark.parametrize(
+    ("prove", "message"),
+    [
+        ("3", "prove: must be true, false, or a mapping with the key within, got 3"),
+        ("{within: {R1: 0.5}}", r"prove\.within\.R1: must keep R1 a number from 0 to 1"),
+        ("{within: {k1: 1}}", r"prove\.within\.k1: must be left out: support 1 is rigid"),
+        ("{within: {m: 1}}", r"prove\.within\.m: is an unknown key"),
+    ],
+)
+def test_tolerances_of_rows_that_are_not_possible_are_refused(prove, message):
+    with pytest.raises(StudyError, match=message):
+        study_of_text(MAP.replace("prove: true", f"prove: {prove}"), "t")
+    assert (
+        study_of_text(MAP.replace("prove: true", "prove: false"), "t").scene("rows").prove is None
+    )

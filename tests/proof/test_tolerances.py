@@ -125,7 +125,7 @@ def test_what_is_not_covered_is_refused_in_words(orbit, within, message):
 def test_a_grid_is_refused_with_the_remedy():
     grid = vp.sweep(PAPER, SWEEP)
     with pytest.raises(vp.ParameterError, match=r"select one, as with .isel\(point=0\)"):
-        vp.prove(grid, within={"R1": 0.01})
+        vp.prove(grid, stretches=8)
     with pytest.raises(vp.ParameterError, match=r"select it, as with .isel\(point=0\)"):
         vp.prove_bifurcation(grid, "fold", "nu")
     assert vp.prove(grid.isel(nu=1)).proved == Proved.PROVED
@@ -151,6 +151,7 @@ def test_rows_of_a_scene_say_that_the_library_is_missing():
         "from vibropipe.scenes.certificate import with_row_proofs\n"
         "from vibropipe.scenes.certificate_page import proof_answer\n"
         "rows = vp.sweep(vp.Exciter(l=0.5, nu=1.0, f=1.0, R1=0.7), {'nu': [0.9, 1.0]})\n"
-        "print(proof_answer(with_row_proofs(rows)).rest)\n"
+        "from vibropipe.scenes.keys.proofs import Prove\n"
+        "print(proof_answer(with_row_proofs(rows, Prove())).rest)\n"
     )
     assert told.endswith("not installed: pip install 'vibropipe[proof]'.")

@@ -12,7 +12,7 @@ from __future__ import annotations
 import itertools
 import math
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 from vibropipe.proof.balls import ZERO, arb, magnitude, total
@@ -146,12 +146,13 @@ class Certificate:
         whole = Box(self.nominal, directions, [-1.0] * len(names), [1.0] * len(names))
         first = self._examine(examine, whole, self.start.u)
         if first.why is Why.NONE:
-            self.tree = self._narrowed(first)
+            self.tree = first
         elif not self._is_refuted_at_corner(first, names):
             self.tree = self._split(examine, first)
         if self.tree is not None and not self._holds_start(self.tree, self.start):
             self.tree, self.why = None, Why.FAMILY
         elif self.tree is not None:
+            self.tree = self._narrowed(self.tree) if self.narrows else self.tree
             self.why = Why.NONE
         return self.tree is not None
 
@@ -190,8 +191,6 @@ class Certificate:
             found: Any = self._examine(test, half, guess)
             if found.why is not Why.NONE:
                 found = self._split(test, found)
-            elif test is examine:
-                found = self._narrowed(found)
             if found is None:
                 return None
             halves.append(found)
@@ -202,18 +201,20 @@ class Certificate:
                 return None
         return joined
 
-    def _narrowed(self, part: Part) -> Part | Joined:
-        """Return a proved part, or the parts that it was split into to narrow its bounds."""
-        orbit = part.orbit
+    def _narrowed(self, tree: Part | Joined) -> Part | Joined:
+        """Return proved parts, split on to narrow their bounds as long as that is worth while."""
+        if isinstance(tree, Joined):
+            return replace(tree, halves=[self._narrowed(half) for half in tree.halves])
+        orbit = tree.orbit
         follows = [
             total(magnitude(slope * c) for slope, c in zip(slopes, orbit.box.offsets, strict=True))
             for slopes in orbit.slopes
         ]
         is_wide = any(r > f * WIDER for r, f in zip(orbit.radius, follows, strict=True))
-        may_split = self.narrows and self.examined < self.limit
-        if not (is_wide and may_split and orbit.box.share > NARROWED):
-            return part
-        return self._split(examine, part) or part
+        if not is_wide or orbit.box.share <= NARROWED or self.examined >= self.limit:
+            return tree
+        halves = self._split(examine, tree)
+        return tree if halves is None else self._narrowed(halves)
 
     def _holds_start(self, tree: Part | Joined, start: Orbit) -> bool:
         """Return whether the orbit of the nominal exciter belongs to a proved family."""

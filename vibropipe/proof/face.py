@@ -44,7 +44,8 @@ def prove(
     ----------
     orbit : Exciter or xarray.Dataset
         An exciter, whose motion from rest settles on the orbit; or one row of a steady state, a sweep, a branch or an
-        orbit in closed form, stable or not. Of a whole sweep or branch each row is proved on its own.
+        orbit in closed form, stable or not. Of a whole sweep or branch each row is proved on its own, the exciters
+        `within` tolerances about its own.
     within : mapping of str to float, optional
         How far parameters may be off, either way, all at once: any of nu, f, h, l, delta, R1, R2, load, f2, phi2,
         shaker and, where they act, k1, h1, k2, h2, friction. Without it the exciter alone is meant, its parameters
@@ -121,11 +122,10 @@ def prove(
     check_whole("parts", parts, PARTS_LIMITS)
     check_whole("stretches", stretches, STRETCHES)
     if not isinstance(orbit, Exciter) and dims_of_rows(orbit):
-        if within is not None or largest or stretches:
-            name = "within" if within is not None else "largest" if largest else "stretches"
+        if largest or stretches:
             must = "must be left out with several rows: select one, as with .isel(point=0)"
-            raise ParameterError(name, within, must=must, got="")
-        return prove_rows(orbit, progress)
+            raise ParameterError("largest" if largest else "stretches", None, must=must, got="")
+        return prove_rows(orbit, progress, within, parts)
     given = given_orbit(orbit)
     tolerances = None if within is None else check_within(given.exciter, within)
     if isinstance(orbit, Exciter):

@@ -3,9 +3,10 @@
 from __future__ import annotations
 
 import signal
-from collections.abc import Generator, Iterable, Mapping, Sequence
+from collections.abc import Callable, Generator, Iterable, Mapping, Sequence
 from concurrent.futures import ProcessPoolExecutor
 from contextlib import closing
+from functools import partial
 from multiprocessing import get_all_start_methods, get_context
 from typing import Any, NamedTuple
 
@@ -14,14 +15,14 @@ import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
-from vibropipe.proof.given import Given, given_orbit
+from vibropipe.proof.given import Given, check_within, given_orbit
 from vibropipe.proof.statement import prove_critical, prove_orbit
 from vibropipe.solve.threads import watch_parent
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why, tally
 from vibropipe.words.vocabulary import describe
-from vibropipe.words.wording import count, share
+from vibropipe.words.wording import count, series, share
 
 # Rows that make another process worth while, and rows that it takes at once.
 ROWS_PER_PROCESS, CHUNK = 32, 8
@@ -36,8 +37,15 @@ def dims_of_rows(orbit: Any) -> tuple[str, ...]:
     return tuple(str(name) for name in orbit["period_multiple"].dims)
 
 
-def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
+def prove_rows(
+    rows: xr.Dataset,
+    progress: Progress | None,
+    within: Mapping[str, float] | None = None,
+    parts: int = 1,
+) -> xr.Dataset:
     """Return the dataset of `prove` for several rows, over their dimensions.
+
+    within, parts : as of `prove`, about the exciter of each row.
 
     Raises
     ------
@@ -53,7 +61,8 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
     attrs: Mapping[str, Any] = {}
     indices = list(np.ndindex(*shape))
     each = (whole.isel(dict(zip(dims, index, strict=True))) for index in indices)
-    with closing(_proved(each, total)) as found_proofs:
+    prove_row = partial(_proved_row, within=within, parts=parts)
+    with closing(_proved(prove_row, each, total)) as found_proofs:
         for done, (index, proof) in enumerate(zip(indices, found_proofs, strict=True)):
             for name, code in zip(TOLD, proof.codes, strict=True):
                 codes[name][index] = code
@@ -62,6 +71,8 @@ def prove_rows(rows: xr.Dataset, progress: Progress | None) -> xr.Dataset:
                 progress(done + 1, total)
     found = tally(rows, codes["proved"], codes["why"])
     statement = f"{share(found.proved, found.tried, 'orbit')} proved"
+    if within:
+        statement += f" within {series(f'{name} +- {most:g}' for name, most in within.items())}"
     if others := found.not_tried:
         statement += f"; {count(others, 'row')} {'was' if others == 1 else 'were'} not tried"
     if "bifurcation" in rows.dims:
@@ -87,17 +98,19 @@ class _Proof(NamedTuple):
     attrs: Mapping[str, Any]
 
 
-def _proved(rows: Iterable[xr.Dataset], n: int) -> Generator[_Proof]:
+def _proved(
+    prove_row: Callable[[xr.Dataset], _Proof], rows: Iterable[xr.Dataset], n: int
+) -> Generator[_Proof]:
     """Yield the proofs of n rows in turn, of many side by side on as many processes as numba has threads."""
     import numba
 
     processes = min(numba.get_num_threads(), n // ROWS_PER_PROCESS)
     if processes < 2 or "fork" not in get_all_start_methods():
-        yield from map(_proved_row, rows)
+        yield from map(prove_row, rows)
         return
     pool = ProcessPoolExecutor(processes, get_context("fork"), initializer=_begin)
     try:
-        yield from pool.map(_proved_row, rows, chunksize=CHUNK)
+        yield from pool.map(prove_row, rows, chunksize=CHUNK)
     finally:
         pool.shutdown(wait=False, cancel_futures=True)
 
@@ -108,12 +121,13 @@ def _begin() -> None:
     watch_parent()
 
 
-def _proved_row(row: xr.Dataset) -> _Proof:
+def _proved_row(row: xr.Dataset, within: Mapping[str, float] | None, parts: int) -> _Proof:
     """Return what the proof of a row tells."""
     given = _orbit_of(row)
     if given is None:
         return _Proof((Proved.UNDECIDED, Why.NOT_TRIED, ProvedStable.UNDECIDED), {})
-    proof = prove_orbit(given, None, 1, 1, False, 0)
+    tolerances = check_within(given.exciter, within) if within else None
+    proof = prove_orbit(given, tolerances, 1, parts, False, 0, narrows=False)
     return _Proof([int(proof[name]) for name in TOLD], proof.attrs)
 
 

@@ -62,8 +62,9 @@ def prove_orbit(
     limit: int,
     seek_largest: bool,
     stretches: int,
+    narrows: bool = True,
 ) -> xr.Dataset:
-    """Return the dataset of `prove`; arguments are checked."""
+    """Return the dataset of `prove`; arguments are checked. narrows : whether its bounds matter."""
     with ctx.workprec(BITS):
         nominal = balls_of(given.exciter)
         claim = Claim(given.law, None, harmonics)
@@ -73,7 +74,7 @@ def prove_orbit(
             outcome = Outcome(Proved.PROVED, Why.NONE, parts=[start])
             claim.is_stable = stability(start.values)
             if within:
-                box = _Tolerances(given.exciter, nominal, within, claim, start, limit)
+                box = _Tolerances(given.exciter, nominal, within, claim, start, limit, narrows)
                 outcome = box.outcome(seek_largest)
         else:
             known = {name: getattr(given.exciter, name) for name in within or ()}
@@ -147,12 +148,18 @@ class _Tolerances:
     claim: Claim
     start: Part
     limit: int
+    narrows: bool
 
     def attempt(self, factor: float) -> Certificate:
         """Try to prove the claim over a box."""
         off = {name: arb(most) * arb(factor) for name, most in self.within.items()}
         certificate = Certificate(
-            self.nominal, off, self.claim, self.start.orbit, self.limit, narrows=factor == 1.0
+            self.nominal,
+            off,
+            self.claim,
+            self.start.orbit,
+            self.limit,
+            narrows=self.narrows and factor == 1.0,
         )
         certificate.prove()
         return certificate

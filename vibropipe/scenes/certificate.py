@@ -8,7 +8,7 @@ import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.physical import stored
-from vibropipe.words.proofs import PREFIX, REFUSED
+from vibropipe.words.proofs import PREFIX, REFUSED, ROWS_WITHIN
 from vibropipe.words.vocabulary import of_proof
 
 if TYPE_CHECKING:
@@ -17,8 +17,8 @@ if TYPE_CHECKING:
 
 # Attributes: what was found, the events of the law, and by which arithmetic.
 STATEMENT, EVENTS, METHOD = (f"{PREFIX}{name}" for name in ("statement", "events", "method"))
-# Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s.
-STRETCHES, PARTS = 256, 1000
+# Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s, and of that of a row.
+STRETCHES, PARTS, ROW_PARTS = 256, 1000, 200
 
 
 def with_certificate(
@@ -66,12 +66,15 @@ def proof_of(dataset: xr.Dataset) -> xr.Dataset | None:
     return proof.rename({name: name.removeprefix(PREFIX) for name in names})
 
 
-def with_row_proofs(rows: xr.Dataset) -> xr.Dataset:
-    """Add to rows, without units, whether their orbits are proved; without python-flint, why they are not."""
+def with_row_proofs(rows: xr.Dataset, prove: Prove) -> xr.Dataset:
+    """Add to rows, without units, whether their orbits are proved; where that cannot be tried, why they are not."""
     try:
         from vibropipe.proof.rows import prove_rows
 
-        proof = prove_rows(rows, None)
-    except ModuleNotFoundError as error:
+        limits = prove.limits()
+        proof = prove_rows(rows, None, limits or None, ROW_PARTS)
+    except (ParameterError, ModuleNotFoundError) as error:
         return rows.assign_attrs({REFUSED: f"{error}"})
-    return rows.assign({str(name): values for name, values in proof.data_vars.items()})
+    proved = rows.assign({str(name): values for name, values in proof.data_vars.items()})
+    within = "; ".join(f"{name} +- {most!r}" for name, most in limits.items())
+    return proved.assign_attrs({ROWS_WITHIN: within}) if within else proved

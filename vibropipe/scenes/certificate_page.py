@@ -22,7 +22,7 @@ from vibropipe.scenes.certificate import EVENTS, METHOD, proof_of
 from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why, tally
+from vibropipe.words.proofs import REFUSED, ROWS_WITHIN, Proved, ProvedStable, Why, tally
 from vibropipe.words.wording import count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube
@@ -316,4 +316,17 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
         which = "without impacts, with rests or without an orbit"
         parts.append(f"{count(found.not_tried, 'row')} {which}, not tried")
     rest = f"{series(parts)}." if parts else ""
-    return Answer(f"{share(found.proved, found.tried, 'orbit')} proved.", rest)
+    within = rows_within_text(dataset)
+    where = f", of all exciters within {within}" if within else ""
+    return Answer(f"{share(found.proved, found.tried, 'orbit')} proved{where}.", rest)
+
+
+def rows_within_text(dataset: xr.Dataset) -> str:
+    """Write how far the parameters of each row may be off; empty if each is proved for its own exciter alone."""
+    texts = []
+    for part in filter(None, str(dataset.attrs.get(ROWS_WITHIN, "")).split("; ")):
+        name, _, off = part.partition(" +- ")
+        of = dataset[name]
+        value = float(off) * shown_factor(str(of.attrs["units"]))
+        texts.append(f"{plain_symbol_of(of)} ± {with_units(of, format_number(value))}")
+    return series(texts)

@@ -12,6 +12,7 @@ from vibropipe.physics.si import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import tidied
 from vibropipe.words.parameters import PARAMETERS, STARTS
+from vibropipe.words.proofs import ROWS_WITHIN
 from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import (
     PARAMETER,
@@ -201,6 +202,12 @@ def text_in_si(name: str, text: Any, numbers: Mapping[str, float]) -> Any:
     """Return an attribute of a dataset in SI: its start, and the parameters that it follows."""
     if name in GOALS and isinstance(text, str):
         return _GOAL.sub(lambda each: _goal_in_si(each[1], each[2], numbers), text)
+    if name == ROWS_WITHIN and isinstance(text, str):
+        pairs = (part.split(" +- ") for part in text.split("; "))
+        return "; ".join(
+            f"{physical_name(own)} +- {float(convert(own, float(off), numbers))!r}"
+            for own, off in pairs
+        )
     if name in ("boundary", "vary") and isinstance(text, str):
         return " ".join(map(physical_name, text.split()))
     if name == "foretold_by":

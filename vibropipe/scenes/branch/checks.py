@@ -20,7 +20,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
-from vibropipe.scenes.keys.proofs import check_covered
+from vibropipe.scenes.keys.proofs import check_covered, check_limits
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -154,6 +154,7 @@ def _tolerance(scene: BranchScene) -> Iterator[Problem]:
 def _prove(scene: BranchScene) -> Iterator[Problem]:
     """Check that proofs are asked of what can be proved."""
     if scene.prove:
+        yield from check_limits(scene)
         yield from check_covered(scene.values(), "true")
 
 

@@ -30,7 +30,7 @@ from vibropipe.scenes.keys.parts import (
     VariedName,
     figure_key,
 )
-from vibropipe.scenes.keys.proofs import ROW_SECONDS
+from vibropipe.scenes.keys.proofs import ROWS_TEXT, ProveRows, row_seconds
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NameRule, NotNull, Number, Sigma, refuse
 from vibropipe.words.outputs import OF_STEADY_STATE
@@ -154,10 +154,7 @@ class BranchScene(TiedScene):
         "keeps, and Sommerfeld's jumps.",
     )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
-    prove: bool = Field(
-        default=False,
-        description="Prove each orbit on its own: `proved`, `why` and `proved_stable` of points (docs/proof.md).",
-    )
+    prove: ProveRows = Field(default=None, description=ROWS_TEXT.format("points"))
 
     @property
     def followed(self) -> str:
@@ -218,7 +215,7 @@ def plan(scene: BranchScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=points * (SECONDS_PER_POINT * slowness(scene) + scene.prove * ROW_SECONDS),
+        seconds=points * (SECONDS_PER_POINT * slowness(scene) + row_seconds(scene.prove)),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
         is_foreseen=False,
     )

@@ -54,7 +54,7 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
         whole.attrs["without_law"] = len(absent)
     reached = "point", reached_from_rest(whole), attributes("from_rest")
     whole = whole.assign(from_rest=reached)
-    whole = with_row_proofs(whole) if scene.prove else whole
+    whole = with_row_proofs(whole, scene.prove) if scene.prove else whole
     return stored(whole, scene.mass_and_stiffness)
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import Annotated, Any
 
-from pydantic import Field
+from pydantic import BeforeValidator, Field, WithJsonSchema
 
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
@@ -13,7 +13,7 @@ from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.grids import StudyModel
 from vibropipe.scenes.keys.parts import ParameterName
 from vibropipe.scenes.keys.problems import Problem, describe
-from vibropipe.scenes.keys.values import NotNull, Sigma
+from vibropipe.scenes.keys.values import NotNull, Sigma, refuse
 from vibropipe.words.parameters import DEFAULTS
 from vibropipe.words.proofs import BOXED, kept_from_boxes, range_in_boxes
 
@@ -44,6 +44,26 @@ def prove_key(of: str) -> Any:
 ProveKey = Annotated[Prove | None, NotNull]
 
 
+def _as_mapping(value: Any) -> Any:
+    """Return true as no tolerances, and false as no proof."""
+    if isinstance(value, bool):
+        return {} if value else None
+    if not isinstance(value, (Prove, Mapping)):
+        refuse("true, false, or a mapping with the key within")
+    return value
+
+
+ROWS_TEXT = (
+    "Prove each orbit on its own: `proved`, `why` and `proved_stable` of {}; with `within` of all exciters that are "
+    "off by so much from its own (docs/proof.md)."
+)
+ProveRows = Annotated[
+    Prove | None,
+    BeforeValidator(_as_mapping),
+    WithJsonSchema({"anyOf": [{"type": "boolean"}, Prove.model_json_schema()]}),
+]
+
+
 def check_prove(scene: Any) -> Iterator[Problem]:
     """Check that a proof is asked for of what can be proved."""
     if scene.prove is None:
@@ -51,6 +71,12 @@ def check_prove(scene: Any) -> Iterator[Problem]:
             must = f"must leave out {CERTIFICATE} unless the scene has the key prove"
             yield Problem(("figure", "pictures"), repr(CERTIFICATE), must=must)
         return
+    yield from check_limits(scene)
+    yield from check_covered(scene.extent(), describe(scene.prove.limits()))
+
+
+def check_limits(scene: Any) -> Iterator[Problem]:
+    """Check how far parameters may be off."""
     for name, off in scene.prove.limits().items():
         path = ("prove", "within", name)
         if name not in BOXED:
@@ -67,7 +93,6 @@ def check_prove(scene: Any) -> Iterator[Problem]:
             elif not (allowed.contains(value - off) and allowed.contains(value + off)):
                 must = f"must keep {name} {allowed.text}"
                 yield Problem(path, f"{value:.6g} +- {off:.6g}", must=must)
-    yield from check_covered(scene.extent(), describe(scene.prove.limits()))
 
 
 def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
@@ -85,6 +110,11 @@ def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
 def proof_seconds(prove: Prove | None) -> float:
     """Return the usual time of a proof, which grows with the number of parameters of its box."""
     return 0.0 if prove is None else ONE_SECONDS + BOX_SECONDS * len(prove.within)
+
+
+def row_seconds(prove: Prove | None) -> float:
+    """Return the usual time of the proof of a row."""
+    return 0.0 if prove is None else ROW_SECONDS + BOX_SECONDS * len(prove.within)
 
 
 def with_picture(scene: Any, first: str) -> None:

@@ -41,7 +41,13 @@ from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffec
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, words_as_numbers
 from vibropipe.scenes.keys.parts import MAX_LINES, Follow, OverName, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.proofs import ROW_SECONDS, check_covered
+from vibropipe.scenes.keys.proofs import (
+    ROWS_TEXT,
+    ProveRows,
+    check_covered,
+    check_limits,
+    row_seconds,
+)
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
@@ -95,10 +101,7 @@ class SweepScene(TiedScene, ForcedScene):
         description="Forcing periods after which a row with growing perturbations may be labelled aperiodic.",
     )
     effects: StatedEffects = Field(default=None, description=EFFECTS_TEXT)
-    prove: bool = Field(
-        default=False,
-        description="Prove each orbit on its own: `proved`, `why` and `proved_stable` of rows (docs/proof.md).",
-    )
+    prove: ProveRows = Field(default=None, description=ROWS_TEXT.format("rows"))
 
     @model_validator(mode="after")
     def _choose_pictures(self) -> Self:
@@ -203,6 +206,7 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
 def _prove(scene: SweepScene) -> Iterator[Problem]:
     """Check that proofs are asked of what can be proved."""
     if scene.prove:
+        yield from check_limits(scene)
         yield from check_covered({**scene.resolved_exciter(), **scene.over_arrays()}, "true")
 
 
@@ -233,7 +237,7 @@ def plan(scene: SweepScene) -> Work:
         rows=scene.row_count,
         method=", ".join(["exact", *followed]),
         outputs=tuple(scene.outputs),
-        seconds=scene.row_count * (SECONDS_PER_ROW * slowness(scene) + scene.prove * ROW_SECONDS),
+        seconds=scene.row_count * (SECONDS_PER_ROW * slowness(scene) + row_seconds(scene.prove)),
         bytes=HEAD_BYTES
         + scene.row_count
         * steady_bytes(scene.outputs, scene.harmonics, SWEPT_IMPACTS, scene.all_effects()),

@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 from vibropipe.figures.text import parameters_text, sentences
+from vibropipe.scenes.certificate_page import rows_within_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.captions import combinations_text, points_text, shares_text
 from vibropipe.scenes.sweep.laws import Region
@@ -55,7 +56,9 @@ def proof_title(dataset: xr.Dataset) -> str:
     found = tally(dataset, dataset["proved"].values, dataset["why"].values)
     if found.tried == 0:
         return "No row has an orbit with impacts alone, which could be proved"
-    return f"{share(found.proved, found.tried, 'orbit')} proved"
+    within = rows_within_text(dataset)
+    where = f" within {within}" if within else ""
+    return f"{share(found.proved, found.tried, 'orbit')} proved{where}"
 
 
 def describe_proofs(dataset: xr.Dataset) -> str:

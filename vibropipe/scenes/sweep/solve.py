@@ -15,6 +15,7 @@ from vibropipe.solve.sweep.blocks import assemble, solve_blocks
 if TYPE_CHECKING:
     import numpy as np
 
+    from vibropipe.scenes.keys.proofs import Prove
     from vibropipe.scenes.sweep.keys import SweepScene
     from vibropipe.words.progress import Progress
 
@@ -70,11 +71,11 @@ def _solve_plain(
         patience=scene.patience,
         rows=rows,
     )
-    return proved(blocks) if scene.prove else blocks
+    return proved(blocks, scene.prove) if scene.prove else blocks
 
 
-def proved(blocks: Generator[xr.Dataset]) -> Generator[xr.Dataset]:
+def proved(blocks: Generator[xr.Dataset], prove: Prove) -> Generator[xr.Dataset]:
     """Add to each block of rows whether their orbits are proved."""
     with closing(blocks):
         for block in blocks:
-            yield with_row_proofs(block)
+            yield with_row_proofs(block, prove)

@@ -189,7 +189,7 @@ def test_where_motions_are_lopsided_is_told_if_nothing_else_coexists():
     alone = stretch(1.5, 2.0, 0.4, both, "grazing", "")
     assert lopsided_answer(mirrored(), [left, right, alone]) == Answer(
         "Lopsided motions are stable from ν = 1.2 to 1.5.",
-        "They are pairs of mirror images, of which the start decides.",
+        "Each is one of two mirror images; the start decides which.",
     )
     other = stretch(1.2, 1.5, 0.4, both, "pitchfork", "grazing", mean=-0.2)
     for stretches in (

@@ -181,7 +181,7 @@ def lopsided_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
         found.append((low, high))
     return Answer(
         f"Lopsided motions are stable {ranges_text(dataset, found)}.",
-        "They are pairs of mirror images, of which the start decides.",
+        "Each is one of two mirror images; the start decides which.",
     )
 
 

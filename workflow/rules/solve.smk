@@ -22,7 +22,8 @@ for study, scenes in RUN.batches():
             file=RUN.file,
             results=lambda wildcards: RESULTS,
             scenes=[f"--scene={s}" for s in scenes],
-            stale=", ".join(RUN.stale_of(study, "{}.nc", scenes)) or "nothing: all is complete",
+            stale=", ".join(RUN.stale_of(study, "{}.nc", scenes))
+            or "nothing: all is complete",
         message:
             "{wildcards.study}: solving {params.stale}"
         shell:

@@ -7,8 +7,9 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.in_si import ROWS_WITHIN
 from vibropipe.solve.physical import stored
-from vibropipe.words.proofs import PREFIX, REFUSED, ROWS_WITHIN
+from vibropipe.words.proofs import PREFIX, REFUSED
 from vibropipe.words.vocabulary import of_proof
 
 if TYPE_CHECKING:

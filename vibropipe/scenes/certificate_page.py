@@ -21,8 +21,9 @@ from vibropipe.report.parts import Answer, Table
 from vibropipe.scenes.certificate import EVENTS, METHOD, proof_of
 from vibropipe.scenes.keys.proofs import CERTIFICATE
 from vibropipe.scenes.kind import Picture
+from vibropipe.solve.in_si import ROWS_WITHIN
 from vibropipe.solve.shown_units import shown_factor
-from vibropipe.words.proofs import REFUSED, ROWS_WITHIN, Proved, ProvedStable, Why, tally
+from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why, tally
 from vibropipe.words.wording import count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube

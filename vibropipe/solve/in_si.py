@@ -12,7 +12,6 @@ from vibropipe.physics.si import unit_factors
 from vibropipe.solve.rows.named import SENSITIVITY, named
 from vibropipe.solve.shown_units import tidied
 from vibropipe.words.parameters import PARAMETERS, STARTS
-from vibropipe.words.proofs import ROWS_WITHIN
 from vibropipe.words.units import DIMENSIONS
 from vibropipe.words.vocabulary import (
     PARAMETER,
@@ -47,6 +46,8 @@ CHANGES = {
 OF_PARAMETERS = {"within", "counterexample"}
 # Attributes of a variable that differ in SI; others, such as flags, stay.
 WORDS = ("units", "symbol", "long_name")
+# Attribute of rows that are proved: how far parameters may be off, `R1 +- 0.01; delta +- 0.002`.
+ROWS_WITHIN = "proof_within"
 # Attributes with goals, `impact_velocity_max_1 < 0.8; ...`, and the parts of one.
 GOALS = ("target", "subject_to", "allow", "levels")
 _GOAL, _NUMBER = re.compile(r"(\w+)( [=<>][^;]*)"), re.compile(r"[-+\d.][-+\d.e]*")

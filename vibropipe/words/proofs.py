@@ -24,8 +24,6 @@ PREFIX = "proof_"
 """Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""
 REFUSED = f"{PREFIX}refused"
 """Attribute: why nothing was tried to prove."""
-ROWS_WITHIN = f"{PREFIX}within"
-"""Attribute of rows that are proved: how far parameters may be off, `R1 +- 0.01; delta +- 0.002`."""
 MISSING = "python-flint: is required for proofs and not installed"
 
 

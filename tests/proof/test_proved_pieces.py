@@ -124,7 +124,9 @@ def test_pieces_lead_through_motions_known_to_20_digits(motion):
             known = float(velocity.mid())
             after = event_of(each["kind"], known, motion["d"] != "0", piece, push)
             if event is not None:
-                off, free = conditions(model, Flight(event, after, start, end, free, end - start))
+                off, free = conditions(
+                    model, Flight(event, after, start, end, free, end - start), x, v
+                )
                 met.append(off)
                 seen.add((event.kind, after.kind))
             event, start, free = after, end, velocity if after.support else free
@@ -252,8 +254,8 @@ def test_a_mutation_of_an_event_is_found(monkeypatch):
 def test_a_mutation_of_what_an_event_asks_for_is_found(monkeypatch, kind):
     row, own = vp.steady_state(TURNS), orbit.conditions
 
-    def mutated(model, flight):
-        met, free = own(model, flight)
+    def mutated(model, flight, x, v):
+        met, free = own(model, flight, x, v)
         return (met + arb(1e-10), free) if flight.next_event.kind is kind else (met, free)
 
     monkeypatch.setattr(orbit, "conditions", mutated)

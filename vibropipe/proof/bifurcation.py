@@ -41,7 +41,7 @@ from vibropipe.words.proofs import Why
 SAMPLES, SHORTEST = 64, 2.0**-30
 KINDS = {each.name.lower(): each for each in Bifurcation if each <= Bifurcation.GRAZING}
 # Those that are sought between rigid supports without friction alone.
-OF_IMPACTS = ("pitchfork", "grazing")
+OF_IMPACTS = (Bifurcation.PITCHFORK, Bifurcation.GRAZING)
 # Parameters along which an exciter stays its own mirror image.
 SYMMETRIC = ("nu", "f", "h", "l", "shaker")
 BOTH = 3  # supports touched
@@ -127,6 +127,11 @@ def bifurcation_near(
     touches = dict.fromkeys(range(touch[0], k, n), tube[-1]) if touched else {}
     is_motion = leaves_law(model, law, u, None, SHORTEST, touches) is False
     return Critical(u, tube[2 * n], touched, Why.NONE if is_motion else Why.MOTION)
+
+
+def is_sought(kind: Bifurcation, law: Law) -> bool:
+    """Return whether a bifurcation of a kind is sought of orbits of a law."""
+    return law.is_of_impacts or kind not in OF_IMPACTS
 
 
 def mirrored(law: Law, half: Sequence[Number]) -> list[Number]:

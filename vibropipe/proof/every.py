@@ -7,8 +7,9 @@ Each zero is then an orbit that is proved, or has a velocity away from its suppo
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
+from functools import partial
 from typing import Any
 
 from vibropipe.proof.balls import BITS, ONE, Jet, arb, hull
@@ -41,6 +42,15 @@ class Found:
     why: Why
     looked: int
 
+    def take(self, find: Callable[[], Part | None]) -> None:
+        """Add the orbit that a call finds, if there is one, or why that is not decided."""
+        try:
+            part = find()
+        except UndecidedError as error:
+            self.why = error.why
+        else:
+            self.parts += [part] if part is not None else []
+
 
 def all_orbits(
     p: Mapping[str, Any], law: tuple[int, int, int], harmonics: int, limit: int
@@ -69,12 +79,7 @@ def all_orbits(
     if is_mirrored:
         _add_one_flight(found, equations, arb(m) / 2, Law.of_impacts(m, (1, 2)), harmonics)
     for low, high in intervals:
-        try:
-            part = _orbit_at(equations, low, high, harmonics)
-        except UndecidedError as error:
-            found.why = error.why
-        else:
-            found.parts += [part] if part is not None else []
+        found.take(partial(_orbit_at, equations, low, high, harmonics))
     return found
 
 
@@ -175,12 +180,7 @@ def _add_one_flight(
         guess = [time, v] if of == to else [time, time + turns, v, -v]
         if strikes(guess[len(law.supports) :], law.supports) is False:
             continue
-        try:
-            part = proved_orbit(equations, law, guess, harmonics)
-        except UndecidedError as error:
-            found.why = error.why
-        else:
-            found.parts += [part] if part is not None else []
+        found.take(partial(proved_orbit, equations, law, guess, harmonics))
 
 
 def strikes(velocities: Sequence[Any], supports: Sequence[int]) -> bool | None:

@@ -178,7 +178,7 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
     Yu. A. Kuznetsov, Elements of Applied Bifurcation Theory, Springer 2004.
     R. Krawczyk, Newton-Algorithmen zur Bestimmung von Nullstellen mit Fehlerschranken, Computing 4 (1969) 187-201.
     """
-    from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
+    from vibropipe.proof.bifurcation import KINDS, is_sought
     from vibropipe.proof.given import check_varies, given_orbit
     from vibropipe.proof.statement import prove_critical
 
@@ -190,7 +190,7 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         check_untied(orbit, "along", [along])
     given = given_orbit(orbit)
     check_varies(given.exciter, along, "along")
-    if kind in OF_IMPACTS and not given.law.is_of_impacts:
+    if not is_sought(KINDS[kind], given.law):
         must = "must be fold or flip with soft supports or friction"
         raise ParameterError("kind", kind, must=must, got=repr(kind))
     return prove_critical(given, KINDS[kind], along)

@@ -12,6 +12,7 @@ a root of a quadratic, as in docs/closed-forms.md.
 
 from __future__ import annotations
 
+import itertools
 from collections.abc import Mapping, Sequence
 from typing import Any
 
@@ -120,20 +121,28 @@ class Equations:
         return bool(self.m % 2 == 1 and is_mirrored)
 
 
+Minors = dict[tuple[int, int], Number]
+
+
+def minors(a: Sequence[Number], b: Sequence[Number]) -> Minors:
+    """Return the determinants of any two columns of two rows."""
+    pairs = itertools.combinations(range(len(a)), 2)
+    found = {(i, j): a[i] * b[j] - a[j] * b[i] for i, j in pairs}
+    return found | {(j, i): -value for (i, j), value in found.items()}
+
+
+def determinant(upper: Minors, lower: Minors, c: Sequence[int]) -> Number:
+    """Return the determinant of four columns of four rows, by the minors of two and two of them."""
+    pairs = (((0, 1), (2, 3), 1), ((0, 2), (1, 3), -1), ((0, 3), (1, 2), 1),
+             ((1, 2), (0, 3), 1), ((1, 3), (0, 2), -1), ((2, 3), (0, 1), 1))  # fmt: skip
+    terms = (upper[c[i], c[j]] * lower[c[k], c[n]] * sign for (i, j), (k, n), sign in pairs)
+    return sum(terms, next(iter(upper.values())) * 0)
+
+
 def _determinants(rows: Sequence[Sequence[Number]]) -> list[Number]:
     """Return det and Cramer's numerators of four equations (coefficients of four unknowns, right-hand side)."""
-
-    def minors(top: int) -> dict[tuple[int, int], Number]:
-        a, b = rows[top], rows[top + 1]
-        return {(i, j): a[i] * b[j] - a[j] * b[i] for i in range(5) for j in range(5) if i != j}
-
-    upper, lower = minors(0), minors(2)
-
-    def determinant(c: Sequence[int]) -> Number:
-        pairs = (((0, 1), (2, 3), 1), ((0, 2), (1, 3), -1), ((0, 3), (1, 2), 1),
-                 ((1, 2), (0, 3), 1), ((1, 3), (0, 2), -1), ((2, 3), (0, 1), 1))  # fmt: skip
-        terms = (upper[c[i], c[j]] * lower[c[k], c[n]] * sign for (i, j), (k, n), sign in pairs)
-        return sum(terms, next(iter(upper.values())) * 0)
-
+    upper, lower = minors(rows[0], rows[1]), minors(rows[2], rows[3])
     columns = [0, 1, 2, 3]
-    return [determinant([4 if c == n else c for c in columns]) for n in (-1, *columns)]
+    return [
+        determinant(upper, lower, [4 if c == n else c for c in columns]) for n in (-1, *columns)
+    ]

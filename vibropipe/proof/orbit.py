@@ -154,8 +154,7 @@ class Orbit:
             for _ in range(MAX_NEWTON):
                 found = derivatives(centre, self.law, self.u)
                 self.inverse = arb_mat(found.by_u).mid().inv().mid()
-                values = residual(centre.balls, self.law, self.u)
-                step = self.inverse * arb_mat([[value.mid()] for value in values])
+                step = self.inverse * arb_mat([[value.mid()] for value in found.values])
                 self.u = [(a - step[i, 0]).mid() for i, a in enumerate(self.u)]
                 if all(abs(step[i, 0]) < s * STEP for i, s in enumerate(self.scale)):
                     break
@@ -163,13 +162,11 @@ class Orbit:
             return math.inf
         if not all(a.is_finite() for a in self.u):
             return math.inf
-        self.at_centre = residual(self.box.centre, self.law, self.u)
-        model = Flights(self.box.centre)
-        self.ends = [end_of(model, flight) for _i, _j, flight in flights_of(self.law, self.u)]
         # S and C may be any numbers; good ones make the tube narrow
         middle = Box(self.box.centre, self.box.directions, *[[0.0] * len(self.share)] * 2)
-        by_c = derivatives(middle, self.law, self.u).by_c
-        moved = self.inverse * arb_mat(by_c) * -1 if self.share else arb_mat(2 * self.n, 0)
+        found = derivatives(middle, self.law, self.u)
+        self.at_centre, self.ends = found.values, found.ends
+        moved = self.inverse * arb_mat(found.by_c) * -1 if self.share else arb_mat(2 * self.n, 0)
         self.slopes = [[a.mid() for a in row] for row in moved.tolist()]
         off = [abs(a - b) / s for a, b, s in zip(self.u, guess, self.scale, strict=True)]
         return max(float(each.upper()) for each in off)
@@ -302,9 +299,9 @@ def end_of(model: Flights, flight: Flight) -> tuple[Number, Number]:
     return piece.fly(flight.start, flight.turns, x, v)
 
 
-def conditions(model: Flights, flight: Flight) -> tuple[Number, Number]:
-    """Return what is 0 where a flight meets its next event, and what that event leaves free."""
-    (x, v), (kind, support, after) = end_of(model, flight), flight.next_event
+def conditions(model: Flights, flight: Flight, x: Number, v: Number) -> tuple[Number, Number]:
+    """Return what is 0 where a flight that ends in a state meets its next event, and what that event leaves free."""
+    kind, support, after = flight.next_event
     if kind.is_at_support:
         return x if kind is Kind.LEAVES else x - model.position[support], v
     if kind is Kind.SLIPS:  # the friction no longer holds
@@ -330,7 +327,7 @@ def residual(p: Mapping[str, Any], law: Law, u: Sequence[Any]) -> list[Any]:
     """Return the equations: each flight meets the next event with what that leaves free."""
     model, rows, n = Flights(p), [], len(law.events)
     for _i, j, flight in flights_of(law, u):
-        met, free = conditions(model, flight)
+        met, free = conditions(model, flight, *end_of(model, flight))
         rows += [met, free - u[n + j]]
     return rows
 
@@ -361,18 +358,21 @@ def derivatives(box: Box, law: Law, u: Sequence[Any], spread: Spread | None = No
     """
     n, k = len(law.events), len(box.directions)
     model, over_box = Flights(box.balls), Flights(box.jets(k))
-    found = Derivatives([[ZERO] * (2 * n) for _ in range(2 * n)], [], [])
+    found = Derivatives([], [], [[ZERO] * (2 * n) for _ in range(2 * n)], [], [])
     lengths = None if spread is None else spread.lengths
     for i, j, flight in flights_of(law, u, lengths):
         columns, kind = (i, j, n + i), flight.next_event.kind
         ends = end_of(over_box, flight)
-        of_x, of_v = gradients(model, flight, *map(ball_of, ends))
+        x1, v1 = map(ball_of, ends)
+        found.ends.append((x1, v1))
+        of_x, of_v = gradients(model, flight, x1, v1, has_phase=k > 0)
         if spread is not None and k > 0:
             near = [
                 spread.narrowed(end, at, by, columns)
                 for end, at, by in zip(ends, spread.ends[i], (of_x, of_v), strict=True)
             ]
-            of_x, of_v = gradients(model, flight, *near)
+            rates = end_rates(model, flight, *near)
+            of_x, of_v = of_x._replace(end=rates[0]), of_v._replace(end=rates[1])
         if kind is Kind.SLIPS:
             slope = model.on(flight.next_event.after).stiffness
             rate = model.force_rate(flight.end) * model.period
@@ -380,8 +380,9 @@ def derivatives(box: Box, law: Law, u: Sequence[Any], spread: Spread | None = No
             of_met, of_free = Gradient(by[0], by[1] + rate, by[2], by[3] + rate), of_x
         else:
             of_met, of_free = (of_x, of_v) if kind.is_at_support else (of_v, of_x)
-        pairs = zip((of_met, of_free), conditions(over_box, flight), (0, 1), strict=True)
+        pairs = zip((of_met, of_free), conditions(over_box, flight, *ends), (0, 1), strict=True)
         for gradient, value, is_free in pairs:
+            found.values.append(ball_of(value) - u[n + j] * is_free)
             for column, slope in zip(columns, gradient, strict=False):
                 found.by_u[2 * i + is_free][column] += slope
             own = [*value.slopes] if type(value) is Jet else [ZERO] * k
@@ -400,21 +401,39 @@ def derivatives(box: Box, law: Law, u: Sequence[Any], spread: Spread | None = No
 
 
 class Derivatives(NamedTuple):
-    """Derivatives of the equations by u and by the offsets, and their drifts as u follows the offsets."""
+    """The equations and the states at the ends of flights, over a box, and the derivatives of the equations.
 
+    by_u, by_c, drift : by u, by the offsets, and by these as u follows them.
+    """
+
+    values: list[Any]
+    ends: list[tuple[Any, Any]]
     by_u: list[list[Any]]
     by_c: list[list[Any]]
     drift: list[list[Any]]
 
 
-def gradients(model: Flights, flight: Flight, x1: Any, v1: Any) -> tuple[Gradient, Gradient]:
-    """Return the derivatives of x and x' at the end of a flight; x1, v1 : balls of them."""
+def end_rates(model: Flights, flight: Flight, x1: Any, v1: Any) -> tuple[Any, Any]:
+    """Return the derivatives of x and x' at the end of a flight by that end; x1, v1 : balls of them."""
+    piece, period = model.on(flight.event.after), model.period
+    if piece.piece.is_held:
+        return ZERO, ZERO
+    return v1 * period, piece.acceleration(flight.end, x1, v1) * period
+
+
+def gradients(
+    model: Flights, flight: Flight, x1: Any, v1: Any, has_phase: bool
+) -> tuple[Gradient, Gradient]:
+    """Return the derivatives of x and x' at the end of a flight; x1, v1 : balls of them.
+
+    has_phase : whether the derivatives by the phase are wanted; else they are 0.
+    """
     piece = model.on(flight.event.after)
     if piece.piece.is_held:
         return Gradient(ZERO, ZERO, ONE, ZERO), Gradient(ZERO, ZERO, ZERO, ZERO)
     flow, period = piece.flow(flight.turns), model.period
     x0, v0 = start_of(model, flight)
-    a0, a1 = piece.acceleration(flight.start, x0, v0), piece.acceleration(flight.end, x1, v1)
+    a0, (end_x, end_v) = piece.acceleration(flight.start, x0, v0), end_rates(model, flight, x1, v1)
     kind, support, _after = flight.event
     free_x, free_v = (flow.e12, flow.e22) if kind.is_at_support else (flow.e11, flow.e21)
     if kind is Kind.IMPACT:
@@ -422,11 +441,10 @@ def gradients(model: Flights, flight: Flight, x1: Any, v1: Any) -> tuple[Gradien
         free_x, free_v = -(R * free_x), -(R * free_v)
     start_x = -((flow.e11 * v0 + flow.e12 * a0) * period)
     start_v = -((flow.e21 * v0 + flow.e22 * a0) * period)
-    phase_x, phase_v = piece.by_phase(flight.start, flight.turns, flow)
-    return (
-        Gradient(start_x, v1 * period, free_x, phase_x),
-        Gradient(start_v, a1 * period, free_v, phase_v),
-    )
+    phase_x, phase_v = ZERO, ZERO
+    if has_phase:
+        phase_x, phase_v = piece.by_phase(flight.start, flight.turns, flow)
+    return Gradient(start_x, end_x, free_x, phase_x), Gradient(start_v, end_v, free_v, phase_v)
 
 
 class Spread(NamedTuple):

@@ -14,7 +14,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.proof.bifurcation import KINDS, OF_IMPACTS
+from vibropipe.proof.bifurcation import KINDS, is_sought
 from vibropipe.proof.given import Given, check_within, given_orbit
 from vibropipe.proof.statement import prove_critical, prove_orbit
 from vibropipe.solve.threads import watch_parent
@@ -150,15 +150,15 @@ def proved_bifurcations(branch: xr.Dataset) -> dict[str, Any]:
     whole = branch.drop_dims("bifurcation")
     last = np.cumsum(branch["row_size"].values) if "impact" in branch.dims else None
     for k, point in enumerate(branch["bifurcation_point"].values):
-        if kinds[k] not in KINDS.values():
+        kind = Bifurcation(int(kinds[k]))
+        if kind not in KINDS.values():
             continue
         row = whole.isel(point=int(point))
         if last is not None:  # marched again, an orbit may strike what it touches
             first = int(last[point] - row["row_size"])
             row = row.isel(impact=slice(first, int(last[point])))
         given = _orbit_of(row)
-        kind = Bifurcation(int(kinds[k]))
-        if given is None or not (given.law.is_of_impacts or kind.name.lower() not in OF_IMPACTS):
+        if given is None or not is_sought(kind, given.law):
             continue
         proof = prove_critical(given, kind, along)
         proved[k] = int(proof["proved"])

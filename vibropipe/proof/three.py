@@ -16,12 +16,13 @@ from __future__ import annotations
 
 import math
 from collections.abc import Mapping, Sequence
+from functools import partial
 from typing import Any, NamedTuple
 
 from vibropipe.proof.balls import BITS, ONE, ZERO, Jet, Number, arb, ball_of, ctx, hull
 from vibropipe.proof.every import CUT, Found, proved_orbit, strikes
 from vibropipe.proof.law import Law
-from vibropipe.proof.linear import Equations, UndecidedError
+from vibropipe.proof.linear import Equations, determinant, minors
 from vibropipe.proof.motion import is_no_motion
 from vibropipe.proof.orbit import Box, Orbit
 from vibropipe.words.progress import Progress
@@ -121,12 +122,7 @@ def three_impacts(
     if stack:
         found.why = Why.PARTS
     for orbit in search.motions:
-        try:
-            part = proved_orbit(search.equations, search.law, orbit.u, harmonics)
-        except UndecidedError as error:
-            found.why = error.why
-        else:
-            found.parts += [part] if part is not None else []
+        found.take(partial(proved_orbit, search.equations, search.law, orbit.u, harmonics))
     return found
 
 
@@ -273,13 +269,4 @@ def _det3(rows: Sequence[Row], columns: Sequence[int]) -> Number:
 
 def _det4(rows: Sequence[Row]) -> Number:
     """Return the determinant of four rows."""
-    a, b, c, d = rows
-
-    def minors(x: Row, y: Row) -> dict[tuple[int, int], Number]:
-        return {(i, j): x[i] * y[j] - x[j] * y[i] for i in range(4) for j in range(i + 1, 4)}
-
-    upper, lower = minors(a, b), minors(c, d)
-    signs = {(0, 1): 1, (0, 2): -1, (0, 3): 1, (1, 2): 1, (1, 3): -1, (2, 3): 1}
-    pairs = list(signs)
-    terms = (upper[p] * lower[q] * signs[p] for p, q in zip(pairs, reversed(pairs), strict=True))
-    return sum(terms, ZERO)
+    return determinant(minors(rows[0], rows[1]), minors(rows[2], rows[3]), range(4))

@@ -210,17 +210,21 @@ def regions_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Region]]:
     m, p1, p2 = orbit_numbers(dataset)
     is_other = (regime == Regime.TWO_SIDED) & ~((m == 1) & (p1 == 1) & (p2 == 1))
     codes = regime.astype(np.int64).where(~(is_other & has_impacts), MORE).rename("region")
-    values, amounts = np.unique(codes.values, return_counts=True)
     busy = float((p1 + p2 > 2 * m).where(is_other).mean())
     more = MORE_OFTEN[0 if busy == 1.0 else 1 if busy > 0.5 else 2]
     found = []
-    for n in np.argsort(-amounts, kind="stable"):
-        code = int(values[n])
+    for code, amount in by_amount(codes):
         name = "two_sided_more" if code == MORE else Regime(code).name.lower()
         words = WORDS.get(name, more)
         words = ONCE if name == "two_sided" and has_impacts else words
-        found.append(Region(code, name, *words, int(amounts[n]), codes.size))
+        found.append(Region(code, name, *words, amount, codes.size))
     return codes, found
+
+
+def by_amount(codes: xr.DataArray) -> list[tuple[int, int]]:
+    """Return each code with the number of points that have it, the most frequent first."""
+    values, amounts = np.unique(codes.values, return_counts=True)
+    return [(int(values[n]), int(amounts[n])) for n in np.argsort(-amounts, kind="stable")]
 
 
 def share_text(amount: int, total: int) -> str:

@@ -10,7 +10,7 @@ from vibropipe.figures.text import parameters_text, sentences
 from vibropipe.scenes.certificate_page import rows_within_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.captions import combinations_text, points_text, shares_text
-from vibropipe.scenes.sweep.laws import Region
+from vibropipe.scenes.sweep.laws import Region, by_amount
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import MAX_MAPS, draw_region_map
 from vibropipe.scenes.sweep.quantities import swept
@@ -38,12 +38,8 @@ def proof_regions(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Region]]:
     codes = codes.where(proved != Proved.DISPROVED, DISPROVED)
     is_stable = xr.where(stable == ProvedStable.STABLE, STABLE, UNSTABLE)
     codes = codes.where(proved != Proved.PROVED, is_stable).rename("region").drop_attrs(deep=False)
-    values, amounts = np.unique(codes.values, return_counts=True)
-    found = [
-        Region(int(values[n]), *WORDS[int(values[n])], "", int(amounts[n]), codes.size)
-        for n in np.argsort(-amounts, kind="stable")
-    ]
-    return codes, found
+    found = by_amount(codes)
+    return codes, [Region(code, *WORDS[code], "", n, codes.size) for code, n in found]
 
 
 def draw_proof_map(dataset: xr.Dataset) -> Figure:

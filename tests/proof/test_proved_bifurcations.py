@@ -11,7 +11,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.proof import bifurcation, orbit
+from vibropipe.proof import bifurcation, equations
 from vibropipe.proof.balls import arb
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved, Why
@@ -134,7 +134,7 @@ def test_a_mutation_of_an_equation_of_a_pitchfork_is_found(monkeypatch, equation
     image, multiplier, end_of = (
         bifurcation.mirrored,
         bifurcation.trace_and_determinant,
-        orbit.end_of,
+        equations.end_of,
     )
     if equation == "mirror":
         monkeypatch.setattr(
@@ -148,7 +148,7 @@ def test_a_mutation_of_an_equation_of_a_pitchfork_is_found(monkeypatch, equation
         )  # fmt: skip
     else:
         monkeypatch.setattr(
-            orbit, "end_of",
+            equations, "end_of",
             lambda model, flight: end_of(model, flight._replace(free=flight.free * more)),
         )  # fmt: skip
     assert not is_enclosed(replace(SYMMETRIC, nu=0.9), "f")

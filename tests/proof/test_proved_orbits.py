@@ -11,7 +11,7 @@ from proved_rows import random_designs, random_points, random_rows, shares_of_er
 from true_rows import draw_exciters, orbits, true_quantities
 
 import vibropipe as vp
-from vibropipe.proof import orbit, values
+from vibropipe.proof import equations, values
 from vibropipe.proof.balls import arb
 from vibropipe.proof.flights import Flights
 from vibropipe.words.proofs import Proved, ProvedStable, Why
@@ -120,7 +120,7 @@ def restitution_mutated(model, flight):
 
 def test_a_mutation_of_the_restitution_is_found(monkeypatch):
     row = vp.steady_state(PAPER)
-    monkeypatch.setattr(orbit, "end_of", restitution_mutated)
+    monkeypatch.setattr(equations, "end_of", restitution_mutated)
     assert max(shares_of_error(row, vp.prove(row))) > 100
 
 

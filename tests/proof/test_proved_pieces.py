@@ -12,13 +12,13 @@ import pytest
 from proved_rows import shares_of_error
 
 import vibropipe as vp
+from vibropipe.proof import equations, values
 from vibropipe.proof import law as laws
-from vibropipe.proof import orbit, values
 from vibropipe.proof.balls import BITS, arb, ctx
+from vibropipe.proof.equations import Flight, conditions, end_of
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.given import Given, given_orbit
 from vibropipe.proof.law import Event, Kind, Law, Piece
-from vibropipe.proof.orbit import Flight, conditions, end_of
 from vibropipe.proof.statement import prove_orbit
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import BOXED, Proved, Why
@@ -252,13 +252,13 @@ def test_a_mutation_of_an_event_is_found(monkeypatch):
 
 @pytest.mark.parametrize("kind", [Kind.TURNS, Kind.ENTERS, Kind.LEAVES])
 def test_a_mutation_of_what_an_event_asks_for_is_found(monkeypatch, kind):
-    row, own = vp.steady_state(TURNS), orbit.conditions
+    row, own = vp.steady_state(TURNS), equations.conditions
 
     def mutated(model, flight, x, v):
         met, free = own(model, flight, x, v)
         return (met + arb(1e-10), free) if flight.next_event.kind is kind else (met, free)
 
-    monkeypatch.setattr(orbit, "conditions", mutated)
+    monkeypatch.setattr(equations, "conditions", mutated)
     assert max(shares_of_error(row, vp.prove(row))) > 100
 
 

@@ -20,19 +20,11 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibropipe.proof.balls import ONE, Number, arb, arb_mat, magnitude, seed
+from vibropipe.proof.equations import flights_of, residual, scale_of, start_of
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.law import Law
 from vibropipe.proof.motion import leaves_law
-from vibropipe.proof.orbit import (
-    MAX_INFLATIONS,
-    MAX_NEWTON,
-    RADIUS,
-    STEP,
-    flights_of,
-    residual,
-    scale_of,
-    start_of,
-)
+from vibropipe.proof.orbit import MAX_INFLATIONS, MAX_NEWTON, RADIUS, STEP
 from vibropipe.proof.values import trace_and_determinant
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Why

@@ -16,9 +16,10 @@ from dataclasses import dataclass, field, replace
 from typing import Any
 
 from vibropipe.proof.balls import ZERO, arb, magnitude, total
+from vibropipe.proof.box import Box
 from vibropipe.proof.law import Law
 from vibropipe.proof.motion import is_minimal, is_no_motion
-from vibropipe.proof.orbit import Box, Orbit
+from vibropipe.proof.orbit import Orbit
 from vibropipe.proof.values import Values, stability, values_of
 from vibropipe.words.proofs import Why
 

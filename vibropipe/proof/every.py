@@ -13,10 +13,10 @@ from functools import partial
 from typing import Any
 
 from vibropipe.proof.balls import BITS, ONE, Jet, arb, hull
+from vibropipe.proof.box import Box
 from vibropipe.proof.certificate import MAX_MOVED_BY_ROUNDING, Claim, Part, examine
 from vibropipe.proof.law import Law
 from vibropipe.proof.linear import Equations, UndecidedError
-from vibropipe.proof.orbit import Box
 from vibropipe.words.proofs import Why
 
 # The search begins with so many intervals, and gives up those that are shorter than this, in forcing periods.

@@ -13,9 +13,9 @@ from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.proof.balls import BITS, arb, ctx
+from vibropipe.proof.equations import Flight, end_of
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.law import Event, Kind, Law, Piece
-from vibropipe.proof.orbit import Flight, end_of
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import exciter_of, section_of
@@ -32,7 +32,7 @@ KNOWN = "an exciter, or one row of a steady state, a sweep, a branch or an orbit
 
 
 class Given(NamedTuple):
-    """An orbit: its law, the times of its events (in forcing periods) and what each leaves free (`proof.orbit`)."""
+    """An orbit: its law, the times of its events (in forcing periods) and what each leaves free (`proof.equations`)."""
 
     exciter: Exciter
     law: Law

@@ -18,9 +18,10 @@ from types import MappingProxyType
 from typing import Any, NamedTuple
 
 from vibropipe.proof.balls import ZERO, arb, round_down, round_up
+from vibropipe.proof.equations import Flight, flights_of, start_of
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.law import Event, Kind, Law, Piece
-from vibropipe.proof.orbit import Flight, Orbit, flights_of, start_of
+from vibropipe.proof.orbit import Orbit
 
 # Shortest stretch that is looked at, in forcing periods: of one exciter and of a box, which is split instead.
 SHORTEST, SHORTEST_OF_BOX = 2.0**-30, 2.0**-12

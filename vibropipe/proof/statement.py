@@ -14,6 +14,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
 from vibropipe.proof.bifurcation import BOTH, bifurcation_near
+from vibropipe.proof.box import Box
 from vibropipe.proof.certificate import (
     MAX_MOVED_BY_ROUNDING,
     Certificate,
@@ -25,7 +26,6 @@ from vibropipe.proof.certificate import (
 from vibropipe.proof.every import all_orbits
 from vibropipe.proof.given import Given, balls_of, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
-from vibropipe.proof.orbit import Box
 from vibropipe.proof.sentences import (
     Outcome,
     critical_statement,

@@ -20,11 +20,12 @@ from functools import partial
 from typing import Any, NamedTuple
 
 from vibropipe.proof.balls import BITS, ONE, ZERO, Jet, Number, arb, ball_of, ctx, hull
+from vibropipe.proof.box import Box
 from vibropipe.proof.every import CUT, Found, proved_orbit, strikes
 from vibropipe.proof.law import Law
 from vibropipe.proof.linear import Equations, determinant, minors
 from vibropipe.proof.motion import is_no_motion
-from vibropipe.proof.orbit import Box, Orbit
+from vibropipe.proof.orbit import Orbit
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import Why
 

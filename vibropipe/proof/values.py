@@ -29,9 +29,10 @@ from vibropipe.proof.balls import (
     real_of,
     total,
 )
+from vibropipe.proof.equations import Flight, end_of, flights_of, start_of
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.law import FREE, Kind, Law, Piece
-from vibropipe.proof.orbit import Flight, Orbit, end_of, flights_of, start_of
+from vibropipe.proof.orbit import Orbit
 
 
 class Values(NamedTuple):

@@ -22,12 +22,11 @@ from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
 from vibropipe.orbits.law.edits import edits
 from vibropipe.orbits.law.equations import new_blocks
-from vibropipe.orbits.law.flights import state_within
+from vibropipe.orbits.law.flights import fill_gap_slopes, gap_of_piece
 from vibropipe.orbits.law.happenings import happenings, law_from
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
-from vibropipe.orbits.law.states import departure
 from vibropipe.orbits.law.steps import (
     DETERMINANT,
     GAP,
@@ -47,8 +46,6 @@ from vibropipe.physics.forced_flow import acceleration
 TOUCHED = N_TESTS
 # Weighted step of the central differences of a condition. It affects the speed of convergence alone.
 DIFFERENCE = 1e-6
-# Newton's iterations for the time of a touch, and its last change, in forcing periods.
-MAX_ITERATIONS, SAME_TIME = 30, 1e-15
 # Least margin of an orbit at the end of a law, and difference of the times of a turn and a touch that are one.
 AT_END, SAME_TURN = 1e-6, 1e-4
 # Weighted difference of the halves of an orbit next to which its equations are nearly those of its half.
@@ -116,45 +113,33 @@ class LawBoundary(LawZeros):
     def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
         value = self._condition(u)
         if self._slope is None:
-            self._slope, steps = np.zeros(u.size), DIFFERENCE / self.weights
-            if self.kind == GRAZINGS:
-                self._fill_slopes_of_gap(u, steps)
-            else:
-                self._slope = self._slopes_of_share(u, steps)
+            self._slope = self._slopes(u, DIFFERENCE)
         return [(value, self._slope)]
 
-    def _slopes_of_share(self, u: np.ndarray, steps: np.ndarray) -> np.ndarray:
-        """Return the derivatives of the share of a determinant, as central differences."""
-        slope = np.zeros(u.size)
-        self.marcher.rows += 2 * u.size * len(self.sequence.codes)
-        last = u.size if self.tied is None else self.width * len(self.sequence.codes)
-        along = self.system.along if self.tied is None else np.zeros(0, np.int64)
-        fill_slopes(
-            self.effects, self.system.values, along, self.sequence, u[:last].copy(),
-            self._no_columns, steps, self.kind == FOLDS, slope[:last],
-        )  # fmt: skip
-        for k in range(last, u.size):
-            for sign in (1.0, -1.0):
-                moved = u.copy()
-                moved[k] += sign * steps[k]
-                share = self._condition(moved) if self._fill(moved) else math.nan
-                slope[k] += sign * share / (2.0 * steps[k])
-        if last < u.size:
-            self._fill(u)
-        return slope
-
-    def _fill_slopes_of_gap(self, u: np.ndarray, steps: np.ndarray) -> None:
-        """Fill the derivatives of the least gap, which depends on the event that begins its flight alone."""
-        assert self._slope is not None
-        n, i = len(self.sequence.codes), int(self.touched[0])
-        last = self.width * n
-        for k in (*range(i, last, n), last, last + 1):
-            ends = []
-            for sign in (1.0, -1.0):
-                moved = u.copy()
-                moved[k] += sign * steps[k]
-                ends.append(self._gap(moved) / self.size)
-            self._slope[k] = (ends[0] - ends[1]) / (2.0 * steps[k])
+    def _slopes(self, u: np.ndarray, step: float) -> np.ndarray:
+        """Return the derivatives of the condition, as central differences of a weighted step."""
+        last, system, effects = self.width * len(self.sequence.codes), self.system, self.effects
+        self.set_ends(u[last:])
+        moving = system.values[0, system.along]
+        all_u, steps = np.append(u[:last], moving), step / self.weights
+        if self.tied is not None:
+            steps = np.append(steps, step * np.maximum(1.0, np.abs(moving[self.n_free :])))
+        slope = np.zeros(all_u.size)
+        if self.kind == GRAZINGS:
+            piece, side, time = self.touched
+            fill_gap_slopes(
+                effects, system.values, system.along, self.sequence, all_u,
+                int(piece), int(side), time, self.is_turn, steps, slope,
+            )  # fmt: skip
+            slope /= self.size
+        else:
+            self.marcher.rows += 2 * all_u.size * len(self.sequence.codes)
+            fill_slopes(
+                effects, system.values, system.along, self.sequence, all_u,
+                self._no_columns, steps, self.kind == FOLDS, slope,
+            )  # fmt: skip
+        self.set_ends(u[last:])
+        return self.through_ties(slope)
 
     def step(self, u: np.ndarray, target: float) -> np.ndarray | None:  # noqa: D102 - as Curve
         # The derivative of the last correction serves the tangent.
@@ -173,36 +158,15 @@ class LawBoundary(LawZeros):
 
     def _gap(self, u: np.ndarray) -> float:
         """Return the least gap of the flight that touches a support, and note when it is there."""
-        p, law, events = self.parameters_of(u), self.sequence, self.events_of(u)
         piece, side, time = self.touched
-        i, support = int(piece), int(side)
-        home = int(law.codes[i, HOME])
-        if self.is_turn:
-            x, time = _position(p, home) + events[i, 1], float(events[i, 0])
-        else:
-            x, time = self._turning_point(p, events, i, time)
+        gap, time = gap_of_piece(
+            self.effects, self.parameters_of(u), self.sequence, int(piece), self.events_of(u),
+            int(side), time, self.is_turn,
+        )  # fmt: skip
         self.touched = piece, side, time
         if self.touch[0] == piece:
             self.touch = self.touched
-        gap = _position(p, support) - x
-        return gap if support == 1 else -gap
-
-    def _turning_point(
-        self, p: Any, events: np.ndarray, i: int, time: float
-    ) -> tuple[float, float]:
-        """Return displacement and time of the turning point of a flight near a time."""
-        law, home = self.sequence, int(self.sequence.codes[i, HOME])
-        begin = float(departure(self.effects, p, law, i, events).t)
-        step, y = 1e-5, 0.0
-        for _ in range(MAX_ITERATIONS):
-            y, w = state_within(self.effects, p, law, i, events, time)
-            _y, ahead = state_within(self.effects, p, law, i, events, time + step)
-            _y, back = state_within(self.effects, p, law, i, events, time - step)
-            change = -w * 2.0 * step / (ahead - back)
-            time = max(time + change, begin)
-            if abs(change) < SAME_TIME:
-                break
-        return _position(p, home) + (-y if home == 1 else y), time
+        return gap
 
     def slope_at(self, u: np.ndarray) -> float:
         """Return the derivative of the first parameter by the second along the boundary, at unknowns on it, or NaN."""
@@ -214,8 +178,7 @@ class LawBoundary(LawZeros):
             return math.nan
         if self.kind != GRAZINGS:
             # A share D / (|D| + |U|) has differences whose error is of first order.
-            slope = 2.0 * self._slopes_of_share(u, 0.5 * DIFFERENCE / self.weights) - slope
-            self._fill(u)
+            slope = 2.0 * self._slopes(u, 0.5 * DIFFERENCE) - slope
         rows = np.array([np.eye(u.size)[-1], slope])
         change, sign = self._solve(np.zeros_like(self.system.blocks.rest), rows, np.eye(2)[0])
         return float(change[-2]) if sign != 0.0 else math.nan
@@ -293,11 +256,6 @@ class LawBoundary(LawZeros):
             for support in {home, 3 - home if self.sequence.mirrored else home}:
                 fastest[support - 1] = max(fastest[support - 1], speed)
         return fastest
-
-
-def _position(p: Any, home: int) -> float:
-    """Return the displacement of a support, or of the equilibrium (0)."""
-    return float(support_position(p, home)) if home > 0 else 0.0
 
 
 class Grazing(NamedTuple):

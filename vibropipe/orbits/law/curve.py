@@ -263,8 +263,20 @@ class LawZeros(Curve):
         system.least[k:], system.most[k:] = moving[k:] - reach, moving[k:] + reach
         if not fill_at(system, np.append(u[:last], moving)):
             return False
-        self.by = system.blocks.by @ np.vstack([np.eye(k), self.tied.slopes(system.values[0])])
+        self.by = system.blocks.by @ self._by_free()
         return True
+
+    def _by_free(self) -> np.ndarray:
+        """Return the derivatives of all parameters that move by those that are free."""
+        assert self.tied is not None
+        return np.vstack([np.eye(self.n_free), self.tied.slopes(self.system.values[0])])
+
+    def through_ties(self, slopes: np.ndarray) -> np.ndarray:
+        """Return derivatives by the unknowns from those by events and all parameters that move."""
+        if self.tied is None:
+            return slopes
+        last = self.width * len(self.sequence.codes)
+        return np.append(slopes[:last], slopes[last:] @ self._by_free())
 
     def _solve(
         self, rest: np.ndarray, rows: np.ndarray, targets: np.ndarray

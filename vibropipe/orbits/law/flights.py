@@ -2,11 +2,14 @@
 
 from __future__ import annotations
 
-from vibropipe.compiler import jit
+import numpy as np
+
+from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import CAUSE, CONTACT, DIRECTION, FORM, HELD, HOME
-from vibropipe.orbits.law.law import SECTION, WAY
+from vibropipe.orbits.law.law import SECTION, WAY, width_of
 from vibropipe.orbits.law.sliding import carried, carried_by, pull_of, way_of
 from vibropipe.orbits.law.states import departure, momentum_after, reference_of, sign_of
+from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.derivatives import (
     F2,
     FRICTION,
@@ -31,16 +34,21 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.piece import (
     Flight,
+    acceleration_of,
     by_damping,
     by_frequency,
     by_stiffness,
     flight_over,
     flown,
+    force_at_end,
     forced_response,
     harmonic_response,
 )
 from vibropipe.physics.stiffness import damping_of, stiffness_of
 from vibropipe.physics.turns import sincos_turns
+
+# Newton's iterations for the time of a turning point, and its last change, relative to 1 forcing period and the time.
+MAX_ITERATIONS, SAME_TIME = 30, 1e-15
 
 
 @jit
@@ -136,6 +144,51 @@ def state_within(e, p, law, i, u, time):
     if e.friction is not None and law.codes[i, FORM] == HELD:
         return start.y, 0.0
     return flown(flight_of(e, p, law, i, start.t, time - start.t), start.y, start.w)
+
+
+@jit
+def gap_of_piece(e, p, law, i, u, support, time, at_start: bool):
+    """Return the gap to a support where piece i turns, near a time or `at_start`, and when it does."""
+    start = departure(e, p, law, i, u)
+    y = start.y
+    if at_start:
+        time = start.t
+    for _ in range(0 if at_start else MAX_ITERATIONS):
+        flight = flight_of(e, p, law, i, start.t, time - start.t)
+        y, w = flown(flight, start.y, start.w)
+        change = -w / (acceleration_of(flight, force_at_end(flight), y, w) * forcing_period(p))
+        time = max(time + change, start.t)
+        if not abs(change) > SAME_TIME * (1.0 + abs(time)):
+            break
+    home = law.codes[i, HOME]
+    x = reference_of(p, home) + sign_of(home) * y
+    return sign_of(support) * (x - reference_of(p, support)), time
+
+
+@jit_allocating
+def fill_gap_slopes(e, values, along, law, u, i, support, time, at_start: bool, steps, slope):
+    """Fill the derivatives of `gap_of_piece` by all unknowns, as central differences.
+
+    As `determinants.fill_slopes`; of all events the gap depends on that which begins the piece.
+    """
+    n, width = law.codes.shape[0], width_of(e.housing)
+    events = np.empty((n, width))
+    for k in range(u.size):
+        if k < width * n and k % n != i:
+            continue
+        ends = 0.0
+        for sign in (1.0, -1.0):
+            for j in range(width):
+                events[i, j] = u[j * n + i]
+            for j in range(along.size):
+                values[0, along[j]] = u[width * n + j]
+            if k < width * n:
+                events[i, k // n] += sign * steps[k]
+            else:
+                values[0, along[k - width * n]] += sign * steps[k]
+            p = row_parameters(values, 0)
+            ends += sign * gap_of_piece(e, p, law, i, events, support, time, at_start)[0]
+        slope[k] = ends / (2.0 * steps[k])
 
 
 @jit

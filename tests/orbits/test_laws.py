@@ -6,10 +6,12 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.march.piece_log import CAUSE, SLIP, STICK, TURN
+from vibropipe.march.piece_log import CAUSE, CONTACT, FORM, HOME, SLIP, STICK, TURN
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
+from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.following import follow_laws
 from vibropipe.orbits.law.happenings import happenings, law_from
 from vibropipe.orbits.law.marching import Marcher
@@ -190,6 +192,45 @@ def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
         returned = marcher.after(at, state, float(own.sequence.m))
         growth = 1.0 + np.abs(point.tests[4]) ** (2 if own.sequence.mirrored else 1)
         np.testing.assert_allclose(returned, state, atol=1e-11 * growth)
+
+
+def turns_within(curve, point, i, end, n=40_001):
+    """Return the displacements at which a piece turns, in its frame, and whether from upwards, by dense samples."""
+    p, u = curve.parameters_of(point.u), curve.events_of(point.u)
+    times = np.linspace(u[i, 0], end, n)
+    y, w = np.array(
+        [state_within(curve.effects, p, curve.sequence, i, u, time) for time in times[1:-1]]
+    ).T
+    at = np.flatnonzero(w[:-1] * w[1:] < 0.0)
+    return [(max(y[k : k + 2]) if w[k] > 0.0 else min(y[k : k + 2]), w[k] > 0.0) for k in at]
+
+
+@pytest.mark.parametrize("h1", [1e2, 1e4, 1e6, 1e7])
+def test_margins_of_contacts_far_slower_than_their_rates_are_those_of_samples(h1, marcher):
+    """A contact whose fastest rate is h1 lasts half a period, and its depth turns twice in it."""
+    exciter = vp.Exciter(l=0.5, nu=0.3, f=1.0, h=0.3, k1=0.7, h1=h1, R2=0.6, f2=2.5, phi2=0.4)
+    start = vp.steady_state(exciter)
+    p = exciter.parameters()
+    state = np.array([float(start.displacement_strobe), float(start.velocity_strobe)])
+    read = marcher.law_of(p, state, int(start.period_multiple), False)
+    problem = Problem(np.array(p), Parameters._fields.index("nu"), 0.2, 0.4, (), False, 0.02)
+    curve = LawCurve(problem, read.law, Scales(1.0, 1.0), marcher)
+    point = curve.settle(np.append(read.u.T.ravel(), p.nu))
+    codes, ends = (
+        read.law.codes,
+        np.append(point.u[1 : len(read.law.codes)], point.u[0] + read.law.span),
+    )
+    least = np.inf
+    for i, end in enumerate(ends):
+        home, in_contact = codes[i, HOME], codes[i, FORM] == CONTACT
+        for y, was_rising in turns_within(curve, point, i, end):
+            if in_contact:
+                least = min(least, -y if was_rising else np.inf)
+            elif home == 0:
+                least = min(least, 0.5 - y if was_rising else y + 0.5)
+            else:
+                least = min(least, 1.0 - y if was_rising else y)
+    assert curve.system.margins[of.GAP, of.VALUE] == pytest.approx(least, rel=1e-6)
 
 
 @pytest.mark.parametrize(

@@ -31,7 +31,8 @@ from vibropipe.orbits.law.least import (
 )
 from vibropipe.orbits.pieces import steps_of_span
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.flow import DEGREE, displacement, velocity
+from vibropipe.physics.decay import ALIVE, decay_of, decayed_taylor
+from vibropipe.physics.flow import DEGREE, REACH, displacement, velocity
 from vibropipe.physics.friction import jumps_at_slip
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.piece import flight_over, flown
@@ -41,6 +42,8 @@ from vibropipe.physics.stiffness import damping_of, only_pushes, piece_taylor, s
 VELOCITY, ACCELERATION = map(np.int64, (1, 2))
 # Parts of a step in which a turning point is sought, and the most steps of one polynomial each.
 PARTS, MAX_STEPS = 4, 1024.0
+# Steps of a contact above which it is looked at what is left of it, and of those at which it may be alive.
+MANY_STEPS, MAX_DECAYING = 64.0, 512
 # Secants and bisections for a turning point of a polynomial, and the share of its step at which it is found.
 MAX_SECANTS, NARROW = 60, 1e-15
 
@@ -48,45 +51,88 @@ MAX_SECANTS, NARROW = 60, 1e-15
 @jit
 def of_motion(e, p, law, u, i, start, turns, c, margins) -> None:
     """Note gaps, depths and speeds of sliding of a piece where they turn."""
-    period = forcing_period(p)
     flight = flight_of(e, p, law, i, start.t, turns)
-    second = e.second_harmonic
-    steps = steps_of_span(p, flight.stiffness, flight.damping, abs(flight.t), second)
-    steps = min(steps, MAX_STEPS)
-    y, w = start.y, start.w
-    dt = flight.t / steps
-    is_exact = steps < MAX_STEPS
-    for step in range(int(steps)):
-        at = start.t + step * dt / period
-        force = force_on(e, p, law, i, at)
-        if not is_exact:
-            part = flight_over(
-                flight.stiffness,
-                flight.damping,
-                flight.load,
-                flight.force,
-                p.nu,
-                step * dt / period,
-                second,
-            )
-            y, w = flown(part, start.y, start.w)
-        piece_taylor(
-            c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, second
-        )
-        if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
-            c[1] = 0.0  # without rounding
-            if not jumps_at_slip(e, p):
-                c[2] = 0.0
-        of_step(e, p, law, i, at, dt, c, margins)
-        if e.housing is not None:
-            of_housing_step(e, p, law, u, i, step, at, dt, c, margins)
-        y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
-        if e.no_pull is not None and is_beyond_one_that_pushes(e, p, law, i):
-            of_force(p, law, i, at, dt, c, margins)
+    steps = steps_of_span(p, flight.stiffness, flight.damping, flight.t, e.second_harmonic)
+    if e.soft is not None and steps > MANY_STEPS and law.codes[i, FORM] == CONTACT:
+        w = of_decaying(e, p, law, u, i, start, flight, c, margins)
+    else:
+        w = of_steps(e, p, law, u, i, start, flight, min(steps, MAX_STEPS), c, margins)
     n = law.codes.shape[0]
     direction = law.codes[i, DIRECTION]
     if e.friction is not None and p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
         note(margins, SLIDE, direction * w, i, NO_SIDE, start.t + turns)
+
+
+@jit
+def of_steps(e, p, law, u, i, start, flight, steps, c, margins) -> float:
+    """Note the margins of a piece in equal steps; return its velocity at the end."""
+    period, second, y, w = forcing_period(p), e.second_harmonic, start.y, start.w
+    dt, is_exact = flight.t / steps, steps < MAX_STEPS
+    for step in range(int(steps)):
+        at = start.t + step * dt / period
+        force = force_on(e, p, law, i, at)
+        if not is_exact:
+            y, w = state_at(flight, start, p.nu, step * dt / period, second)
+        piece_taylor(
+            c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, second
+        )
+        y, w = of_polynomial(e, p, law, u, i, step, at, dt, c, margins)
+    return w
+
+
+@jit
+def of_decaying(e, p, law, u, i, start, flight, c, margins) -> float:
+    """Note the margins of a contact far faster than its piece, in steps as long as what is left of it allows.
+
+    Returns its velocity at the end.
+    """
+    period, second, y, w = forcing_period(p), e.second_harmonic, start.y, start.w
+    done, step = 0.0, 0
+    while done < flight.t:
+        at, rest = start.t + done / period, flight.t - done
+        force = force_on(e, p, law, i, at)
+        decay = decay_of(y, w, force, flight.load, flight.stiffness, flight.damping, p, second)
+        dt = min(REACH / decay.rate, rest)
+        if step >= MAX_DECAYING:
+            # It does not decay: an orbit so far from rounding has other margins that are least.
+            dt = max(dt, rest / max(MAX_STEPS - step, 1.0))
+        if decay.kind == ALIVE:
+            piece_taylor(
+                c, y, w, force, flight.load, flight.stiffness, flight.damping, p.nu, dt, second
+            )
+        else:
+            decayed_taylor(c, y, decay, p.nu, dt, second)
+        y, w = of_polynomial(e, p, law, u, i, step, at, dt, c, margins)
+        step += 1
+        done = done + dt if dt < rest else flight.t
+        if step > MAX_DECAYING:
+            y, w = state_at(flight, start, p.nu, done / period, second)
+    return w
+
+
+@jit
+def state_at(flight, start, nu, turns, second):
+    """Return (y, w) on a piece some turns after its start."""
+    part = flight_over(
+        flight.stiffness, flight.damping, flight.load, flight.force, nu, turns, second
+    )
+    return flown(part, start.y, start.w)
+
+
+@jit
+def of_polynomial(e, p, law, u, i, step, at, dt, c, margins):
+    """Note the margins of one step of a piece, whose polynomial is overwritten; return its end (y, w)."""
+    if step == 0 and law.codes[i, CAUSE] in (SLIP, RELEASE):
+        c[1] = 0.0  # without rounding
+        if not jumps_at_slip(e, p):
+            c[2] = 0.0
+    of_step(e, p, law, i, at, dt, c, margins)
+    if e.housing is not None:
+        of_housing_step(e, p, law, u, i, step, at, dt, c, margins)
+    y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+    if e.no_pull is not None and is_beyond_one_that_pushes(e, p, law, i):
+        of_force(p, law, i, at, dt, c, margins)
+    return y, w
 
 
 @jit

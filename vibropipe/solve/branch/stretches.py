@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
@@ -12,6 +11,7 @@ from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import Rules, follow_tree, seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.limits import START_WORK
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.basins.attractors import reachable_velocity
 from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
@@ -28,14 +28,16 @@ from vibropipe.solve.branch.same_orbits import (
     with_ends,
 )
 from vibropipe.solve.rows.steady import steady_state
-from vibropipe.solve.sweep.sweep import sweep
-from vibropipe.words.status import UnsolvedWarning
+from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 
 if TYPE_CHECKING:
     import xarray as xr
 
 # Values of the parameter at which orbits are sought, and velocities that they are sought from.
 VALUES, STARTS = 64, 17
+# Work of each, in steps: several times what motions take that settle.
+ROW_WORK = 4 * START_WORK
 # Orbits of more periods or impacts than these multiples of the law's, and so many impacts more, are not followed on.
 MOST, FURTHER = 2, 2
 # Trees of branches that are followed.
@@ -140,11 +142,8 @@ def candidates(
     ends = [ties.applied(exciter, {along: float(value)}) for value in values[[0, -1]]]
     reach = max(reachable_velocity(each) for each in ends)
     over = {along: values, "v0": np.linspace(-reach, reach, STARTS)}
-    with warnings.catch_warnings():
-        # Rows without an orbit begin no branch.
-        warnings.simplefilter("ignore", UnsolvedWarning)
-        rows = sweep(exciter, over, outputs=("impacts",), ties=ties.texts)
-    rows = rows.stack(row=(along, "v0"))
+    grid = grid_of(exciter, over, None, ties.texts)
+    rows = solve_shard(grid, 0, grid.rows, outputs=("impacts",), row_work=ROW_WORK)
     listed = []
     for n in np.flatnonzero(rows.period_multiple.values > 0):
         row = rows.isel(row=n)

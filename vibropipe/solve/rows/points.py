@@ -26,9 +26,9 @@ from vibropipe.words.vocabulary import describe
 if TYPE_CHECKING:
     import xarray as xr
 
-# Marches of a call that may take the largest work of a row (some 50 s); all others take START_WORK on average. Ordinary
-# searches need at most a quarter of it.
-LONG_MARCHES = 200
+# Marches of a call that may take the largest work of a row (some 25 s of a core); all others take START_WORK on
+# average. Ordinary searches need at most half of it.
+LONG_MARCHES = 100
 
 
 class Points(NamedTuple):

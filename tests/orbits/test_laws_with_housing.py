@@ -10,7 +10,8 @@ import pytest
 from comparisons import REFERENCE
 
 import vibropipe as vp
-from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP
+from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, REST_BEGINS
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.determinants import pair_share, return_map_of_three
 from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
@@ -48,6 +49,24 @@ STUCK = vp.Exciter(
 FREE = vp.Exciter(
     l=1.5, nu=0.7, f=0.9, h=0.3, mass_ratio=0.8, housing_friction_1=0.4, housing_friction_2=0.5
 )
+# It rests while the housing slides, until its release.
+RESTING = vp.Exciter(
+    l=0.5, nu=1.17, f=1.92, h=0.09, R1=0.77, R2=0.46, delta=-0.05, f2=0.5, mass_ratio=0.88,
+    housing_friction_1=0.23, housing_friction_2=0.03,
+)  # fmt: skip
+# The housing stops under one rest, and slides through the other.
+STOPPED = vp.Exciter(
+    l=0.5, nu=0.43, f=1.13, h=0.1, R1=0.37, R2=0.55, delta=0.17, f2=0.18, mass_ratio=1.56,
+    housing_friction_1=0.22, housing_friction_2=0.08,
+)  # fmt: skip
+RESTS = {
+    "resting": RESTING,
+    "stopped": STOPPED,
+    "stopped and rubbed": replace(STOPPED, friction=0.04, friction_ratio=1.5),
+    "mirrored rests": replace(
+        SYMMETRIC, l=0.5, nu=0.4, housing_friction_1=0.05, housing_friction_2=0.05
+    ),
+}
 EXCITERS = {
     **{
         f"reference {i}": vp.Exciter(
@@ -59,6 +78,7 @@ EXCITERS = {
     "rubbed": RUBBED,
     "stuck": STUCK,
     "free": FREE,
+    **RESTS,
 }
 SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
 
@@ -262,7 +282,9 @@ def test_the_equation_of_a_short_slide_is_divided_by_its_time(order, marcher):
     assert tiny[-1] != 0.0
 
 
-@pytest.mark.parametrize("name", ["reference 0", "reference 2", "symmetric", "rubbed", "free"])
+@pytest.mark.parametrize(
+    "name", ["reference 0", "reference 2", "symmetric", "rubbed", "free", *RESTS]
+)
 @pytest.mark.parametrize("way", [1, -1])
 def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
     """A march from each orbit, stable or not, meets the events of its law and returns, but for rounding that grows."""
@@ -281,12 +303,37 @@ def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
         np.testing.assert_allclose(returned, state, atol=atol)
 
 
-def test_a_law_with_rests_is_not_read(marcher):
-    """A mass that rests beside a sliding housing is left to the march."""
-    exciter = replace(
-        SYMMETRIC, nu=0.3, f=0.9, l=0.5, housing_friction_1=0.5, housing_friction_2=0.5
-    )
+def test_a_chatter_that_pushes_a_held_housing_off_is_not_read(marcher):
+    """Each of its impacts moves the housing, which stops again: events without end, left to the march."""
+    exciter = replace(SYMMETRIC, l=0.5, nu=0.3, housing_friction_1=0.5, housing_friction_2=0.5)
     start = vp.steady_state(exciter)
     assert float(start.rests_per_orbit.sum()) > 0.0
     state = np.array([float(start[each]) for each in SECTION])
     assert marcher.law_of(exciter.parameters(), state, int(start.period_multiple), True) is None
+
+
+@pytest.mark.parametrize("name", RESTS)
+def test_margins_of_an_orbit_that_rests_are_positive(name, marcher):
+    curve, read, p, _state, _start = orbit_of(name, marcher)
+    assert REST_BEGINS in read.law.codes[:, CAUSE]
+    assert curve.settle(np.append(read.u.T.ravel(), p.nu)) is not None
+    assert (curve.system.margins[: of.KINDS, of.VALUE] > 0.0).all()
+
+
+def test_a_branch_of_orbits_that_rest_meets_steady_states_of_its_points():
+    """Settled motions of exciters of the branch are its points, through rests that begin, stop and end."""
+    branch = vp.branch(STOPPED, "nu", (0.35, 0.52), at=np.linspace(0.36, 0.51, 7))
+    compared = 0
+    for nu in np.linspace(0.36, 0.51, 7):
+        points = branch.isel(point=np.flatnonzero((branch.nu == nu) & (branch.stable == 1)))
+        settled = vp.steady_state(replace(STOPPED, nu=float(nu)))
+        for k in range(points.sizes["point"]):
+            point = points.isel(point=k)
+            if abs(float(point.displacement_strobe - settled.displacement_strobe)) > 1e-3:
+                continue  # another attractor
+            compared += 1
+            np.testing.assert_array_equal(point.rests_per_orbit, settled.rests_per_orbit)
+            for each in (*SECTION, "housing_velocity_mean"):
+                assert float(point[each]) == pytest.approx(float(settled[each]), abs=1e-12)
+    assert compared >= 5
+    assert (branch.rests_per_orbit.sum("support") > 0.0).any()

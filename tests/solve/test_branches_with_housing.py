@@ -195,5 +195,5 @@ def test_what_is_not_followed_is_refused_in_words():
     ):
         vp.branch(loose, "nu", (0.9, 1.2))
     rests = replace(SYMMETRIC, nu=0.3, l=0.5, housing_friction_1=0.5, housing_friction_2=0.5)
-    with pytest.raises(vp.ParameterError, match="rests beside a housing that slides"):
+    with pytest.raises(vp.ParameterError, match="pushes a held housing off without end"):
         vp.branch(rests, "nu", (0.29, 0.31))

@@ -236,7 +236,7 @@ class LawZeros(Curve):
                         # What is left of the chatter, and the rest after it, are those of a march.
                         begin = float(u[i, 0])
                         after = self.marcher.after(p, state, at - begin, begin)
-                        state = np.full(2, math.nan) if after is None else after
+                        state = np.full(self.width, math.nan) if after is None else after
                     return sign * state
         return np.full(self.width, math.nan)
 

@@ -107,6 +107,8 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
     if e.rest is not None and law.codes[i, CAUSE] == RELEASE:
         # No support presses the mass any more, whatever came before.
         fill_release(e.rest, e, p, law, i, end.t, columns, blocks)
+        if e.housing is not None:
+            fill_carried(e, p, law, i, u, (start, end), sign, turns, columns, blocks)
         return turns
     may_stay = e.friction is not None or e.rest is not None
     if may_stay and law.codes[last, FORM] in (HELD, RESTING):
@@ -127,10 +129,7 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
                 before[i, row, 2], at[i, row, 2] = 0.0, 0.0
             if law.codes[i, CAUSE] == HOUSING_STOP:
                 at[i, 1, 1], at[i, 1, 2] = 0.0, 1.0
-            time = turns * forcing_period(p)
-            fill_momentum(e, p, law, i, u, time, sign, columns, blocks)
-            rest[i, 2], slope = momentum_rest(e, p, law, i, u, time, sign, 0.0, 0.0)
-            add_rate(i, 2, slope, p, (start, end), turns, columns, blocks)
+            fill_carried(e, p, law, i, u, (start, end), sign, turns, columns, blocks)
         return turns
     order, row = trivial_order(e, p, law, i), guard_row(law.codes[i, CAUSE])
     if order > 0 and abs(turns) < TINY:
@@ -182,11 +181,20 @@ def fill_release(rest_effect, e, p, law, i, t, columns, blocks) -> None:
     value, _stiffness, rate = hold_force(e, p, law, i, t)
     rest[i, 0], rest[i, 1] = value - law.codes[i, DIRECTION] * hold_of(e, p), 0.0
     for row in range(2):
-        for j in range(2):
+        for j in range(before.shape[2]):
             before[i, row, j], at[i, row, j] = 0.0, 0.0
         for j in range(columns.size):
             by[i, row, j] = press_by(e, p, law, i, t, columns[j]) if row == 0 else 0.0
     at[i, 0, 0], at[i, 1, 1] = rate, 1.0
+
+
+@jit
+def fill_carried(e, p, law, i, u, ends, sign, turns, columns, blocks) -> None:
+    """Fill the third equation of row i, whose piece a mass stays on in its housing."""
+    time = turns * forcing_period(p)
+    fill_momentum(e, p, law, i, u, time, sign, columns, blocks)
+    blocks.rest[i, 2], slope = momentum_rest(e, p, law, i, u, time, sign, 0.0, 0.0)
+    add_rate(i, 2, slope, p, ends, turns, columns, blocks)
 
 
 @jit

@@ -143,7 +143,7 @@ def _way_after(event: Happening, before: int) -> int:
     """Return in which direction a housing slides after an event; before : that before it."""
     if event.way is not None:
         return event.way
-    if event.kind == IMPACT and before == 0:
+    if event.kind in (IMPACT, REST_BEGINS) and before == 0:
         return 1 if event.side == 1 else -1
     return before
 
@@ -155,7 +155,7 @@ def _may_move(event: Happening, before: int, after: int) -> bool:
         return before == 0 and after != 0
     if kind == HOUSING_STOP:
         return before != 0 and after != before
-    if kind == IMPACT:
+    if kind in (IMPACT, REST_BEGINS):
         return after == pushed or (before != 0 and after == before)
     return before in (0, after)
 
@@ -164,7 +164,7 @@ def _may_follow(kind: Any, side: int, piece: tuple[int, int, bool, bool, int], p
     """Return whether an event may happen in a piece: its frame, form, hold, rest, and direction of x'."""
     home, inside, is_held, rests, way = piece
     if kind in (HOUSING_SLIP, HOUSING_STOP):
-        return not rests
+        return not rests or kind == HOUSING_STOP
     if rests or kind == RELEASE:
         return rests and kind == RELEASE and side == home
     if kind == SLIP:

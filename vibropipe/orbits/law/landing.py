@@ -8,9 +8,12 @@ import numpy as np
 
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import HOME
+from vibropipe.orbits.law.law import WAY
+from vibropipe.orbits.law.sliding import carried, way_of
 from vibropipe.orbits.law.states import hold_force, sign_of
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.friction import hold_of
+from vibropipe.physics.housing import times_force
 from vibropipe.physics.load import constant_load, force_at, forcing_period
 from vibropipe.physics.piece import acceleration_of, flight_over, flown, force_at_end
 
@@ -29,23 +32,23 @@ def landing_of(e, p, law, i, t, w):
     is the relative change of the force that presses the mass; both are infinite where nothing does.
     """
     home, begin, first = law.codes[i, HOME], t, -1.0
-    R, period = (p.R1 if home == 1 else p.R2), forcing_period(p)
+    R, period, factor = (p.R1 if home == 1 else p.R2), forcing_period(p), factor_of(e, p, law, i)
     for _ in range(MAX_HOPS):
         value, _stiffness, rate = hold_force(e, p, law, i, t)
-        rises, falls = -value + p.friction, -value - p.friction
-        if not (falls > 0.0 and -value > hold_of(e, p)):
+        if not (-value - p.friction > 0.0 and -value > hold_of(e, p)):
             return np.inf, np.inf
+        rises, falls = factor * (-value + p.friction), factor * (-value - p.friction)
         up = w / rises
         down = math.sqrt(up * up * rises / falls)
-        share = (up + down) * (abs(rate) / period + p.h * rises) / falls
+        share = (up + down) * factor * (abs(rate) / period + p.h * rises) / falls
         if first < 0.0:
             first = share
         if share < SHORT_HOP or not w > 0.0:
             # Speeds fall by a constant factor: the arrival is slower than the departure where there is friction.
-            factor = R * math.sqrt(falls / rises)
+            slower = R * math.sqrt(falls / rises)
             return (t - begin) + (up + down) / (
-                1.0 - factor
-            ) / period if factor < 1.0 else np.inf, first
+                1.0 - slower
+            ) / period if slower < 1.0 else np.inf, first
         if share > LONGEST_HOP:
             return np.inf, first
         span, w = hop_of(e, p, law, i, t, w, up, down)
@@ -57,6 +60,14 @@ def landing_of(e, p, law, i, t, w):
 
 
 @jit
+def factor_of(e, p, law, i):
+    """Return by what a housing that slides in a chatter multiplies all forces: 1 + kappa; 1 without one."""
+    if e.housing is not None and law.codes[i, WAY] != 0:
+        return 1.0 + p.mass_ratio
+    return 1.0
+
+
+@jit
 def hop_of(e, p, law, i, t, w, up, down):
     """Return the duration of a flight of a chatter, in forcing periods, and the speed of its end, 0 if there is none.
 
@@ -64,15 +75,19 @@ def hop_of(e, p, law, i, t, w, up, down):
     """
     home, period = law.codes[i, HOME], forcing_period(p)
     sigma, second = sign_of(home), e.second_harmonic
-    load = constant_load(sigma, support_position(p, home))
+    load, factor = constant_load(sigma, support_position(p, home)), factor_of(e, p, law, i)
+    if e.housing is not None:
+        load += carried(p, sigma, way_of(law, i))
     y, speed, total = 0.0, w, 0.0
     for way in (1.0, -1.0):
         # Without friction both parts are one flight.
         is_whole = p.friction == 0.0
         span = up + down if is_whole else up if way > 0.0 else down
-        force, pull = force_at(p, sigma, t + total, second), load - way * p.friction
+        force, pull = force_at(p, sigma, t + total, second), factor * (load - way * p.friction)
+        if e.housing is not None:
+            force = times_force(factor, force)
         for _ in range(MAX_NEWTON):
-            flight = flight_over(1.0, p.h, pull, force, p.nu, span / period, second)
+            flight = flight_over(factor, factor * p.h, pull, force, p.nu, span / period, second)
             end, rate = flown(flight, y, speed)
             change = acceleration_of(flight, force_at_end(flight), end, rate)
             step = rate / change
@@ -82,7 +97,7 @@ def hop_of(e, p, law, i, t, w, up, down):
             span -= step
             if abs(step) <= 1e-15 * abs(span):
                 break
-        flight = flight_over(1.0, p.h, pull, force, p.nu, span / period, second)
+        flight = flight_over(factor, factor * p.h, pull, force, p.nu, span / period, second)
         y, speed = flown(flight, y, speed)
         total += span / period
         if is_whole:

@@ -14,6 +14,7 @@ from vibropipe.march.piece_log import (
     FORM,
     HELD,
     HOME,
+    HOUSING_STOP,
     LEAVE,
     RELEASE,
     RELOAD,
@@ -123,7 +124,7 @@ def of_event(e, p, law, u, i, margins) -> None:
         _value, _stiffness, rate = hold_force(e, p, law, i - 1, before.t)
         note(margins, HOLD, law.codes[i, DIRECTION] * rate * p.nu, i, NO_SIDE, before.t)
         return
-    if e.friction is None:
+    if e.friction is None or law.codes[i, FORM] == RESTING:
         return
     of_turning_point(e, p, law, i, before, margins)
     value, stiffness, _rate = hold_force(e, p, law, i, before.t)
@@ -188,6 +189,10 @@ def of_rest(effect, e, p, law, i, start, turns, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
     if effect is None:
         return
+    if e.housing is not None and law.codes[i, CAUSE] == HOUSING_STOP:
+        # The force that presses the mass changes at once.
+        value, _stiffness, _rate = hold_force(e, p, law, i, start.t)
+        note(margins, HOLD, hold_of(e, p) - value, i, NO_SIDE, start.t)
     landing, share = landing_of(e, p, law, i, start.t, start.w)
     note(margins, SPAN, turns - landing, i, CHATTER, start.t)
     note(margins, SPAN, LONG_HOP - share, i, CHATTER, start.t)

@@ -49,6 +49,8 @@ from vibropipe.physics.housing import momentum_share
 SAME_PHASE, SAME_STATE = 1e-5, 1e-4
 # Relative change of the pressing force over a flight of a chatter below which no event counts it.
 COUNTED = 0.1
+# Speed of the last impact of a chatter, relative to the fastest, that is rounding.
+ENDLESS = 1e-9
 
 
 class Read(NamedTuple):
@@ -89,19 +91,19 @@ def law_of(
     Returns
     -------
     Read or None
-        None if the march has no event twice that repeats with the orbit, or rests beside a housing that may slide.
+        None if the march has no event twice that repeats with the orbit; beside a housing also if of two events at once
+        one changes the other, or a chatter pushes it off without end.
     """
     events = _events_of(pieces, p, slow)
     housing = pieces.housing
     if housing is not None:
-        if any(each.codes[FORM] == RESTING for each in events):
-            return None
         beside = _with_housing(events, pieces, housing, p)
         if beside is None:
             return None
         events = beside
-    else:
-        events = _without_tails(e, events, p)
+    events = _without_tails(e, events, p)
+    if housing is not None and _is_endless(events):
+        return None
     first = _first(events)
     if first is None:
         if housing is not None and housing.way[0] != 0:
@@ -173,7 +175,8 @@ def _with_housing(
 ) -> list[_Event] | None:
     """Return events with the way of the housing after each, and what is free of its motion before.
 
-    None if a mass slips where the housing stops that carries it along: two events, of which one changes the other.
+    None if a mass slips, or is released, where the housing stops that carries it along: two events, of which one
+    changes the other.
     """
     kept = list[_Event]()
     for event in events:
@@ -188,11 +191,13 @@ def _with_housing(
         if at_once and kind == HOUSING_STOP:
             kept[-1].codes[WAY] = way  # it did not start
             continue
-        if at_once and kind == SLIP:
+        if at_once and kind in (SLIP, RELEASE):
             return None
         if p.friction == 0.0 and kind in (HOUSING_SLIP, HOUSING_STOP):
             # Which way the mass moves there is no part of the law.
             codes[DIRECTION] = kept[-1].codes[DIRECTION] if kept else 0
+        if codes[FORM] == RESTING:
+            codes[DIRECTION] = 0
         third = float(log.values[i - 1, P_END]) / momentum_share(p) if before else 0.0
         third = float(v) if kind == HOUSING_STOP else third
         kept.append(event._replace(codes=np.append(codes, np.int8(way)), third=third))
@@ -210,7 +215,8 @@ def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
             kept.append(event)
             continue
         elif tail and kind == IMPACT and home == kept_home(kept):
-            begun = event._replace(codes=np.array([REST_BEGINS, RESTING, home, 0], np.int8))
+            begun = event._replace(codes=event.codes.copy())
+            begun.codes[:WAY] = REST_BEGINS, RESTING, home, 0
             if is_short(e, begun, p):
                 while kept and kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
                     kept.pop()
@@ -221,6 +227,14 @@ def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
             tail = False
         kept.append(event)
     return kept[::-1]
+
+
+def _is_endless(events: list[_Event]) -> bool:
+    """Return whether events count a chatter down to rounding, each impact of which pushes a held housing off."""
+    fastest = max((abs(each.own) for each in events if each.codes[CAUSE] == IMPACT), default=0.0)
+    return any(
+        each.codes[CAUSE] == REST_BEGINS and abs(each.own) < ENDLESS * fastest for each in events
+    )
 
 
 def kept_home(kept: list[_Event]) -> int:

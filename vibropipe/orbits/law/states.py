@@ -16,6 +16,7 @@ from vibropipe.march.piece_log import (
     IMPACT,
     RELEASE,
     REST_BEGINS,
+    RESTING,
     SLIP,
 )
 from vibropipe.orbits.law.law import (
@@ -141,7 +142,11 @@ def arrival(e, p, law, i, u) -> State:
         y = (value - damping * own) / stiffness
         by_own = -damping * sigma / stiffness
         return State(t, y, own, 1.0, rate / stiffness, by_own, sigma, 0.0)
-    if e.housing is not None and kind == HOUSING_STOP and law.codes[i - 1, FORM] != HELD:
+    if (
+        e.housing is not None
+        and kind == HOUSING_STOP
+        and law.codes[i - 1, FORM] not in (HELD, RESTING)
+    ):
         return State(t, own, sigma * u[i, 2], 1.0, 0.0, sigma, 0.0, sigma)
     return State(t, own, 0.0, 1.0, 0.0, sigma, 0.0, 0.0)
 

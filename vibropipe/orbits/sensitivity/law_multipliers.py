@@ -201,12 +201,16 @@ def write_three(e, values, orbit, m, out, row, none, beside) -> None:
     trace, minors, determinant = orbit.invariants
     roots, u = eigenvalues_of_cubic(trace, minors, determinant), np.empty(orbit.u.shape)
     length, nu = m * forcing_period(row_parameters(values, 0)), values[0, INDICES[NU]]
+    rests = (orbit.law.codes[:, FORM] == RESTING).any()
     for j in range(orbit.columns.size):
         k = orbit.columns[j]
         by_trace, by_minors, by_last = slopes_of_invariants(e, values, orbit, j, none, beside, u)
         for which in range(3):
             root = roots[0] if which == 0 else roots[1] if which == 1 else roots[2]
             slope = (3.0 * root - 2.0 * trace) * root + minors
+            if rests and root == 0.0 and slope == 0.0 and out.d_multipliers.size > 0:
+                # A rest erases all perturbations but that of the momentum.
+                out.d_multipliers[row, which, k] = 0.0
             if not abs(slope) > DOUBLE * abs(roots[0]) * abs(roots[0]):
                 continue  # of a double root
             change = divide((root * by_trace - by_minors) * root + by_last, slope)

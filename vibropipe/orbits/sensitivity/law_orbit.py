@@ -26,6 +26,7 @@ from vibropipe.march.piece_log import (
     P_END,
     P_START,
     PIECES,
+    RELEASE,
     RESTING,
     SLIP,
     SPAN,
@@ -186,8 +187,8 @@ def add_housing(log, p, pieces, codes, u) -> bool:
             u[i, 2] = log.values[i - 1, P_END] / share
         if cause == HOUSING_SLIP:
             u[i, 1] = velocity
-        at_once = cause in (HOUSING_STOP, SLIP) and values[i - 1, SPAN] == 0.0
-        is_smooth = is_smooth and not at_once and codes[i, FORM] != RESTING
+        at_once = cause in (HOUSING_STOP, SLIP, RELEASE) and values[i - 1, SPAN] == 0.0
+        is_smooth = is_smooth and not at_once
     return is_smooth
 
 

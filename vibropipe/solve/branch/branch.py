@@ -80,7 +80,8 @@ def branch(
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
     least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
     settles has the same rests. With soft supports, friction or a housing that slides an orbit is a zero of equations
-    over its law, the events of its period in turn, and is followed from law to law; with a housing it has no rests.
+    over its law, the events of its period in turn, and is followed from law to law; where a chatter
+    pushes a held housing off without end, it is not.
 
     Parameters
     ----------
@@ -225,7 +226,7 @@ def branch(
     if seed is None:
         got = "an orbit within rounding of chatter"
         if effects.housing is not None:
-            got += ", with rests beside a housing that slides, or that is not isolated"
+            got += ", whose chatter pushes a held housing off without end, or that is not isolated"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
     tree = follow_tree(problem, seed, switches, rules_of(effects))
     if tree.n_left:

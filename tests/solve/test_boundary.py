@@ -293,6 +293,10 @@ def test_grazing_of_the_linear_motion_for_random_exciters(h, R, delta):
         ({"of": "turn"}, "of: must be"),
         ({"of": ()}, "of: must be"),
         ({"of": "fold", "along": ("nu", "nu")}, "along: must be"),
+        (
+            {"of": "fold", "along": {"nu": (0.5, 1.0), "f": (0.1, 0.4)}},
+            "along: must be two names in",
+        ),
         ({"of": "fold", "within": ((1, 2), (3, 1))}, "within: must be"),
         ({"of": "fold", "within": ((0, 2), (1, 3))}, "within: must be"),
         ({"of": "fold", "lines": 0}, "lines: must be"),

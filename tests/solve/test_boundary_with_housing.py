@@ -152,3 +152,39 @@ def test_what_has_no_isolated_orbits_is_refused_in_words():
     loose = replace(STRUCK, housing_friction_1=0.0, housing_friction_2=0.0)
     with pytest.raises(vp.ParameterError, match="housing_friction_1: must be above 0, or"):
         vp.boundary(loose, "fold", ("nu", "f"), ((0.9, 1.2), (0.7, 1.1)))
+
+
+def test_an_orbit_that_grazes_alone_keeps_off_the_other_support():
+    """Of an orbit without contacts no gap was looked at but the one that vanishes."""
+    exciter = vp.Exciter(
+        l=0.5, nu=1.17, f=1.92, h=0.09, R1=0.77, R2=0.46, delta=-0.05, f2=0.5, mass_ratio=0.88,
+        housing_friction_1=0.23, housing_friction_2=0.03,
+    )  # fmt: skip
+    with pytest.warns(vp.UnsolvedWarning):
+        curve = vp.boundary(exciter, "grazing")
+    alone = np.flatnonzero(curve.impacts_per_orbit.sum("support").values == 0)
+    assert alone.size > 100
+    for i in alone[:: alone.size // 40]:
+        at = replace(exciter, nu=float(curve.nu[i]), f=float(curve.f[i]))
+        x, v, velocity = (float(curve[name][i]) for name in SECTION)
+        tau = int(curve.period_multiple[i]) * at.period
+        motion = vp.simulate(at, tau, x, v, housing_v0=velocity, samples_per_period=0)
+        assert np.abs(motion.impact_velocity.values).max(initial=0.0) < 1e-4
+
+
+def test_orbits_that_rest_have_boundaries():
+    """At a grazing the orbit returns with its rests when it is marched."""
+    exciter = vp.Exciter(
+        l=0.5, nu=0.43, f=1.13, h=0.1, R1=0.37, R2=0.55, delta=0.17, f2=0.18, mass_ratio=1.56,
+        housing_friction_1=0.22, housing_friction_2=0.08,
+    )  # fmt: skip
+    curve = vp.boundary(exciter, "grazing", within=((0.4, 0.46), (1.0, 1.25)), lines=3)
+    resting, points = 0, curve.sizes["point"]
+    for i in range(0, points, max(1, points // 40)):
+        at = replace(exciter, nu=float(curve.nu[i]), f=float(curve.f[i]))
+        state = np.array([float(curve[name][i]) for name in SECTION])
+        m = int(curve.period_multiple[i])
+        growth = 1.0 + float(np.abs(curve.floquet_multiplier[i]).max()) ** 2
+        np.testing.assert_allclose(section_map(at, state, m), state, atol=1e-9 * growth)
+        resting += float(vp.steady_state(at, *state[:2]).rests_per_orbit.sum()) > 0.0
+    assert resting > 20

@@ -48,6 +48,8 @@ TOUCHED = N_TESTS
 DIFFERENCE = 1e-6
 # Least margin of an orbit at the end of a law, and difference of the times of a turn and a touch that are one.
 AT_END, SAME_TURN = 1e-6, 1e-4
+# Gap, weighted, of a support that an orbit without contacts touches with the other.
+AT_ONCE = 1e-9
 # Weighted difference of the halves of an orbit next to which its equations are nearly those of its half.
 NEAR_HALVES = 0.03
 # Margin, weighted, next to which an orbit may meet two ends at once, where no step succeeds.
@@ -92,8 +94,9 @@ class LawBoundary(LawZeros):
         self._no_columns = new_blocks(len(law.codes), 0, marcher.effects.housing)
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
-        # An orbit without contacts touches the nearer support, or both.
-        self.touch = touch if kind != GRAZINGS or law.has_contacts else (of.ANY, 0.0, 0.0)
+        # An orbit without contacts touches the nearer support, or both at once.
+        alone = kind != GRAZINGS or law.has_contacts
+        self.touch = touch if alone else (of.ANY, 0.0, AT_ONCE * self.size)
 
     def with_sequence(self, sequence: Any) -> LawBoundary:  # noqa: D102 - as Curve
         return LawBoundary(self.box, self.kind, sequence, self.touched, self.scales, self.marcher)
@@ -200,7 +203,7 @@ class LawBoundary(LawZeros):
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""
         if point.tests[SPEED] < NEAR_END:
             return TOUCHES[self.kind]
-        if point.tests[GAP] < NEAR_END:
+        if point.tests[GAP] < NEAR_END and self.touch[0] != of.ANY:
             return self.meeting_of(GAP, point, point)
         half = halves_agree(self.sequence, point.u, self.weights, NEAR_HALVES)
         return f"degenerate_{half}" if half and self._may_halve(half) else ""

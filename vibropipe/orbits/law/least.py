@@ -16,7 +16,7 @@ NO_SIDE, UPPER, LOWER, CHATTER = np.int64(0), np.int64(1), np.int64(2), np.int64
 # In place of a support: the force of one that only pushes, over its stiffness, touches zero.
 FORCE = np.int64(3)
 # Row of the span (negative if mirrored), piece, support and time at which the orbit touches a support, which is no
-# margin; piece ANY: nor are other gaps.
+# margin; piece ANY: others may vanish with it, and count but for what is in place of the time.
 TOUCH, ANY, NOWHERE = KINDS, -2.0, -1.0
 # Time from there, in forcing periods, within which a gap is that of the touch.
 TOUCHING = 1e-3
@@ -29,7 +29,7 @@ def note(margins, kind, value, i, side, time) -> None:
     """Keep a margin if it is the least of its kind."""
     if kind == GAP and margins[TOUCH, AT] != NOWHERE:
         if margins[TOUCH, AT] == ANY:
-            return
+            value += margins[TOUCH, TIME]
         # A turn on the support is also the end of the piece before, of the first event a span later.
         away, span = time - margins[TOUCH, TIME], margins[TOUCH, VALUE]
         there = margins[TOUCH, SIDE]

@@ -63,12 +63,12 @@ def boundary(
     pitchforks of its orbit. It ends where the orbit touches a support, which begins another law, and that of doubled or
     asymmetric orbits on the flip or pitchfork that creates them.
 
-    Curves are found from orbits without rests and with at most 24 impacts that settle at the crossings of a grid of
-    `lines` lines along each parameter, in the middle of equal cells: from (0, 0) and from their neighbours of both
-    sides. Each orbit is followed along both of its lines, round folds; so are the branches that begin at the
-    bifurcations met. A level curve begins where a quantity passes its value between two points of a branch; of a
-    mirror-symmetric exciter also that of the mirror image. What is smaller than a cell and touched by none of these
-    branches may be missed.
+    Curves are found from orbits that settle at the crossings of a grid of `lines` lines along each parameter, in
+    the middle of equal cells: from (0, 0) and from their neighbours of both sides. Where supports are rigid and
+    nothing else acts, these are orbits without rests and with at most 24 impacts. Each orbit is followed along both
+    of its lines, round folds; so are the branches that begin at the bifurcations met. A level curve begins where a
+    quantity passes its value between two points of a branch; of a mirror-symmetric exciter also that of the mirror
+    image. What is smaller than a cell and touched by none of these branches may be missed.
 
     Parameters
     ----------
@@ -149,6 +149,9 @@ def boundary(
     .. [2] A. B. Nordmark, Non-periodic motion caused by grazing incidence in an impact oscillator, Journal of Sound
        and Vibration 145 (1991) 279-297.
     """
+    if isinstance(along, Mapping | set | frozenset):
+        must = 'must be two names in their order, such as ("nu", "f"); their ranges are those of within'
+        raise ParameterError("along", along, must=must)
     if not isinstance(along, str) and are_with_units(
         exciter, dict.fromkeys(along), within, *_levels_in(of)
     ):

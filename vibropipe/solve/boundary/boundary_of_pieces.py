@@ -63,9 +63,8 @@ def boundaries_of_pieces(
 
 
 def _orbits_of(rows: xr.Dataset, box: Box) -> list[SettledPieces]:
-    """Return the orbits of solved rows of a box without rests."""
+    """Return the orbits of solved rows of a box."""
     multiples, parameters = rows["period_multiple"].values, values_of(rows, box)
-    rests = rows["rests_per_orbit"].sum("support").values
     x = rows["displacement_strobe"].values - parameters[LOAD]
     v = rows["velocity_strobe"].values
     states = [x, v]
@@ -79,7 +78,7 @@ def _orbits_of(rows: xr.Dataset, box: Box) -> list[SettledPieces]:
             parameters[:, row].copy(), int(multiples[row]), np.array([each[row] for each in states]),
             float(size[row]), float(speed[row]),
         )
-        for row in np.flatnonzero((multiples > 0) & (rests == 0))
+        for row in np.flatnonzero(multiples > 0)
     ]  # fmt: skip
 
 
@@ -120,8 +119,7 @@ def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:
 def _without_unit(multipliers: np.ndarray) -> np.ndarray:
     """Return multipliers (n, 3) without the one of each that is 1 or -1, (n, 2)."""
     away = np.minimum(np.abs(multipliers - 1.0), np.abs(multipliers + 1.0))
-    kept = away != away.min(axis=1)[:, np.newaxis]
-    return np.array([row[mask][-2:] for row, mask in zip(multipliers, kept, strict=True)])
+    return np.array([np.delete(*row) for row in zip(multipliers, away.argmin(axis=1), strict=True)])
 
 
 def label_points(boundary: Boundary) -> Variables:

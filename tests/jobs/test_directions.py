@@ -13,7 +13,7 @@ import vibropipe as vp
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.study import Study, load_study
+from vibropipe.study import Study, study_of_text
 
 # The followed parameter is not the last one, so that the order of the rows differs from that of the dataset.
 TEXT = """\
@@ -28,10 +28,8 @@ scenes:
 
 
 @pytest.fixture(scope="module")
-def study(tmp_path_factory: pytest.TempPathFactory) -> Study:
-    path = tmp_path_factory.mktemp("study") / "t.yaml"
-    path.write_text(TEXT)
-    return load_study(path)
+def study() -> Study:
+    return study_of_text(TEXT, "t")
 
 
 @pytest.fixture(scope="module")

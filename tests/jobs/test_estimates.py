@@ -21,7 +21,7 @@ from vibropipe.jobs.terminal_tables import (
     run_seconds,
 )
 from vibropipe.scenes.costs import SLOWER
-from vibropipe.study import fingerprint, load_study
+from vibropipe.study import fingerprint, study_of_text
 
 TEXT = """
 title: Estimated and measured
@@ -72,10 +72,8 @@ scenes:
 
 
 @pytest.fixture
-def study(tmp_path):
-    file = tmp_path / "cost.yaml"
-    file.write_text(TEXT)
-    return load_study(file)
+def study():
+    return study_of_text(TEXT, "cost")
 
 
 @pytest.fixture
@@ -245,7 +243,7 @@ def test_a_run_takes_longer_by_figures_report_and_compiling():
     assert run_seconds(plans, work, 4, ("a", "b"), 2) == shared + soft
 
 
-def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):
+def test_the_plan_does_not_pretend_to_know_what_a_search_finds():
     """Four kinds of curves with 24 lines over a wide range: 28,701 points, 35 s, where four curves were planned."""
     of = "[fold, flip, pitchfork, grazing]"
     text = (
@@ -254,8 +252,7 @@ def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):
         f"  few: {{kind: boundary, of: {of}, over: {{nu: [0.3, 3], f: [0.05, 2]}}, lines: 12}}\n"
         "  one: {kind: motion, exciter: {nu: 1, f: 1}, tau_end: 10}\n"
     )
-    (tmp_path / "wide.yaml").write_text(text)
-    study = load_study(tmp_path / "wide.yaml")
+    study = study_of_text(text, "wide")
     found = estimate_study(study)
     told = "The time of many and few is that of a usual scene: it depends on what is found."
     assert plan_text(study, found).endswith(told)
@@ -263,11 +260,10 @@ def test_the_plan_does_not_pretend_to_know_what_a_search_finds(tmp_path):
     assert many == 2 * few
 
 
-def test_a_scene_that_was_solved_here_takes_what_it_took(rates_file, tmp_path):
+def test_a_scene_that_was_solved_here_takes_what_it_took(rates_file):
     text = "title: t\nexciter: {l: 0.5, h: 0.2, f: 1}\nscenes:\n"
     text += "  found: {kind: branch, along: {nu: {from: 1, to: 2}}}\n  grid: {kind: sweep, over: {nu: [1, 2]}}\n"
-    (tmp_path / "twice.yaml").write_text(text)
-    study = load_study(tmp_path / "twice.yaml")
+    study = study_of_text(text, "twice")
     assert estimate_study(study).searched == ("found",)
     for name, scene in study.scenes.items():
         record(plan_scene(scene), 0.5, 1.0, 1e3, fingerprint(study, scene))
@@ -276,5 +272,5 @@ def test_a_scene_that_was_solved_here_takes_what_it_took(rates_file, tmp_path):
     known = estimate_study(study)
     assert known.by_scene == dict.fromkeys(study.scenes, Estimate(123.0, 1e6))
     assert "depends on what is found" not in plan_text(study, known)
-    (tmp_path / "twice.yaml").write_text(text.replace("h: 0.2", "h: 0.3"))
-    assert estimate_study(load_study(tmp_path / "twice.yaml")).searched == ("found",)
+    changed = study_of_text(text.replace("h: 0.2", "h: 0.3"), "twice")
+    assert estimate_study(changed).searched == ("found",)

@@ -18,7 +18,7 @@ from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import verify
 from vibropipe.store import summary, write
-from vibropipe.study import Study, load_study, study_of_text
+from vibropipe.study import study_of_text
 from vibropipe.view.results import open_results
 
 HEAD = """
@@ -48,14 +48,9 @@ P = math.sqrt(C / M)
 SHARDS = 2
 
 
-def study_at(path, text: str) -> Study:
-    path.write_text(text, encoding="utf-8")
-    return load_study(path)
-
-
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return study_at(tmp_path_factory.mktemp("units") / "units.yaml", UNITS)
+def study():
+    return study_of_text(UNITS, "units")
 
 
 @pytest.fixture(scope="module")
@@ -71,7 +66,7 @@ def results(study, tmp_path_factory):
     return folder
 
 
-def test_the_data_are_those_without_units_in_si(study, results, tmp_path) -> None:
+def test_the_data_are_those_without_units_in_si(study, results) -> None:
     numbers = study.scenes["motion"].resolved_exciter()
     exciter = vp.Exciter(**numbers)
     sweep = vp.sweep(
@@ -171,11 +166,11 @@ def test_an_edit_of_the_units_of_a_study_is_followed_at_once(results, tmp_path, 
     assert head_of(response)[:2] == ["omega (rad/s)", "delta (mm)"]
 
 
-def test_simulated_points_of_a_backbone_have_units(tmp_path) -> None:
+def test_simulated_points_of_a_backbone_have_units() -> None:
     scenes = (
         "scenes:\n  curves: {kind: backbone, delta_over_l: [0], tau_bar: [40 ms, 50 ms, 60 ms]}\n"
     )
-    study = study_at(tmp_path / "curves.yaml", UNITS.partition("scenes:")[0] + scenes)
+    study = study_of_text(UNITS.partition("scenes:")[0] + scenes, "curves")
     curves = solve_scene(study, "curves")
     assert curves["simulated_free_period"].attrs["units"] == "s"
     assert curves["simulated_velocity_over_l"].attrs["units"] == "s-1"
@@ -206,10 +201,10 @@ def test_a_table_has_units_in_its_head(results) -> None:
 
 
 def test_a_study_without_units_converts_nothing(tmp_path, monkeypatch) -> None:
-    plain = study_at(
-        tmp_path / "plain.yaml",
+    plain = study_of_text(
         "title: T\nexciter: {l: 0.5, nu: 1, f: 1, h: 0.2, R1: 0.7, R2: 0.7}\n"
         "scenes: {s: {kind: sweep, over: {nu: [0.5, 1]}}}\n",
+        "plain",
     )
     monkeypatch.setattr("vibropipe.solve.physical.to_physical", None)
     solve_to_file(plain, "s", tmp_path / "s.nc", None, 1)
@@ -232,8 +227,8 @@ scenes:
 )
 
 
-def test_plans_have_the_names_and_values_of_the_study(tmp_path):
-    scenes = study_at(tmp_path / "plans.yaml", PLANS).scenes
+def test_plans_have_the_names_and_values_of_the_study():
+    scenes = study_of_text(PLANS, "plans").scenes
     plans = {name: plan_scene(scene) for name, scene in scenes.items()}
     assert {name: plan.size for name, plan in plans.items()} == {
         "sweep": "2 direction x 19 omega x 2 delta",

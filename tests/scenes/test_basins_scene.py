@@ -38,7 +38,7 @@ from vibropipe.scenes.basins.text import (
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, write
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, load_study, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -107,9 +107,9 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
         ("exciter: {l: 0.3}", "over.x0: must be numbers from -0.2 to"),
     ],
 )
-def test_bad_keys_are_refused(tmp_path, more, must):
+def test_bad_keys_are_refused(more, must):
     with pytest.raises(StudyError, match=must):
-        load_study(study_in(tmp_path, more))
+        study_of_text(STUDY.replace("PHASE", more), "starts")
 
 
 @pytest.mark.parametrize(
@@ -138,9 +138,7 @@ scenes:
     over: {x0: {start: -8 mm, stop: 8 mm, points: 12}, v0: {start: -1.5 m/s, stop: 1.5 m/s, points: 15}}
     starts: 30
 """
-    path = tmp_path / "starts.yaml"
-    path.write_text(text, encoding="utf-8")
-    scene = load_study(path).scenes["starts"]
+    scene = study_of_text(text, "starts").scenes["starts"]
     attrs = {"fingerprint": scene.fingerprint(), "method": "exact"}
     store(scene, tmp_path / "whole.nc", attrs)
     parts, told = [tmp_path / f"{n}.nc" for n in (1, 2, 3, 4)], []
@@ -373,11 +371,9 @@ scenes:
 
 
 @pytest.fixture(scope="module")
-def over_omega(tmp_path_factory):
+def over_omega():
     """Return a study of shares over a frequency in rad/s, and its datasets."""
-    path = tmp_path_factory.mktemp("shares") / "shares.yaml"
-    path.write_text(OVER)
-    study = load_study(path)
+    study = study_of_text(OVER, "shares")
     kind = kinds()
     return study, {name: kind[scene.kind].solve(scene) for name, scene in study.scenes.items()}
 
@@ -434,11 +430,9 @@ def test_pictures_of_a_parameter_are_drawn(over_omega):
         ("v0: {", "R1: [0.5, 0.6]\n      v0: {", "at most one parameter"),
     ],
 )
-def test_bad_keys_over_a_parameter_are_refused(tmp_path, old, new, must):
-    path = tmp_path / "shares.yaml"
-    path.write_text(OVER.replace(old, new))
+def test_bad_keys_over_a_parameter_are_refused(old, new, must):
     with pytest.raises(StudyError, match=must):
-        load_study(path)
+        study_of_text(OVER.replace(old, new), "shares")
 
 
 def test_lines_are_told_only_where_they_are_drawn(dataset):

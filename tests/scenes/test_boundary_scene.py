@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import re
-from pathlib import Path
 
 import numpy as np
 import pytest
@@ -24,7 +23,7 @@ from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.boundary.text import UNMARKED, meetings_text
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.quantities import FLAGS
 
 CURVE = {
@@ -48,15 +47,9 @@ scenes:
 """
 
 
-def loaded(tmp_path: Path, text: str = STUDY):
-    path = tmp_path / "laws.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return loaded(tmp_path_factory.mktemp("laws"))
+def study():
+    return study_of_text(STUDY, "laws")
 
 
 @pytest.fixture(scope="module")
@@ -73,12 +66,12 @@ def test_a_scene_is_the_call(study, datasets):
         assert np.array_equal(datasets["borders"][name], called[name])
 
 
-def test_the_order_of_kinds_is_no_part_of_the_data(tmp_path, study):
-    other = loaded(
-        tmp_path, STUDY.replace("[grazing, pitchfork, fold]", "[fold, grazing, pitchfork]")
+def test_the_order_of_kinds_is_no_part_of_the_data(study):
+    other = study_of_text(
+        STUDY.replace("[grazing, pitchfork, fold]", "[fold, grazing, pitchfork]"), "laws"
     )
-    swapped = loaded(
-        tmp_path, STUDY.replace("{nu: [0.8, 2], f: [0.05, 1]}", "{f: [0.05, 1], nu: [0.8, 2]}")
+    swapped = study_of_text(
+        STUDY.replace("{nu: [0.8, 2], f: [0.05, 1]}", "{f: [0.05, 1], nu: [0.8, 2]}"), "laws"
     )
     own = study.scenes["borders"].fingerprint()
     assert other.scenes["borders"].fingerprint() == own
@@ -123,11 +116,11 @@ def test_the_table_lists_each_curve(datasets):
     assert end_text("box") == "end of the range"
 
 
-def test_a_box_without_curves_is_drawn(tmp_path):
+def test_a_box_without_curves_is_drawn():
     text = STUDY.replace("f: [0.05, 1]}", "f: [0.05, 0.06]}").replace(
         "    figure: {map: regimes}\n", ""
     )
-    scene = loaded(tmp_path, text.replace("nu: [0.8, 2]", "nu: [1.8, 2]")).scenes["borders"]
+    scene = study_of_text(text.replace("nu: [0.8, 2]", "nu: [1.8, 2]"), "laws").scenes["borders"]
     dataset = kind_of(scene).solve(scene)
     assert dataset.sizes["point"] == 0
     (picture,) = kind_of(scene).pictures
@@ -198,11 +191,10 @@ def test_a_file_of_boundaries_is_verified(tmp_path, study):
         ("{l: 0.5, h: 0.2,", "{h: 0.2,", "exciter.l: is required"),
     ],
 )  # fmt: skip
-def test_a_wrong_key_is_named(tmp_path, old, new, message):
+def test_a_wrong_key_is_named(old, new, message):
     assert old in STUDY
-    with pytest.raises(StudyError) as error:
-        loaded(tmp_path, STUDY.replace(old, new))
-    assert f"scenes.borders.{message}" in str(error.value)
+    with pytest.raises(StudyError, match=re.escape(f"scenes.borders.{message}")):
+        study_of_text(STUDY.replace(old, new), "laws")
 
 
 PHYSICAL = """
@@ -219,10 +211,8 @@ scenes:
 """
 
 
-def test_boundaries_and_basins_of_a_physical_study_are_in_si(tmp_path):
-    path = tmp_path / "units.yaml"
-    path.write_text(PHYSICAL)
-    study = load_study(path)
+def test_boundaries_and_basins_of_a_physical_study_are_in_si():
+    study = study_of_text(PHYSICAL, "units")
     borders, starts = (kind_of(scene).solve(scene) for scene in study.scenes.values())
     # The first grazing of the linear motion: F / sqrt((C - m w^2)^2 + H^2 w^2) = l.
     omega, force = borders["omega"].values, borders["F"].values

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -28,7 +28,7 @@ from vibropipe.scenes.branch.lines import (
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
 
 STUDY = """
@@ -43,15 +43,9 @@ scenes:
 """
 
 
-def loaded(tmp_path: Path, text: str = STUDY):
-    path = tmp_path / "laws.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
 @pytest.fixture(scope="module")
-def scene(tmp_path_factory):
-    return loaded(tmp_path_factory.mktemp("laws")).scenes["response"]
+def scene():
+    return study_of_text(STUDY, "laws").scenes["response"]
 
 
 @pytest.fixture(scope="module")
@@ -123,8 +117,8 @@ def test_branches_without_bifurcations_have_no_tables(dataset):
     assert tables({"response": plain}) == []
 
 
-def test_the_first_page_says_why_the_motion_jumps(tmp_path):
-    scene = loaded(tmp_path, STUDY + "    switch: [grazing]\n").scenes["response"]
+def test_the_first_page_says_why_the_motion_jumps():
+    scene = study_of_text(STUDY + "    switch: [grazing]\n", "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
     together, jumps, hardest = branch_answers(dataset)
     # the response with impacts ends at its fold, the linear motion where it grazes a support
@@ -161,7 +155,7 @@ def test_a_jump_to_a_motion_that_is_not_followed_is_told(dataset):
     assert "to a motion that is not followed here (fold)" in jumps.rest
 
 
-def test_a_cascade_is_told_with_the_ratios_of_its_steps(tmp_path):
+def test_a_cascade_is_told_with_the_ratios_of_its_steps():
     """The velocity map of one support: steps shrink towards Feigenbaum's ratio."""
     text = STUDY.replace(
         "{l: 0.5, h: 0.2, R1: 0.7, R2: 0.7}", "{l: 2, delta: -1.95, h: 0.1, f: 1, R1: 0.8, R2: 0.8}"
@@ -170,7 +164,7 @@ def test_a_cascade_is_told_with_the_ratios_of_its_steps(tmp_path):
         "    at: [1, 2]\n", ""
     )
     text = text.replace("    over: {f: [0.25, 0.5]}\n", "    switch: [flip]\n")
-    scene = loaded(tmp_path, text).scenes["response"]
+    scene = study_of_text(text, "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
     places = cascade_of(dataset)
     flips = dataset["bifurcation_nu"].values[dataset["bifurcation_kind"].values == Bifurcation.FLIP]
@@ -239,8 +233,8 @@ scenes:
 """
 
 
-def test_branches_with_units_are_those_without_in_si(tmp_path):
-    study = loaded(tmp_path, PHYSICAL)
+def test_branches_with_units_are_those_without_in_si():
+    study = study_of_text(PHYSICAL, "laws")
     scene = study.scenes["response"]
     data = kind_of(scene).solve(scene)
     p = np.sqrt(8000 / 2)
@@ -300,16 +294,15 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
          "physical.omega: must be left out, since omega is followed, got '9 Hz'"),
     ],
 )  # fmt: skip
-def test_a_wrong_key_with_units_is_named(tmp_path, old, new, message):
+def test_a_wrong_key_with_units_is_named(old, new, message):
     assert old in PHYSICAL
-    with pytest.raises(StudyError) as error:
-        loaded(tmp_path, PHYSICAL.replace(old, new))
-    assert f"scenes.response.{message}" in str(error.value)
+    with pytest.raises(StudyError, match=re.escape(f"scenes.response.{message}")):
+        study_of_text(PHYSICAL.replace(old, new), "laws")
 
 
 def test_a_file_of_branches_is_verified(tmp_path):
     text = STUDY.replace("to: [0.8, 3]", "to: 1.2").replace("    at: [1, 2]\n", "")
-    study = loaded(tmp_path, text)
+    study = study_of_text(text, "laws")
     folder = tmp_path / "results" / "laws"
     solve_to_file(study, "response", folder / "response.nc", None, 1)
     (verdict,) = verify(folder)
@@ -337,10 +330,9 @@ def test_a_file_of_branches_is_verified(tmp_path):
         ("at: [1, 2]", "figure: {backbone: free}", "figure.backbone: must be a backbone scene"),
     ],
 )  # fmt: skip
-def test_a_wrong_key_is_named(tmp_path, old, new, message):
-    with pytest.raises(StudyError) as error:
-        loaded(tmp_path, STUDY.replace(old, new))
-    assert f"scenes.response.{message}" in str(error.value)
+def test_a_wrong_key_is_named(old, new, message):
+    with pytest.raises(StudyError, match=re.escape(f"scenes.response.{message}")):
+        study_of_text(STUDY.replace(old, new), "laws")
 
 
 def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
@@ -358,10 +350,10 @@ def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
         assert np.array_equal(drawn.get_ydata(), values)
 
 
-def test_the_caption_counts_each_place_once(tmp_path):
+def test_the_caption_counts_each_place_once():
     """Mirror images have the same bifurcation, and all branches that meet at a grazing end there."""
     text = STUDY.replace("[0.25, 0.5]", "[0.25]") + "    switch: [pitchfork, grazing]\n"
-    scene = loaded(tmp_path, text.replace("[0.8, 3]", "[0.6, 3]")).scenes["response"]
+    scene = study_of_text(text.replace("[0.8, 3]", "[0.6, 3]"), "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
     places = places_of(dataset)
     kinds = dataset["bifurcation_kind"].values
@@ -376,11 +368,11 @@ def test_the_caption_counts_each_place_once(tmp_path):
         assert f"{amount_text(at.size, name)}" in caption
 
 
-def test_findings_count_the_stable_motions_that_are_followed(tmp_path):
+def test_findings_count_the_stable_motions_that_are_followed():
     """A pair of mirrored motions is stable from the flip to the grazing where each begins; no gap at the flip."""
     text = STUDY.replace("[0.25, 0.5]", "[0.25]") + "    switch: [pitchfork, flip, grazing]\n"
     text = text.replace("[0.8, 3]", "[0.78, 1.1]").replace("[1, 2]", "[1]")
-    scene = loaded(tmp_path, text).scenes["response"]
+    scene = study_of_text(text, "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
     intervals = common_intervals(list(stretches_of(dataset)))
     flips = places_of(dataset)["flip"]
@@ -429,8 +421,8 @@ scenes:
 """
 
 
-def test_a_law_is_told_by_where_it_exists_and_is_stable(tmp_path):
-    scene = loaded(tmp_path, LAWFUL).scenes["law"]
+def test_a_law_is_told_by_where_it_exists_and_is_stable():
+    scene = study_of_text(LAWFUL, "laws").scenes["law"]
     dataset = kind_of(scene).solve(scene)
     laws = np.column_stack([dataset.period_multiple, dataset.impacts_per_orbit])
     assert (laws == (1, 1, 1)).all()
@@ -460,11 +452,10 @@ def test_a_law_is_told_by_where_it_exists_and_is_stable(tmp_path):
         ("law: [1, 1, 1], start: {v0: 1}, along: {nu: {within: [0.3, 3]}}", "s.start: must be left out beside law"),
     ],
 )  # fmt: skip
-def test_what_does_not_fit_beside_a_law_is_refused(tmp_path, text, message):
+def test_what_does_not_fit_beside_a_law_is_refused(text, message):
     study = f"title: T\nexciter: {{l: 0.5, f: 1, h: 0.2}}\nscenes:\n  s: {{kind: branch, {text}}}\n"
-    with pytest.raises(StudyError) as refused:
-        loaded(tmp_path, study)
-    assert message in str(refused.value)
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(study, "laws")
 
 
 SCATTERED = """
@@ -480,8 +471,8 @@ scenes:
 """
 
 
-def test_the_ends_of_stable_motions_scatter_with_the_parts(tmp_path):
-    scene = loaded(tmp_path, SCATTERED).scenes["response"]
+def test_the_ends_of_stable_motions_scatter_with_the_parts():
+    scene = study_of_text(SCATTERED, "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
     by = dataset.bifurcation_omega_sensitivity
     assert by.parameter.values.tolist() == ["F", "R1"]
@@ -492,7 +483,7 @@ def test_the_ends_of_stable_motions_scatter_with_the_parts(tmp_path):
     near = []
     for force in (11.99, 12.01):
         text = SCATTERED.replace("F: 12 N", f"F: {force} N")
-        other = kind_of(scene).solve(loaded(tmp_path, text).scenes["response"])
+        other = kind_of(scene).solve(study_of_text(text, "laws").scenes["response"])
         near.append(float(other.bifurcation_omega.max()))
     assert float(by.sel(parameter="F")[fold]) == pytest.approx((near[1] - near[0]) / 0.02, rel=1e-4)
     (table,) = [each for each in tables({"response": dataset}) if "scatter" in each.title]
@@ -500,12 +491,11 @@ def test_the_ends_of_stable_motions_scatter_with_the_parts(tmp_path):
     assert table.rows[-1][0] == "both supports, once a period"
 
 
-def test_scatter_of_what_moves_no_bifurcation_is_refused(tmp_path):
+def test_scatter_of_what_moves_no_bifurcation_is_refused():
     for name, message in (
         ("omega: 1 Hz", "omega: must be left out: it is followed"),
         ("friction: 1 N", "there is no friction"),
     ):
         text = SCATTERED.replace("F: 0.1 N, R1", f"{name}, R1")
-        with pytest.raises(StudyError) as refused:
-            loaded(tmp_path, text)
-        assert message in str(refused.value)
+        with pytest.raises(StudyError, match=re.escape(message)):
+            study_of_text(text, "laws")

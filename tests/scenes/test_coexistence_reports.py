@@ -18,7 +18,7 @@ from vibropipe.scenes.branch.lines import common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.neighbours import differing_rows
-from vibropipe.study import load_study
+from vibropipe.study import study_of_text
 
 CONFIG = Path(__file__).parents[2] / "config"
 # Frequencies that all three have.
@@ -26,15 +26,13 @@ LOW, HIGH = 0.7, 3.0
 SAYS = "Among the motions followed here, at least two "
 
 
-def solved(tmp_path: Path, study: str, scene: str, *changes: tuple[str, str]) -> Any:
+def solved(study: str, scene: str, *changes: tuple[str, str]) -> Any:
     """Return the dataset of a scene of a default study with a smaller grid."""
     text = (CONFIG / f"{study}.yaml").read_text(encoding="utf-8")
     for old, new in changes:
         assert text.count(old) == 1, old
         text = text.replace(old, new)
-    path = tmp_path / f"{study}.yaml"
-    path.write_text(text, encoding="utf-8")
-    loaded = load_study(path).scenes[scene]
+    loaded = study_of_text(text, study).scenes[scene]
     return kind_of(loaded).solve(loaded)
 
 
@@ -45,12 +43,10 @@ def intervals_of(dataset: Any) -> np.ndarray:
 
 
 @pytest.fixture(scope="module")
-def studies(tmp_path_factory):
-    path = tmp_path_factory.mktemp("studies")
-    laws = solved(path, "laws", "response", ("over: {f: [0.25, 0.5, 1]}", "over: {f: [1]}"))
-    branches = solved(path, "coexistence", "branches_over_frequency")
+def studies():
+    laws = solved("laws", "response", ("over: {f: [0.25, 0.5, 1]}", "over: {f: [1]}"))
+    branches = solved("coexistence", "branches_over_frequency")
     shares = solved(
-        path,
         "coexistence",
         "shares_over_frequency",
         ("nu: {start: 0.3, stop: 4, points: 75}", "nu: {start: 0.775, stop: 3, points: 21}"),
@@ -61,7 +57,7 @@ def studies(tmp_path_factory):
     text = (CONFIG / "paper.yaml").read_text(encoding="utf-8")
     begin, end = text.index("  response_0:"), text.index("  response_offset:")
     whole = text[begin:end]
-    paper = solved(path, "paper", "response_0", (whole, whole.replace("0.1, 0.25, 0.5, 1", "1")))
+    paper = solved("paper", "response_0", (whole, whole.replace("0.1, 0.25, 0.5, 1", "1")))
     return laws, branches, shares, paper
 
 

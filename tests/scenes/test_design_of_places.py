@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 from drawing import picture_of
@@ -12,7 +14,7 @@ from vibropipe.scenes.design.data import goals, wanted_parts
 from vibropipe.scenes.design.report import tables
 from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.physical import in_units
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
 
 GIVEN = {"m": "2 kg", "C": "8 N/mm", "H": "40 N s/m", "l": "8 mm", "omega": "10 Hz"}
@@ -34,15 +36,9 @@ scenes:
 ALONE = STUDY.replace('grazing_omega_up: "> 12 Hz", ', "")
 
 
-def load(tmp_path, text):
-    path = tmp_path / "jump.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
 @pytest.fixture(scope="module")
-def dataset(tmp_path_factory):
-    scene = load(tmp_path_factory.mktemp("jump"), ALONE).scenes["jump"]
+def dataset():
+    scene = study_of_text(ALONE, "jump").scenes["jump"]
     assert scene.target == {"fold_nu_up": pytest.approx(2 * np.pi * 25 / np.sqrt(8e3 / 2))}
     return kind_of(scene).solve(scene)
 
@@ -96,17 +92,16 @@ def test_pictures_and_tables_have_the_jump_in_hertz(dataset):
          "since fold_nu_up is wanted, along nu alone"),
     ],
 )  # fmt: skip
-def test_a_wrong_key_is_named(tmp_path, old, new, message):
+def test_a_wrong_key_is_named(old, new, message):
     assert old in ALONE
-    with pytest.raises(StudyError) as error:
-        load(tmp_path, ALONE.replace(old, new))
-    assert message in str(error.value)
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(ALONE.replace(old, new), "jump")
 
 
-def test_places_are_least_and_bounded_in_a_study_with_units(tmp_path):
+def test_places_are_least_and_bounded_in_a_study_with_units():
     text = STUDY.replace("    target: {fold_omega_up: 25 Hz}\n", "").replace(
         "    allow: {fold_omega_up: 0.1 Hz}\n", "    minimise: -fold_omega_up\n"
     )
-    scene = load(tmp_path, text).scenes["jump"]
+    scene = study_of_text(text, "jump").scenes["jump"]
     assert scene.minimise == ["-fold_nu_up"]
     assert scene.subject_to["grazing_nu_up"].startswith("> 1.19")

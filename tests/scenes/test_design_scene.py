@@ -23,7 +23,7 @@ from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.solve.physical import in_units
 from vibropipe.solve.rows.points import clipped, solve_points
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.vocabulary import describe
 
@@ -83,12 +83,6 @@ scenes:
 """
 
 
-def load(tmp_path, text=STUDY):
-    path = tmp_path / "wanted.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
 def run(*arguments):
     with pytest.raises(SystemExit) as end:
         main([str(argument) for argument in arguments])
@@ -96,8 +90,8 @@ def run(*arguments):
 
 
 @pytest.fixture(scope="module")
-def dataset(tmp_path_factory):
-    scene = load(tmp_path_factory.mktemp("wanted")).scenes["shifted"]
+def dataset():
+    scene = study_of_text(STUDY, "wanted").scenes["shifted"]
     return kind_of(scene).solve(scene)
 
 
@@ -118,8 +112,8 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
     }
 
 
-def test_a_scene_is_the_call(tmp_path, dataset):
-    scene = load(tmp_path).scenes["shifted"]
+def test_a_scene_is_the_call(dataset):
+    scene = study_of_text(STUDY, "wanted").scenes["shifted"]
     called = vp.design(vp.Exciter(**scene.resolved_exciter()), **scene.arguments())
     assert dataset.identical(called)
 
@@ -136,8 +130,8 @@ def test_needed_tolerances_hold_at_random_corners(dataset):
         assert float(orbit.impact_velocity_max.sel(support=1)) <= 0.8
 
 
-def test_the_sorting_rule_in_the_report_sorts_random_parts(tmp_path):
-    scene = load(tmp_path, FAILING).scenes["loose"]
+def test_the_sorting_rule_in_the_report_sorts_random_parts():
+    scene = study_of_text(FAILING, "wanted").scenes["loose"]
     dataset = kind_of(scene).solve(scene)
     best = dataset.attrs["foretold_by"]
     assert best == "impact_velocity_max_1"
@@ -237,12 +231,12 @@ def test_goals_without_a_spread_show_the_usual_quantities(dataset):
         assert picture.describe(of_law, None, {})
 
 
-def test_the_front_is_drawn(tmp_path):
+def test_the_front_is_drawn():
     text = (
         STUDY[: STUDY.index("    target")]
         + "    minimise: [impact_velocity_max_1, -displacement_amplitude_1]\n    samples: 16\n"
     )
-    scene = load(tmp_path, text).scenes["shifted"]
+    scene = study_of_text(text, "wanted").scenes["shifted"]
     front = kind_of(scene).solve(scene)
     assert len(draw("design", front).axes) == 1
     cloud, picture = swept(front), picture_of("design", front)
@@ -268,11 +262,11 @@ def test_the_front_is_drawn(tmp_path):
     assert np.abs(cloud - pair).max(axis=1).min() < 1e-9
 
 
-def test_what_is_reached_from_rest_is_said(tmp_path, dataset):
+def test_what_is_reached_from_rest_is_said(dataset):
     assert tables({"shifted": dataset})[0].as_data()["head"][-1] == "from rest"
     first = answers({"shifted": dataset})["shifted"][0]
     assert first.rest.endswith(" From rest, design 1 settles on the wanted motion.")
-    scene = load(tmp_path, TWO_MOTIONS).scenes["struck"]
+    scene = study_of_text(TWO_MOTIONS, "wanted").scenes["struck"]
     found = kind_of(scene).solve(scene)
     given = {name: float(found[name]) for name in ("m", "C", "H", "l", "omega", "R2")}
     made = [
@@ -453,8 +447,8 @@ def test_goals_are_written_in_the_units_shown():
     assert wanted_text(plain) == "displacement mean = −0.1"
 
 
-def test_a_study_with_units_has_goals_and_designs_in_si(tmp_path):
-    study = load(tmp_path, PHYSICAL)
+def test_a_study_with_units_has_goals_and_designs_in_si():
+    study = study_of_text(PHYSICAL, "wanted")
     scene = study.scenes["shifted"]
     p = np.sqrt(8000 / 2)
     assert float(scene.subject_to["impact_velocity_max_1"].removeprefix("< ")) == pytest.approx(
@@ -484,15 +478,15 @@ scenes:
 """
 
 
-def test_the_force_of_a_soft_support_is_wanted_in_newtons(tmp_path):
-    scene = load(tmp_path, SOFT).scenes["pressed"]
+def test_the_force_of_a_soft_support_is_wanted_in_newtons():
+    scene = study_of_text(SOFT, "wanted").scenes["pressed"]
     assert scene.target == {"support_force_max_1": pytest.approx(40e3 / 8e3)}
     found = kind_of(scene).solve(scene)
     assert found.support_force_max.attrs["units"] == "N"
     assert float(found.support_force_max.sel(support=1)[0]) == pytest.approx(40e3, rel=1e-8)
     assert float(found.contact_duration_max.sel(support=1)[0]) < 0.02
     with pytest.raises(StudyError, match="C1: must be above 0, since support_force_max_1"):
-        load(tmp_path, SOFT.replace(" C1: 1600 N/mm,", ""))
+        study_of_text(SOFT.replace(" C1: 1600 N/mm,", ""), "wanted")
 
 
 @pytest.mark.parametrize(
@@ -513,31 +507,32 @@ def test_the_force_of_a_soft_support_is_wanted_in_newtons(tmp_path):
         ("delta: [-0.3, 0.3]", "k1: [0, 9]", "vary.k1: must be above 0 where k1 or h1 vary"),
     ],
 )  # fmt: skip
-def test_a_wrong_key_is_named(tmp_path, old, new, message):
+def test_a_wrong_key_is_named(old, new, message):
     assert old in STUDY
-    with pytest.raises(StudyError) as error:
-        load(tmp_path, STUDY.replace(old, new))
-    assert message in str(error.value)
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(STUDY.replace(old, new), "wanted")
 
 
-def test_a_curve_is_a_target_with_and_without_units(tmp_path):
+def test_a_curve_is_a_target_with_and_without_units():
     curve = "displacement: [[0, -0.2], [0.5, 0.1]]"
-    scene = load(
-        tmp_path,
+    scene = study_of_text(
         STUDY.replace("displacement_mean: -0.1", curve).replace(
             "    allow: {displacement_mean: 0.005}\n", ""
         ),
+        "wanted",
     ).scenes["shifted"]
     assert scene.target == {"displacement": [[0.0, -0.2], [0.5, 0.1]]}
     text = PHYSICAL.replace(
         "displacement_mean: -100 mm", "displacement: [[0, -200 mm], [0.5, 0.1 m]]"
     )
-    scene = load(tmp_path, text.replace("    allow: {displacement_mean: 5 mm}\n", "")).scenes[
-        "shifted"
-    ]
+    scene = study_of_text(
+        text.replace("    allow: {displacement_mean: 5 mm}\n", ""), "wanted"
+    ).scenes["shifted"]
     assert scene.target == {"displacement": [[0.0, -0.2], [0.5, 0.1]]}
     with pytest.raises(StudyError, match=r"target\.displacement: must be a finite number or, of"):
-        load(tmp_path, STUDY.replace("displacement_mean: -0.1", "displacement: [[0, 1, 2]]"))
+        study_of_text(
+            STUDY.replace("displacement_mean: -0.1", "displacement: [[0, 1, 2]]"), "wanted"
+        )
 
 
 @pytest.mark.parametrize(
@@ -563,8 +558,7 @@ def test_a_curve_is_a_target_with_and_without_units(tmp_path):
         ('"< 50 m/s"', '"> 2 m/s, < 1 m/s"', "got '> 2 m/s, < 1 m/s'"),
     ],
 )
-def test_a_wrong_unit_is_named(tmp_path, old, new, message):
+def test_a_wrong_unit_is_named(old, new, message):
     assert old in PHYSICAL
-    with pytest.raises(StudyError) as error:
-        load(tmp_path, PHYSICAL.replace(old, new))
-    assert message in str(error.value)
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(PHYSICAL.replace(old, new), "wanted")

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -15,7 +17,7 @@ from vibropipe.scenes.accuracy.keys import AccuracyFigure
 from vibropipe.scenes.boundary.keys import BoundaryFigure
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
 
@@ -32,23 +34,18 @@ OVER = "over: {x0: [0.1], v0: [0.1]}"
         ("kind: boundary, of: [fold], over: {nu: [1, 2], f: [0.1, 1]}", "one of grazing, fold, flip, pitchfork, level"),
     ],
 )  # fmt: skip
-def test_an_unknown_name_is_refused_with_the_list(tmp_path, scene, allowed):
-    path = tmp_path / "s.yaml"
+def test_an_unknown_name_is_refused_with_the_list(scene, allowed):
     text = f"title: T\nexciter: {{l: 0.5}}\nscenes:\n  s: {{{scene}, figure: {{show: [size]}}}}\n"
-    path.write_text(text)
-    with pytest.raises(StudyError) as error:
-        load_study(path)
-    assert f"scenes.s.figure.show[0]: must be {allowed}, got 'size'" in str(error.value)
+    message = f"scenes.s.figure.show[0]: must be {allowed}, got 'size'"
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(text, "s")
 
 
-def test_a_kind_of_boundary_that_is_not_sought_is_refused(tmp_path):
-    path = tmp_path / "s.yaml"
+def test_a_kind_of_boundary_that_is_not_sought_is_refused():
     keys = "kind: boundary, of: [fold, flip], over: {nu: [1, 2], f: [0.1, 1]}"
-    path.write_text(
-        f"title: T\nexciter: {{l: 0.5}}\nscenes:\n  s: {{{keys}, figure: {{show: [grazing]}}}}\n"
-    )
+    text = f"title: T\nexciter: {{l: 0.5}}\nscenes:\n  s: {{{keys}, figure: {{show: [grazing]}}}}\n"
     with pytest.raises(StudyError, match=r"figure.show: must be .*\(fold, flip\), got 'grazing'"):
-        load_study(path)
+        study_of_text(text, "s")
 
 
 SOFT = "k1: 20, h1: 0.2"
@@ -57,14 +54,12 @@ BRANCH = "kind: branch, along: {nu: {from: 1, to: 2}}"
 
 
 @pytest.mark.parametrize("keys", [SWEEP, BRANCH], ids=["sweep", "branch"])
-def test_forces_of_rigid_supports_are_refused(tmp_path, keys):
-    path = tmp_path / "s.yaml"
-    text = "title: T\nexciter: {{l: 0.5, {soft}}}\nscenes:\n  s: {{{keys}, figure: {{show: [{name}]}}}}\n"
-    path.write_text(text.format(soft=SOFT, keys=keys, name="support_force_max"))
-    assert load_study(path).scenes["s"].figure.show == ["support_force_max"]
-    path.write_text(text.format(soft="h: 0.1", keys=keys, name="support_force_max"))
+def test_forces_of_rigid_supports_are_refused(keys):
+    show = "figure: {show: [support_force_max]}"
+    text = f"title: T\nexciter: {{l: 0.5, {SOFT}}}\nscenes:\n  s: {{{keys}, {show}}}\n"
+    assert study_of_text(text, "s").scenes["s"].figure.show == ["support_force_max"]
     with pytest.raises(StudyError, match=r"figure.show: must leave out support_force_max unless"):
-        load_study(path)
+        study_of_text(text.replace(SOFT, "h: 0.1"), "s")
 
 
 def test_forces_are_drawn_in_curves_and_maps():

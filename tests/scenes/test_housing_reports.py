@@ -23,7 +23,7 @@ from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer
 from vibropipe.scenes.sweep.quantities import panels_of
-from vibropipe.study import load_study
+from vibropipe.study import study_of_text
 
 ROBOT = vp.Exciter.from_physical(
     m="0.2 kg", M="0.5 kg", C="8 N/mm", H="4 N s/m", l="3 mm", F="20 N", omega="60 Hz",
@@ -103,10 +103,8 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert bare_symbols({"a": sweep}) == ""
 
 
-def test_a_motion_shows_and_tells_how_the_housing_creeps(tmp_path):
-    file = tmp_path / "two.yaml"
-    file.write_text(TWO_MOTIONS, encoding="utf-8")
-    study = load_study(file)
+def test_a_motion_shows_and_tells_how_the_housing_creeps():
+    study = study_of_text(TWO_MOTIONS, "two")
     moving, held = (solve_scene(study, name) for name in ("moving", "held"))
     mean = format_number(float(moving.housing_velocity_mean), 3)
     told = {each.lead: each.rest for each in motion_answers({"m": moving})["m"]}

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import itertools
-from pathlib import Path
+import re
 
 import numpy as np
 import pytest
@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.figures.style import house_style
 from vibropipe.scenes.boundary.report import answers, tables
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, study_of_text
 
 STUDY = """
 title: Levels
@@ -41,15 +41,9 @@ scenes:
 WORDS = "largest impact velocity at support 1"
 
 
-def loaded(tmp_path: Path, text: str = STUDY):
-    path = tmp_path / "levels.yaml"
-    path.write_text(text)
-    return load_study(path)
-
-
 @pytest.fixture(scope="module")
-def study(tmp_path_factory):
-    return loaded(tmp_path_factory.mktemp("levels"))
+def study():
+    return study_of_text(STUDY, "levels")
 
 
 @pytest.fixture(scope="module")
@@ -66,13 +60,13 @@ def test_a_scene_is_the_call(study, datasets):
         assert np.array_equal(datasets["borders"][name], called[name])
 
 
-def test_the_order_of_levels_is_no_part_of_the_data(tmp_path, study):
+def test_the_order_of_levels_is_no_part_of_the_data(study):
     listed = "[fold, {impact_velocity_max_1: 0.5}, {displacement_amplitude_1: 0.3}]"
     turned = "[{displacement_amplitude_1: 0.3}, {impact_velocity_max_1: 0.5}, fold]"
-    other = loaded(tmp_path, STUDY.replace(listed, turned))
+    other = study_of_text(STUDY.replace(listed, turned), "levels")
     own = study.scenes["borders"].fingerprint()
     assert other.scenes["borders"].fingerprint() == own
-    changed = loaded(tmp_path, STUDY.replace("max_1: 0.5", "max_1: 0.6"))
+    changed = study_of_text(STUDY.replace("max_1: 0.5", "max_1: 0.6"), "levels")
     assert changed.scenes["borders"].fingerprint() != own
 
 
@@ -115,8 +109,8 @@ def test_answers_and_tables_name_the_level(datasets):
     assert f"{WORDS} = 0.5" in [row[0] for row in table.rows]
 
 
-def test_levels_are_shown_in_units_of_the_study(tmp_path):
-    study = loaded(tmp_path, PHYSICAL)
+def test_levels_are_shown_in_units_of_the_study():
+    study = study_of_text(PHYSICAL, "levels")
     scene = study.scenes["borders"]
     dataset = kind_of(scene).solve(scene)
     assert dataset.attrs["levels"] == "impact_velocity_max_1 = 0.4 m s-1"
@@ -129,10 +123,10 @@ def test_levels_are_shown_in_units_of_the_study(tmp_path):
     assert any(text.get_text().endswith("= 400 mm/s") for text in figure.axes[0].texts)
 
 
-def test_a_level_that_no_motion_has_is_told_of(tmp_path):
+def test_a_level_that_no_motion_has_is_told_of():
     text = STUDY.replace("[fold, {impact_velocity_max_1: 0.5}, {displacement_amplitude_1: 0.3}]",
                          "[{impact_velocity_max_1: 50}]")  # fmt: skip
-    scene = loaded(tmp_path, text).scenes["borders"]
+    scene = study_of_text(text, "levels").scenes["borders"]
     dataset = kind_of(scene).solve(scene)
     assert dataset.sizes["point"] == 0
     (answer,) = answers({"borders": dataset})["borders"]
@@ -151,10 +145,9 @@ def test_a_level_that_no_motion_has_is_told_of(tmp_path):
         ("fold", "of: must have each name once"),
     ],
 )  # fmt: skip
-def test_a_wrong_level_is_named(tmp_path, level, message):
-    with pytest.raises(StudyError) as error:
-        loaded(tmp_path, STUDY.replace("{impact_velocity_max_1: 0.5}", level))
-    assert message in str(error.value)
+def test_a_wrong_level_is_named(level, message):
+    with pytest.raises(StudyError, match=re.escape(message)):
+        study_of_text(STUDY.replace("{impact_velocity_max_1: 0.5}", level), "levels")
 
 
 @pytest.mark.parametrize(
@@ -164,14 +157,16 @@ def test_a_wrong_level_is_named(tmp_path, level, message):
         ("0.4 mm", "of[0].impact_velocity_max_1: must be a velocity with its unit, such as 0.3 m/s, got '0.4 mm'"),
     ],
 )  # fmt: skip
-def test_a_level_with_a_wrong_unit_is_named(tmp_path, level, message):
+def test_a_level_with_a_wrong_unit_is_named(level, message):
     with pytest.raises(StudyError) as error:
-        loaded(tmp_path, PHYSICAL.replace("0.4 m/s", level))
+        study_of_text(PHYSICAL.replace("0.4 m/s", level), "levels")
     assert message in str(error.value)
     assert len(error.value.problems) == 1
 
 
-def test_only_kinds_that_are_sought_are_shown(tmp_path):
-    with pytest.raises(StudyError) as error:
-        loaded(tmp_path, STUDY.replace("{map: regimes}", "{show: [grazing]}"))
-    assert "figure.show: must be a kind of curve that `of` has (fold, level)" in str(error.value)
+def test_only_kinds_that_are_sought_are_shown():
+    with pytest.raises(
+        StudyError,
+        match=re.escape("figure.show: must be a kind of curve that `of` has (fold, level)"),
+    ):
+        study_of_text(STUDY.replace("{map: regimes}", "{show: [grazing]}"), "levels")

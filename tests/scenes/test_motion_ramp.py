@@ -18,7 +18,7 @@ from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.scenes.motion.findings import answers
 from vibropipe.scenes.registry import kinds
-from vibropipe.study import Study, StudyError, load_study, study_of_text
+from vibropipe.study import Study, StudyError, study_of_text
 from vibropipe.words.regimes import Regime
 
 NUMBERS = {"l": 2.0, "h": 0.1, "f": 1.0, "R1": 0.8, "R2": 0.8}
@@ -147,8 +147,7 @@ def test_without_an_orbit_nothing_is_compared() -> None:
 
 
 def test_a_ramp_is_stored_and_read(tmp_path: Path) -> None:
-    (tmp_path / "mine.yaml").write_text(text_of(SHORT), encoding="utf-8")
-    made = load_study(tmp_path / "mine.yaml")
+    made = study(SHORT)
     solve_to_file(made, "up", tmp_path / "up.nc", None, 1)
     expected = solved(made)
     with xr.open_dataset(tmp_path / "up.nc") as stored:

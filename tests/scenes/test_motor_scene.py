@@ -16,7 +16,7 @@ from vibropipe.scenes.branch.pictures import PICTURES
 from vibropipe.scenes.branch.report import tables
 from vibropipe.scenes.branch.solve import with_motor
 from vibropipe.scenes.registry import kinds
-from vibropipe.study import Study, StudyError, load_study, study_of_text
+from vibropipe.study import Study, StudyError, study_of_text
 
 OUTPUTS = ("harmonics", "impacts", "stability", "energy", "power", "sensitivity")
 # A motion that strikes no support, whose speeds and jumps are roots of a polynomial (tests/solve/test_motor.py).
@@ -85,9 +85,8 @@ def test_units_are_those_of_speeds_and_torques(branch: xr.Dataset, tmp_path) -> 
         f"along: {{omega: {{from: {0.6 * p!r} rad/s, to: [{0.2 * p!r} rad/s, {2.9 * p!r} rad/s]}}}}"
     )
     line = f"{{no_load: {2.2 * p * 30 / np.pi!r} rpm, stall: {stall!r} N m}}"
-    path = tmp_path / "mine.yaml"
-    path.write_text(text_of(f"{along}, motor: {line}", UNITS + "units: {frequency: Hz}\n"))
-    solve_to_file(load_study(path), "run", tmp_path / "run.nc", None, 1)
+    made = study(f"{along}, motor: {line}", UNITS + "units: {frequency: Hz}\n")
+    solve_to_file(made, "run", tmp_path / "run.nc", None, 1)
     own, found = vp.load(tmp_path / "run.nc"), vp.motor(branch, {"no_load": 2.2, "stall": 0.55})
     np.testing.assert_allclose(own.crossing_omega, found.nu * p, rtol=1e-9)
     np.testing.assert_allclose(own.motor_torque, found.motor_torque * C, rtol=1e-9)

@@ -10,7 +10,7 @@ import pytest
 
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.store import load
-from vibropipe.study import Study, load_study
+from vibropipe.study import Study, study_of_text
 from vibropipe.words.status import Status
 
 STUDY = """
@@ -37,9 +37,8 @@ scenes:
 
 
 @pytest.fixture
-def study(tmp_path: Path) -> Study:
-    (tmp_path / "digits.yaml").write_text(STUDY)
-    return load_study(tmp_path / "digits.yaml")
+def study() -> Study:
+    return study_of_text(STUDY, "digits")
 
 
 def test_a_settled_motion_has_its_errors_and_its_orbit_one_of_its_own(study: Study) -> None:

@@ -13,7 +13,7 @@ from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.cut import join, recompute, store
 from vibropipe.scenes.sweep.maps import draw_quantity_maps
 from vibropipe.store import load
-from vibropipe.study import load_study
+from vibropipe.study import study_of_text
 
 PLAIN = """\
 title: T
@@ -38,8 +38,7 @@ scenes:
 
 @pytest.mark.parametrize("text", [PLAIN, pytest.param(UNITS, marks=pytest.mark.slow)])
 def test_shards_of_starts_join_to_the_whole_and_verify(tmp_path: Path, text: str) -> None:
-    (tmp_path / "t.yaml").write_text(text, encoding="utf-8")
-    scene = load_study(tmp_path / "t.yaml").scenes["s"]
+    scene = study_of_text(text, "t").scenes["s"]
     attrs = {"fingerprint": scene.fingerprint()}
     store(scene, tmp_path / "whole.nc", attrs)
     parts = [tmp_path / f"{n}.nc" for n in (1, 2)]

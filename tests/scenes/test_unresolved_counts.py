@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.captions import describe_map, describe_sweep
-from vibropipe.study import load_study
+from vibropipe.study import study_of_text
 
 STUDY = """
 title: Crowded
@@ -26,9 +26,7 @@ scenes:
 
 
 def test_unresolved_rows_are_counted_beside_the_file(tmp_path: Path) -> None:
-    path = tmp_path / "crowded.yaml"
-    path.write_text(STUDY)
-    study = load_study(path)
+    study = study_of_text(STUDY, "crowded")
 
     def unresolved(name: str) -> Any:
         return json.loads((tmp_path / f"{name}.json").read_text())["unresolved"]

@@ -210,6 +210,8 @@ class Study(StudyModel):
     @property
     def text(self) -> str:
         """Text of its file, with the tables that it names at the end; `study_of_text` reads it again."""
+        if self._files and self._files.whole:
+            return self._files.whole
         text = Path(self._source).read_text(encoding="utf-8")
         return self._files.after(text) if self._files else text
 

@@ -33,11 +33,12 @@ MAX_LINES = 100_000
 class Files:
     """Text files by their paths: those in a folder, or those at the end of a study's text.
 
+    whole : the text that has them at its end; empty of those in a folder
     read : texts of the files that were read
     """
 
     def __init__(self, folder: Path | None, text: str = "") -> None:
-        self.folder, self.read = folder, dict[str, str]()
+        self.folder, self.whole, self.read = folder, text, dict[str, str]()
         self.given: dict[str, list[str]] = {}
         name = None
         for line in text.splitlines():

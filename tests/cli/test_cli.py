@@ -10,6 +10,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import run
 
 from vibropipe import cli
 from vibropipe.store import load, write
@@ -52,13 +53,6 @@ def study(tmp_path):
     file = tmp_path / "tiny.yaml"
     file.write_text(STUDY)
     return file
-
-
-def run(*arguments: object) -> int:
-    """Run the command line in this process and return its exit code."""
-    with pytest.raises(SystemExit) as stopped:
-        cli.main([str(argument) for argument in arguments])
-    return int(stopped.value.code or 0)
 
 
 def solve(study: Path, scene: str, *more: object) -> xr.Dataset:

@@ -6,8 +6,7 @@ import shutil
 
 import pytest
 import xarray as xr
-
-from vibropipe import cli
+from command_line import run
 
 STUDY = """\
 title: A study of seconds
@@ -17,12 +16,6 @@ scenes:
   response: {kind: sweep, over: {nu: [0.9, 1, 1.1, 1.2]}}
 """
 OTHER = STUDY.replace("1.1", "1.15").replace("tau_end: 7", "tau_end: 8")
-
-
-def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        cli.main([str(argument) for argument in arguments])
-    return int(stopped.value.code or 0)
 
 
 @pytest.fixture(scope="module")
@@ -121,9 +114,7 @@ def test_a_damaged_figure_is_drawn_again_for_the_report(left, place, capsys):
     path = place / "results" / "mine" / "figures" / "forced.pdf"
     whole = path.read_bytes()
     path.write_bytes(whole[:left])
-    with pytest.raises(SystemExit) as stopped:
-        cli.main(["report", "mine.yaml", "-o", "report.pdf"])
-    assert not stopped.value.code
+    assert run("report", "mine.yaml", "-o", "report.pdf") == 0
     assert capsys.readouterr().out == "report.pdf\n"
     assert path.read_bytes() == whole  # drawn again
 

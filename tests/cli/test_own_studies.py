@@ -8,11 +8,11 @@ from pathlib import Path
 
 import pytest
 import xarray as xr
+from command_line import run
 from sampling import sampled
 from sharded_study import PROGRAM
 
 from vibropipe import __version__
-from vibropipe.cli import main
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import identity
 from vibropipe.store import write
@@ -102,9 +102,7 @@ def test_a_folder_in_which_no_run_can_work_is_refused_with_one_line(
         raise PermissionError(13, "Permission denied")
 
     monkeypatch.setattr("tempfile.TemporaryFile", refuse)
-    with pytest.raises(SystemExit) as stopped:
-        main(["run", "mine.yaml", *more])
-    assert stopped.value.code == 1
+    assert run("run", "mine.yaml", *more) == 1
     printed = capsys.readouterr().err
     assert printed.startswith(f"vibropipe: {tmp_path}: cannot be written (Permission denied), but")
     assert printed.count("\n") == 1
@@ -115,19 +113,13 @@ def test_a_folder_in_place_of_a_study_is_refused_with_the_studies_in_it(
     tmp_path, monkeypatch, capsys
 ):
     monkeypatch.chdir(tmp_path)
-    assert exit_code("run", ".") == 2
+    assert run("run", ".") == 2
     told = capsys.readouterr().err
     assert "Invalid value for FILE: must be a YAML file, got the folder ." in told
     (tmp_path / "far.yaml").write_text(STUDY)
-    assert exit_code("run", ".") == 2
+    assert run("run", ".") == 2
     told = " ".join(capsys.readouterr().err.replace("│", " ").split())
     assert "got the folder . (there is far.yaml)" in told
-
-
-def exit_code(*arguments: str) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        main([*arguments])
-    return int(stopped.value.code or 0)
 
 
 def test_a_new_study_is_valid_and_never_overwrites(tmp_path):
@@ -157,24 +149,15 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
     monkeypatch.chdir(tmp_path)
     file = tmp_path / "far.yaml"
     file.write_text(STUDY)
-    run = read_run(None, {"studies": ["far.yaml"], "results": "made"})
+    study = read_run(None, {"studies": ["far.yaml"], "results": "made"}).studies["far"]
     monkeypatch.setattr("vibropipe.jobs.run.stale_files", lambda *_: iter(()))
-    study = run.studies["far"]
     for name in ("forced", "old"):
         attrs = identity(study, study.scene("forced")) | {"title": f"far: {name}"}
-        write(
-            xr.Dataset(attrs=attrs),
-            f"made/far/{name}.nc",
-        )
+        write(xr.Dataset(attrs=attrs), f"made/far/{name}.nc")
     monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(0))
     monkeypatch.setattr(sys, "argv", [])
-    for more, lines in (
-        ((), 2),
-        (("--dry-run",), 0),
-    ):
-        with pytest.raises(SystemExit) as stopped:
-            main(["run", "far.yaml", "--results", "made", *more])
-        assert not stopped.value.code
+    for more, lines in ((), 2), (("--dry-run",), 0):
+        assert run("run", "far.yaml", "--results", "made", *more) == 0
         printed = capsys.readouterr().err.splitlines()
         assert (
             printed

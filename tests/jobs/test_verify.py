@@ -7,9 +7,9 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import run
 from sampling import sampled
 
-from vibropipe import cli
 from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.jobs.verify import verify
 from vibropipe.store import load, write
@@ -63,19 +63,13 @@ def results(solved: Path, tmp_path: Path) -> Path:
     return Path(shutil.copytree(solved, tmp_path / "results"))
 
 
-def run(*arguments: object) -> int:
-    with pytest.raises(SystemExit) as stopped:
-        cli.main(["verify", *(str(argument) for argument in arguments)])
-    return int(stopped.value.code or 0)
-
-
 def changed(path: Path, **attrs: str) -> None:
     """Change attributes of a file and renew its checksum."""
     write(load(path).assign_attrs(attrs), path)
 
 
 def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
-    assert run(solved, "--seed", 1) == 0
+    assert run("verify", solved, "--seed", 1) == 0
     printed = capsys.readouterr().out
     for name, checked in zip(
         SCENES,
@@ -120,7 +114,7 @@ def test_one_changed_bit_is_found_though_the_checksum_is_right(scene, quantity, 
     write(
         dataset.assign({quantity: (dataset[quantity].dims, values, dataset[quantity].attrs)}), path
     )
-    assert run(results) == 1
+    assert run("verify", results) == 1
     printed = capsys.readouterr().out
     assert f"{scene}: " in printed
     assert f"  {quantity}" in printed
@@ -134,7 +128,7 @@ def test_a_damaged_file_is_reported_and_the_others_are_verified(results, capsys)
     flipped = bytearray((results / "forced.nc").read_bytes())
     flipped[len(flipped) // 2] ^= 1
     (results / "forced.nc").write_bytes(flipped)
-    assert run(results) == 1
+    assert run("verify", results) == 1
     printed = capsys.readouterr().out
     assert "free.nc: is truncated" in printed
     assert "forced.nc: is damaged (its checksum does not match)" in printed
@@ -145,7 +139,7 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     path = results / "forced.nc"
     versions = json.loads(load(path).attrs["versions"]) | {"numba": "0.1"}
     changed(path, kernel_hash="0123456789abcdef", versions=json.dumps(versions), machine="z80")
-    assert run(path) == 0
+    assert run("verify", path) == 0
     printed = capsys.readouterr().out
     assert (
         "differences are possible on this system: kernel hash was 0123456789abcdef, here "
@@ -156,7 +150,7 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
 
     dataset = load(path)
     write(dataset.assign(displacement=dataset["displacement"] + 1), path)
-    assert run(path) == 1
+    assert run("verify", path) == 1
     assert "differences are expected on this system: kernel hash was" in capsys.readouterr().out
 
 
@@ -168,12 +162,12 @@ def test_a_joined_dataset_names_the_machines_that_solved_it(tmp_path, capsys):
         solve_to_file(study, "response", shard, (number, 2), 1)
     changed(shards[1], machine="z80")
     join_to_file(study, "response", shards, tmp_path / "response.nc")
-    assert run(tmp_path / "response.nc") == 0
+    assert run("verify", tmp_path / "response.nc") == 0
     printed = capsys.readouterr().out
     assert "response: all 6 rows: same, bit for bit" in printed
     assert "machine was " in printed
     assert " and z80, here " in printed
-    assert run(shards[0]) == 0
+    assert run("verify", shards[0]) == 0
     assert "1: not verified\n  not compared: is a shard" in capsys.readouterr().out
 
 
@@ -189,13 +183,13 @@ def test_a_joined_dataset_names_the_machines_that_solved_it(tmp_path, capsys):
 )
 def test_an_origin_that_contradicts_itself_is_a_fault(attrs, words, results, capsys):
     changed(results / "forced.nc", **attrs)
-    assert run(results / "forced.nc") == 1
+    assert run("verify", results / "forced.nc") == 1
     assert words in capsys.readouterr().out
 
 
 def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
     write(xr.Dataset({"displacement_end": ((), 0.25)}), tmp_path / "bare.nc")
-    assert run(tmp_path) == 0
+    assert run("verify", tmp_path) == 0
     printed = capsys.readouterr().out
     assert "bare: not verified" in printed
     assert "contains no study text, so it cannot be recomputed" in printed
@@ -204,7 +198,7 @@ def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
 @pytest.mark.parametrize("folder", ["absent", "empty"])
 def test_no_study_is_one_message_and_exit_code_2(folder, tmp_path, capsys):
     (tmp_path / "empty").mkdir()
-    assert run(tmp_path / folder) == 2
+    assert run("verify", tmp_path / folder) == 2
     printed = capsys.readouterr()
     assert not printed.out
     assert folder in printed.err
@@ -222,12 +216,12 @@ def test_a_scene_that_the_study_no_longer_has_is_named(tmp_path, capsys):
         solve_to_file(load_study(file), name, results / f"{name}.nc", None, 1)
         sidecar = results / f"{name}.json"
         sidecar.write_text(json.dumps(json.loads(sidecar.read_text()) | {"finished": moment}))
-    assert run(results, "--seed", 1) == 0
+    assert run("verify", results, "--seed", 1) == 0
     closeup, detail, left, _ = capsys.readouterr().out.splitlines()
     assert closeup.startswith("closeup: ")
     assert detail.startswith("detail: ")
     newest = "the study that made closeup, the newest dataset"
     assert left == f"  not in {newest}: delete it if the study no longer has it"
     # one file alone says nothing of the study as it is now
-    assert run(results / "detail.nc", "--seed", 1) == 0
+    assert run("verify", results / "detail.nc", "--seed", 1) == 0
     assert "no longer" not in capsys.readouterr().out

@@ -6,9 +6,9 @@ import json
 import math
 
 import pytest
+from command_line import run
 
 import vibropipe as vp
-from vibropipe import cli
 from vibropipe.lab import work_precision
 from vibropipe.lab.bench import (
     Candidate,
@@ -103,9 +103,7 @@ def test_the_command_prints_the_table_or_json(item, monkeypatch, capsys):
         "vibropipe.lab.bench_items.items", lambda whole: whole_options.append(whole) or [item]
     )
     for arguments in (["bench"], ["bench", "--whole", "--rounds", "2", "--json"]):
-        with pytest.raises(SystemExit) as exit_info:
-            cli.main(arguments)
-        assert not exit_info.value.code
+        assert run(*arguments) == 0
     output = capsys.readouterr().out
     table, result = output[: output.index("{")], json.loads(output[output.index("{") :])
     assert "ours against slow: 10 times faster (quartiles 10 to 10), target 10: met" in table

@@ -5,11 +5,11 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import run
 from drawing import draw, picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
-from vibropipe.cli import main
 from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
@@ -60,12 +60,6 @@ def study_in(tmp_path, more="starts: 64"):
     path = tmp_path / "starts.yaml"
     path.write_text(STUDY.replace("PHASE", more))
     return path
-
-
-def run(*arguments):
-    with pytest.raises(SystemExit) as end:
-        main([str(argument) for argument in arguments])
-    return end.value.code
 
 
 @pytest.fixture(scope="module")

@@ -7,11 +7,11 @@ import re
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import run
 from drawing import draw, picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
-from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
 from vibropipe.report.parts import Answer
@@ -81,12 +81,6 @@ scenes:
     start: {x0: 1 mm, v0: 0.95 m/s}
     samples: 64
 """
-
-
-def run(*arguments):
-    with pytest.raises(SystemExit) as end:
-        main([str(argument) for argument in arguments])
-    return end.value.code
 
 
 @pytest.fixture(scope="module")

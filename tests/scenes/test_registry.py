@@ -8,9 +8,9 @@ from pathlib import Path
 import numpy as np
 import pendulum
 import pytest
+from command_line import run
 
 import vibropipe as vp
-from vibropipe.cli import main
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.registry import kinds, registered
 from vibropipe.study import StudyError, json_schema, load_study, table_of_keys
@@ -35,12 +35,6 @@ def folder(tmp_path, monkeypatch, known):
     monkeypatch.chdir(tmp_path)
     tmp_path.joinpath("clock.yaml").write_text(STUDY)
     return tmp_path
-
-
-def run(*arguments: object) -> object:
-    with pytest.raises(SystemExit) as end:
-        main([str(argument) for argument in arguments])
-    return end.value.code
 
 
 def test_a_kind_from_a_folder_of_tests_goes_from_yaml_to_pdf(folder, capsys):

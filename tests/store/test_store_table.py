@@ -12,9 +12,9 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
+from command_line import run
 
 import vibropipe as vp
-from vibropipe.cli import main
 from vibropipe.solve.physical import in_units
 from vibropipe.store import StoreError, table, write
 from vibropipe.store.table import without_constants
@@ -34,12 +34,6 @@ def folder(sweep, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     write(sweep, "results/s/map.nc")
     return tmp_path
-
-
-def run(*arguments: str) -> object:
-    with pytest.raises(SystemExit) as end:
-        main(list(arguments))
-    return end.value.code
 
 
 def test_a_row_for_each_point_of_the_grid(sweep):

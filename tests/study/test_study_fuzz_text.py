@@ -3,11 +3,10 @@
 import itertools
 
 import pytest
+from command_line import run
 from hypothesis import HealthCheck, example, given, settings
 from hypothesis import strategies as st
 from study_texts import A_FAULT, BASE
-
-from vibropipe import cli
 
 NESTED = "[" * 400 + "1" + "]" * 400
 # Replacements of a value and of a key, and inserted lines.
@@ -76,16 +75,15 @@ def judge(tmp_path, monkeypatch, capsys):
         folder.mkdir()
         file = folder / "mine.yaml"
         file.write_text(text, encoding="utf-8", errors="surrogatepass")
-        with pytest.raises(SystemExit) as stopped:
-            cli.main(["plan", str(file), "--rough"])
+        code = run("plan", file, "--rough")
         said = capsys.readouterr()
         assert [path.name for path in folder.iterdir()] == ["mine.yaml"]
         assert not (tmp_path / "hacked").exists()
-        if not stopped.value.code:
+        if code == 0:
             assert said.out.startswith("mine: ")
             assert not said.err
             return
-        assert stopped.value.code == 2
+        assert code == 2
         assert not said.out
         lines = said.err.splitlines()
         assert lines

@@ -100,8 +100,7 @@ def test_a_shard_in_the_place_of_its_sweep(verb, place, capsys):
 
 
 @pytest.mark.parametrize(
-    "verb",
-    [*BOTH, ["show", "results/mine"], ["show", "results/mine/response.nc"]],
+    "verb", [*BOTH, ["show", "results/mine"], ["show", "results/mine/response.nc"]]
 )
 def test_a_truncated_dataset(verb, place, capsys):
     path = place / "results" / "mine" / "response.nc"

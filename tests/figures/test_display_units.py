@@ -55,8 +55,7 @@ def test_a_force_times_a_length_is_written_for_torques_alone(unit: str, dimensio
 
 def test_all_units_of_a_dataset_are_converted_once():
     stored = physical(
-        velocity_strobe=("nu", np.full(541, 0.01)),
-        displacement_strobe=("nu", np.full(541, 0.002)),
+        velocity_strobe=("nu", np.full(541, 0.01)), displacement_strobe=("nu", np.full(541, 0.002))
     )
     dataset = shown(stored)
     assert dataset["velocity_strobe"].values == pytest.approx(0.01 * P * 1e3)

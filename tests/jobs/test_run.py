@@ -7,11 +7,7 @@ import pytest
 import xarray as xr
 
 from vibropipe.compiler.sources import kernel_hash, source_hash
-from vibropipe.jobs.run import (
-    FIRST,
-    ROWS,
-    read_run,
-)
+from vibropipe.jobs.run import FIRST, ROWS, read_run
 from vibropipe.jobs.solving import identity
 from vibropipe.jobs.summary import HOW_TO_RESUME, causes, summarise
 from vibropipe.scenes.costs import PlanError

@@ -10,15 +10,7 @@ from command_line import run
 
 import vibropipe as vp
 from vibropipe.lab import work_precision
-from vibropipe.lab.bench import (
-    Candidate,
-    Item,
-    PreparedRun,
-    Target,
-    as_json,
-    as_text,
-    measure,
-)
+from vibropipe.lab.bench import Candidate, Item, PreparedRun, Target, as_json, as_text, measure
 from vibropipe.lab.bench_items import motion_item, sweep_item, textbook
 
 

@@ -12,12 +12,7 @@ from oracles import Oracle
 from textbook import Flight, Parameters, digits
 
 import vibropipe as vp
-from vibropipe.lab.hard_cases.analytic import (
-    first_peak,
-    flight_error,
-    linear_end,
-    response,
-)
+from vibropipe.lab.hard_cases.analytic import first_peak, flight_error, linear_end, response
 from vibropipe.lab.hard_cases.contacts import FALL, PRESSED, chatter_series
 from vibropipe.lab.hard_cases.labels import WINDOW, period_multiple_of
 

@@ -38,12 +38,7 @@ def test_newmark_neither_loses_nor_gains_energy(steps: int, speed: float) -> Non
     e = vp.Exciter(l=0.5)
     tau_end = 20_100 * 2 * math.asin(0.5 / speed)
     ds = vp.simulate(
-        e,
-        tau_end=tau_end,
-        v0=speed,
-        samples_per_period=0,
-        method="newmark",
-        steps_per_period=steps,
+        e, tau_end=tau_end, v0=speed, samples_per_period=0, method="newmark", steps_per_period=steps
     )
     error = energy(0.5, ds.impact_velocity.values) / (speed**2 / 2) - 1
     assert error.size >= 19_000

@@ -7,16 +7,7 @@ from vibropipe.scenes.motion.solve import solve
 from vibropipe.study import parse_study
 
 # With losses by restitution all effects are called for, whose kernels other tests need as well.
-SOFT = {
-    "nu": 0.8,
-    "f": 0.9,
-    "l": 0.5,
-    "h": 0.1,
-    "k1": 20,
-    "k2": 20,
-    "h1": 0.2,
-    "h2": 0.2,
-}
+SOFT = {"nu": 0.8, "f": 0.9, "l": 0.5, "h": 0.1, "k1": 20, "k2": 20, "h1": 0.2, "h2": 0.2}
 MOTION = {"kind": "motion", "outputs": ["motion", "impacts", "harmonics"]}
 STUDY = {"title": "Soft", "exciter": {**SOFT, "friction": 0.05}, "scenes": {"motion": MOTION}}
 OF_EACH = ("impact_velocity_after", "contact_duration", "contact_force_max", "contact_depth_max")

@@ -141,10 +141,7 @@ def test_few_subsets_are_drawn_and_typeset(tmp_path):
 @pytest.mark.slow
 @pytest.mark.parametrize(
     ("scenes", "variants", "name"),
-    [
-        *((motions, MOTIONS, name) for name in MOTIONS),
-        *((sweeps, SWEEPS, name) for name in SWEEPS),
-    ],
+    [*((motions, MOTIONS, name) for name in MOTIONS), *((sweeps, SWEEPS, name) for name in SWEEPS)],
 )
 def test_every_subset_is_drawn_and_typeset(scenes, variants, name, tmp_path):
     draw_and_report(scenes({name: variants[name]}, SUBSETS), tmp_path)

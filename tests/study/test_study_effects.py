@@ -24,10 +24,7 @@ def effects_in(scene, folder, exciter=FORCED):
         ("{kind: sweep, over: {f: [0.01, 0.02]}}", {"damping", "forcing"}),
         ("{kind: backbone, amplitude: [0.1, 1]}", {"support_1", "support_2"}),
         # by its own length a motion stays off; the steady state that is asked too does not
-        (
-            "{kind: motion, exciter: {f: 0.1, h: 0, R1: 1, R2: 1}, tau_end: 4}",
-            {"forcing"},
-        ),
+        ("{kind: motion, exciter: {f: 0.1, h: 0, R1: 1, R2: 1}, tau_end: 4}", {"forcing"}),
         (
             "{kind: motion, exciter: {f: 0.1, h: 0, R1: 1, R2: 1}, tau_end: 4, outputs: [energy]}",
             {"forcing", "support_1", "support_2"},

@@ -9,11 +9,7 @@ from hypothesis import strategies as st
 from study_texts import A_FAULT, BASE
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.study import (
-    StudyError,
-    fingerprint,
-    parse_study,
-)
+from vibropipe.study import StudyError, fingerprint, parse_study
 from vibropipe.study.yaml_reader import read_text
 
 JUNK = [

@@ -6,11 +6,7 @@ import pytest
 import yaml
 from study_texts import BASE, study_of
 
-from vibropipe.study import (
-    canonical_text,
-    fingerprint,
-    parse_study,
-)
+from vibropipe.study import canonical_text, fingerprint, parse_study
 
 
 def edited(edit):

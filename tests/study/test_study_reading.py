@@ -11,14 +11,8 @@ KEYS = "title, question, description, answers, table, hero, exciter, ties, physi
 @pytest.mark.parametrize(
     ("text", "told"),
     [
-        (
-            "",
-            f"must be a mapping with {KEYS}, got nothing",
-        ),
-        (
-            "- 1",
-            f"must be a mapping with {KEYS}, got a list of 1",
-        ),
+        ("", f"must be a mapping with {KEYS}, got nothing"),
+        ("- 1", f"must be a mapping with {KEYS}, got a list of 1"),
         ("title: [", "must be valid YAML, got a syntax error in line "),
         ("title: a\x00b", "must be valid YAML, got a syntax error ("),
         ("title: T\n---\ntitle: U", "must have one YAML document, got a second one (`---`)"),

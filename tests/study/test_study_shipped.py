@@ -14,13 +14,7 @@ from study_texts import BASE, faults, study_of
 
 import vibropipe as vp
 from vibropipe.jobs.plan import plan_scene
-from vibropipe.study import (
-    StudyError,
-    json_schema,
-    load_config,
-    load_study,
-    parse_config,
-)
+from vibropipe.study import StudyError, json_schema, load_config, load_study, parse_config
 from vibropipe.study.reference import PYTHON, QUANTITIES_PAGE, python_page, quantities_page
 from vibropipe.study.schema import readme_text, schema_text
 from vibropipe.words.parameters import PARAMETERS

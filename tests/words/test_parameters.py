@@ -19,13 +19,7 @@ from vibropipe.words.outputs import (
     OUTPUTS,
     SWEEP_DEFAULT,
 )
-from vibropipe.words.parameters import (
-    CONTINUOUS,
-    DEFAULTS,
-    EFFECT_NAMES,
-    PARAMETERS,
-    ParameterName,
-)
+from vibropipe.words.parameters import CONTINUOUS, DEFAULTS, EFFECT_NAMES, PARAMETERS, ParameterName
 from vibropipe.words.records import Range
 
 TINY = math.ulp(0.0)

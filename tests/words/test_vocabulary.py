@@ -106,10 +106,7 @@ def test_flags_of_regimes_are_the_contract():
             "ok max_impacts max_periods root_bound not_finite short_flights log_full inaccurate "
             "support_reached max_steps",
         ),
-        (
-            "outcome",
-            "ok missed_impact fell_through did_not_end not_tried not_installed",
-        ),
+        ("outcome", "ok missed_impact fell_through did_not_end not_tried not_installed"),
         ("passed", "not_passed passed not_asked"),
         ("stable", "unstable stable"),
     ],

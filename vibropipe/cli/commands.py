@@ -141,8 +141,7 @@ def solve(
     scene: SceneNames = None,
     output: DatasetFile = None,
     shard: Annotated[
-        str | None,
-        typer.Option(metavar="I/N", help="Solve the I-th of N shards, from 1 to N."),
+        str | None, typer.Option(metavar="I/N", help="Solve the I-th of N shards, from 1 to N.")
     ] = None,
     results: ResultsFolder = Path("results"),
     logs: Annotated[
@@ -233,8 +232,7 @@ def report(
     output: ReportFile,
     results: ResultsFolder = Path("results"),
     partial: Annotated[
-        bool,
-        typer.Option("--partial", help="Leave out scenes that failed, with a line on each."),
+        bool, typer.Option("--partial", help="Leave out scenes that failed, with a line on each.")
     ] = False,
     threads: Threads = None,
 ) -> None:

@@ -109,10 +109,7 @@ SETTINGS: Mapping[str, Any] = {
     "path.simplify": True,
 }
 # Metadata of files, without the time of writing.
-METADATA: Mapping[str, Mapping[str, None]] = {
-    "svg": {"Date": None},
-    "pdf": {"CreationDate": None},
-}
+METADATA: Mapping[str, Mapping[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
 @functools.cache

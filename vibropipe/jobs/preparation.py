@@ -13,13 +13,7 @@ from pathlib import Path
 from vibropipe.jobs.earlier import drop_earlier, earlier_file
 from vibropipe.jobs.solving import scene_before
 from vibropipe.scenes.costs import PlanError
-from vibropipe.store import (
-    NotWrittenError,
-    StoreError,
-    atomic_file,
-    check_intact,
-    remove_leftovers,
-)
+from vibropipe.store import NotWrittenError, StoreError, atomic_file, check_intact, remove_leftovers
 from vibropipe.store.atomic import host_name
 from vibropipe.store.files import ENDING
 from vibropipe.study import Study

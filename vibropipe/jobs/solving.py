@@ -206,11 +206,7 @@ def solve_scene(study: Study, name: str, progress: Progress | None = None) -> xr
 
 
 def join_to_file(
-    study: Study,
-    name: str,
-    shards: Sequence[Path],
-    path: Path,
-    progress: Progress | None = None,
+    study: Study, name: str, shards: Sequence[Path], path: Path, progress: Progress | None = None
 ) -> None:
     """Join all shards of a scene, in any order; the sidecar holds the time of all jobs together.
 

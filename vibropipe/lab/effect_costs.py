@@ -225,10 +225,7 @@ def solve_effects(
 
 
 def measure_effects(
-    cases: Mapping[str, TimingCase],
-    size: Size,
-    rounds: int,
-    progress: Progress | None = None,
+    cases: Mapping[str, TimingCase], size: Size, rounds: int, progress: Progress | None = None
 ) -> xr.Dataset:
     """Measure run time and stored bytes of each case.
 

@@ -15,11 +15,7 @@ import numpy as np
 
 from vibropipe.lab.power_series import period_of
 from vibropipe.lab.reference_solver import ReferenceSolver
-from vibropipe.lab.work_precision_methods import (
-    SAMPLES,
-    BenchmarkMotion,
-    MethodResult,
-)
+from vibropipe.lab.work_precision_methods import SAMPLES, BenchmarkMotion, MethodResult
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import drawn_by
 

@@ -41,9 +41,7 @@ class Difference:
 
 
 def compare(
-    path: str | PathLike[str],
-    again: xr.Dataset,
-    skip: Callable[[str], bool] = lambda _: False,
+    path: str | PathLike[str], again: xr.Dataset, skip: Callable[[str], bool] = lambda _: False
 ) -> list[Difference]:
     """Compare a file with a recomputed dataset.
 

@@ -53,10 +53,7 @@ class Config(StudyModel):
     """`config/config.yaml`: the studies of the default run and the folder of results."""
 
     studies: Annotated[
-        list[Name],
-        Field(min_length=1),
-        BeforeValidator(_separate),
-        AfterValidator(_names_once),
+        list[Name], Field(min_length=1), BeforeValidator(_separate), AfterValidator(_names_once)
     ] = Field(description="Names of the studies of the default run; each is `config/<name>.yaml`.")
     results: Annotated[str, TextRule(1000)] = Field(
         default="results", description="Folder of all results."

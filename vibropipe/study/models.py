@@ -123,8 +123,7 @@ class Hero(StudyModel):
 
     scene: Name = Field(description="The scene whose picture it is.")
     picture: Annotated[Name | None, NotNull] = Field(
-        default=None,
-        description="One of the pictures that the scene draws (default: its first).",
+        default=None, description="One of the pictures that the scene draws (default: its first)."
     )
 
 

@@ -8,11 +8,7 @@ from __future__ import annotations
 from dataclasses import replace
 from typing import Any
 
-from vibropipe.physics.si import (
-    BESIDE,
-    WITHIN_MASS,
-    non_dimensional,
-)
+from vibropipe.physics.si import BESIDE, WITHIN_MASS, non_dimensional
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.ties import own_names
 from vibropipe.solve.with_units import plain_objectives

@@ -8,11 +8,7 @@ from dataclasses import replace
 from typing import Any
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.physics.si import (
-    eigenfrequency,
-    non_dimensional,
-    unit_factors,
-)
+from vibropipe.physics.si import eigenfrequency, non_dimensional, unit_factors
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, refused
 from vibropipe.scenes.keys.values import DECIMAL_COMMA, UnitRule, as_number
 from vibropipe.solve.design.goals import CURVE

@@ -96,7 +96,4 @@ def exciter_results(tree: dict[str, Any], source: str, progress: Progress | None
 def grid_of_starts(exciter: Exciter, n_x: int, n_v: int) -> tuple[Floats, Floats]:
     """Return displacements from support to support, and velocities up to what the mass can reach."""
     velocity = reachable_velocity(exciter)
-    return (
-        np.linspace(exciter.lower, exciter.upper, n_x),
-        np.linspace(-velocity, velocity, n_v),
-    )
+    return (np.linspace(exciter.lower, exciter.upper, n_x), np.linspace(-velocity, velocity, n_v))

@@ -197,9 +197,7 @@ class Plane:
     def field(self, series: Series, **others: int) -> Floats:
         """Return the values (y, x) of a quantity; of complex ones the modulus."""
         return self._kept(
-            series,
-            others,
-            lambda: self.at_further(series.of(self.dataset), **others).astype(float),
+            series, others, lambda: self.at_further(series.of(self.dataset), **others).astype(float)
         )
 
     def nearest(self, *point: float) -> tuple[int, ...]:

@@ -48,10 +48,9 @@ class AccuracyFigure(FigureOptions):
         )
     )
 
-    show: Annotated[
-        list[Shown],
-        AfterValidator(each_once),
-    ] = Field(default=[], description="Errors of which the largest is drawn (default: all).")
+    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
+        default=[], description="Errors of which the largest is drawn (default: all)."
+    )
 
 
 class AccuracyScene(SetOfMotions):

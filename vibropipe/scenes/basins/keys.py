@@ -84,8 +84,7 @@ class BasinsScene(TiedScene):
     )
     harmonics: Harmonics = Field(default=6, description="Number of harmonics of each motion.")
     starts: Annotated[int, NumberRange(1, 10**7, whole=True)] = Field(
-        default=4096,
-        description="Scattered starts that look for motions beside the grid.",
+        default=4096, description="Scattered starts that look for motions beside the grid."
     )
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene

@@ -103,10 +103,7 @@ class BranchFigure(FigureOptions):
         default=[],
         description="Pictures to draw (default: `motor` beside the key `motor`, else `branches`).",
     )
-    show: Annotated[
-        list[Shown],
-        AfterValidator(each_once),
-    ] = Field(
+    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
         default=["displacement_amplitude", "impact_velocity_max"],
         description="Quantities of the panels.",
     )

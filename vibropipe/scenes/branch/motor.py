@@ -10,15 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import (
-    SMALL,
-    arrow,
-    axes,
-    new_canvas,
-    note_height,
-    panel,
-    top_note,
-)
+from vibropipe.figures.canvas import SMALL, arrow, axes, new_canvas, note_height, panel, top_note
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.palette import GREY, INK, readable
 from vibropipe.figures.text import (

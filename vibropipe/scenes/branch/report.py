@@ -239,11 +239,4 @@ answers, tables = (
         proof_table,
     ),
 )
-REPORT = ReportPart(
-    "Branches of orbits",
-    question_of,
-    answers,
-    tables,
-    side=side_of_first,
-    rank=0,
-)
+REPORT = ReportPart("Branches of orbits", question_of, answers, tables, side=side_of_first, rank=0)

@@ -21,21 +21,9 @@ from vibropipe.scenes.keys.checks import (
     check_vary_corners,
 )
 from vibropipe.scenes.keys.effects import VariedScene
-from vibropipe.scenes.keys.parts import (
-    FigureOptions,
-    ParameterName,
-    Start,
-    VariedName,
-    figure_key,
-)
+from vibropipe.scenes.keys.parts import FigureOptions, ParameterName, Start, VariedName, figure_key
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused
-from vibropipe.scenes.keys.proofs import (
-    PROVE,
-    ProveKey,
-    proof_seconds,
-    prove_key,
-    with_picture,
-)
+from vibropipe.scenes.keys.proofs import PROVE, ProveKey, proof_seconds, prove_key, with_picture
 from vibropipe.scenes.keys.values import (
     DECIMAL_COMMA,
     Interval,
@@ -138,10 +126,7 @@ class DesignScene(VariedScene):
         default={}, description='Bounds of quantities: `"< 0.8"`, `"> 0.1, < 0.8"`.'
     )
     minimise: Annotated[
-        list[Text],
-        BeforeValidator(_as_list),
-        Field(max_length=2),
-        WithJsonSchema(NAMES_SCHEMA),
+        list[Text], BeforeValidator(_as_list), Field(max_length=2), WithJsonSchema(NAMES_SCHEMA)
     ] = Field(
         default=[],
         description="A quantity to be least, or a list of two for a Pareto front; `-name` for largest. `-yield`: "

@@ -27,12 +27,7 @@ from vibropipe.report.parts import (
     tables_of_each,
 )
 from vibropipe.scenes.certificate import proof_of
-from vibropipe.scenes.certificate_page import (
-    bounds_of,
-    bounds_table,
-    certificate_answer,
-    is_proved,
-)
+from vibropipe.scenes.certificate_page import bounds_of, bounds_table, certificate_answer, is_proved
 from vibropipe.scenes.design.data import (
     MOST,
     ends_of,

@@ -55,8 +55,7 @@ class HardCasesScene(BaseScene):
     compare: Annotated[
         list[Literal["energy", "grazing", "chatter", "step"]], AfterValidator(each_once)
     ] = Field(
-        default=[],
-        description="Questions that are put to common methods as well: where they fail.",
+        default=[], description="Questions that are put to common methods as well: where they fail."
     )
 
     def resolved_exciter(self) -> dict[str, float]:

@@ -18,12 +18,7 @@ from vibropipe.report.parts import (
     of_each,
     tables_of_each,
 )
-from vibropipe.scenes.hard_cases.failures import (
-    asked_of,
-    errors_of,
-    has_failures,
-    questions_in,
-)
+from vibropipe.scenes.hard_cases.failures import asked_of, errors_of, has_failures, questions_in
 from vibropipe.scenes.hard_cases.pictures import shares
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.measurements import Outcome, Passed

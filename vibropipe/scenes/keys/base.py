@@ -199,11 +199,7 @@ class BaseScene(StudyModel):
             # what is in SI depends on the table of dimensions as well
             m, C = self.mass_and_stiffness
             keys["physical"] = {"m": m, "C": C, "dimensions": dimensions_hash()}
-        return {
-            "meaning": SEMANTICS_VERSION,
-            "exciter": self.data_exciter(),
-            **keys,
-        }
+        return {"meaning": SEMANTICS_VERSION, "exciter": self.data_exciter(), **keys}
 
     def row_keys(self) -> dict[str, Any] | None:
         """Return the keys that a row depends on beside its values of the grids.

@@ -278,8 +278,7 @@ def no_exciter(scene: BaseScene, why: str, allowed: tuple[str, ...] = ()) -> Ite
 
 
 TOGETHER = Check(
-    (*EXCITER, ("over",), ("along",), ("vary",), ("measured",), ("ramp",)),
-    check_together,
+    (*EXCITER, ("over",), ("along",), ("vary",), ("measured",), ("ramp",)), check_together
 )
 TIES = Check((*EXCITER, ("ties",), ("over",), ("along",), ("vary",)), check_ties)
 # Checks of scenes that begin at a start.

@@ -241,8 +241,7 @@ CHECKS = (
     SOLVER,
     HOUSING,
     Check(
-        (*EXCITER, ("tau_end",), ("settle_periods",), ("samples_per_period",), ("solver",)),
-        _length,
+        (*EXCITER, ("tau_end",), ("settle_periods",), ("samples_per_period",), ("solver",)), _length
     ),
     Check((*EFFECTS.reads, ("tau_end",), ("settle_periods",)), EFFECTS.problems),
     Check((("figure",), ("outputs",), ("samples_per_period",)), _figure),

@@ -88,10 +88,7 @@ def forcing_periods(scene: MotionScene) -> tuple[int, int]:
 
 
 def simulate_scene(
-    scene: MotionScene,
-    exciter: Exciter,
-    solver: dict[str, Any],
-    progress: Progress | None = None,
+    scene: MotionScene, exciter: Exciter, solver: dict[str, Any], progress: Progress | None = None
 ) -> xr.Dataset:
     """Simulate the transient and the record of a scene with one solver and return the record."""
     x0, v0 = exciter.check_start(scene.start.x0, scene.start.v0)

@@ -89,8 +89,7 @@ class SweepScene(TiedScene, ForcedScene):
     )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     outputs: Outputs = Field(
-        default=list(SWEEP_DEFAULT),
-        description="Quantities to compute and store.",
+        default=list(SWEEP_DEFAULT), description="Quantities to compute and store."
     )
     solver: Solver = Field(
         default_factory=Solver,

@@ -182,10 +182,7 @@ def bar_name(regime: str) -> str:
 
 
 def name_boxes(
-    ax: Axes,
-    code: int,
-    polygons: list[list[tuple[float, float]]],
-    width_cm: float,
+    ax: Axes, code: int, polygons: list[list[tuple[float, float]]], width_cm: float
 ) -> None:
     """Write the name of a regime into each of its boxes that is long enough."""
     name = regime_name(code)

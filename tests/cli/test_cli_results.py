@@ -1,7 +1,5 @@
 """Results that do not match their study: one message, exit code 2, and no file written."""
 
-from __future__ import annotations
-
 import shutil
 
 import pytest

@@ -1,7 +1,5 @@
 """What can be read on a picture."""
 
-from __future__ import annotations
-
 from functools import cache
 
 import pytest

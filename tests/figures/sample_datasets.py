@@ -1,7 +1,5 @@
 """Datasets of every kind, made here without the solvers: by a slow march and by closed forms."""
 
-from __future__ import annotations
-
 from dataclasses import dataclass
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Figures in centimetres, and their letters."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from matplotlib.font_manager import findfont

@@ -1,7 +1,5 @@
 """Bounds, margins and borders in sentences: what is written holds of the number itself."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Datasets in the units that a study wrote or chose."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Motions in words."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibropipe.figures.motion_words import amount_text, motion_words, number_word

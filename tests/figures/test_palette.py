@@ -1,7 +1,5 @@
 """Colours of pictures: apart in grey, legible on white."""
 
-from __future__ import annotations
-
 from itertools import combinations, pairwise
 
 import pytest

@@ -1,7 +1,5 @@
 """Orbits whose perturbations neither grow nor decay are neither stable nor unstable."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

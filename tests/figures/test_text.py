@@ -1,7 +1,5 @@
 """Text of numbers, parameters and grids in figures."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figures.sample_datasets import sweep

@@ -1,7 +1,5 @@
 """Two datasets beside each other: what is told of them, and what cannot be compared."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

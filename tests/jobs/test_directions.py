@@ -1,7 +1,5 @@
 """A scene followed in both directions, from its keys to files, tables and verification."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import netCDF4

@@ -1,7 +1,5 @@
 """Files of figures: those that a study chooses, in units for display."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Estimates of time and disk space: rates of this machine, and the values that they are measured from."""
 
-from __future__ import annotations
-
 import time
 from dataclasses import replace
 from types import SimpleNamespace

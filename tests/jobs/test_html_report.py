@@ -1,7 +1,5 @@
 """Texts of `snakemake --report`: an opening page that says what each study is, a caption for each figure."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Ctrl-C while snakemake is busy: the run ends when it is done, not within."""
 
-from __future__ import annotations
-
 import subprocess
 import sys
 

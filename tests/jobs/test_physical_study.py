@@ -1,7 +1,5 @@
 """A study with units, solved, cut, joined, verified and opened: its data are in SI."""
 
-from __future__ import annotations
-
 import math
 import shutil
 

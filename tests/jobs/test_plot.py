@@ -1,7 +1,5 @@
 """`vp.plot`: the picture of every kind of dataset, datasets over one another, and what is refused."""
 
-from __future__ import annotations
-
 import copy
 import pickle
 import subprocess

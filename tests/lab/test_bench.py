@@ -1,7 +1,5 @@
 """`vibropipe bench`: ratios of known times, missing reference packages, and the motion of the textbook loop."""
 
-from __future__ import annotations
-
 import json
 import math
 

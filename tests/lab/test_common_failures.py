@@ -1,7 +1,5 @@
 """Where common methods fail: the exact method has no failure there, and each error is that of its closed form."""
 
-from __future__ import annotations
-
 import math
 
 import mpmath

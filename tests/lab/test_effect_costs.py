@@ -1,7 +1,5 @@
 """Measured cost of effects: equal contacts by all kernels, alternating timers, consistent ratios."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

@@ -5,8 +5,6 @@ one ulp of the input allows. By Newmark's method the same rows must end with fin
 whatever the step. Cases with a rule of their own follow below.
 """
 
-from __future__ import annotations
-
 import math
 from typing import Any, NamedTuple
 

@@ -1,7 +1,5 @@
 """Known properties used by the study of hard cases, against arbitrary precision and closed forms."""
 
-from __future__ import annotations
-
 import math
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Study of hard cases: correct solvers pass every case, wrong ones do not."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from typing import Any

@@ -1,7 +1,5 @@
 """Work-precision comparison: orders of convergence, reported failures, and reproducible results except times."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 

@@ -1,7 +1,5 @@
 """Motions of a million events, and limits of the work of a motion."""
 
-from __future__ import annotations
-
 import math
 import time
 from typing import Any

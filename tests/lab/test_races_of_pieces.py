@@ -1,7 +1,5 @@
 """Work-precision comparison of motions with soft supports and friction: every method against 40 digits."""
 
-from __future__ import annotations
-
 import importlib.util
 import math
 

@@ -1,7 +1,5 @@
 """The 40-digit reference solver against the 20-digit reference data and the independent oracle of the tests."""
 
-from __future__ import annotations
-
 from decimal import Context, Decimal, localcontext
 
 import numpy as np

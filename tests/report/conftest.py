@@ -1,7 +1,5 @@
 """A study with its figures and its report."""
 
-from __future__ import annotations
-
 import pytest
 from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady, sweep
 from report_text import HOSTILE, PROVENANCE, study_of

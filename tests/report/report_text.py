@@ -1,7 +1,5 @@
 """Text that would be markup, attributes of datasets, and studies as a report reads them."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 from vibropipe.figures.units import display_units

@@ -1,7 +1,5 @@
 """What the study of the paper says in words of its own, against its data."""
 
-from __future__ import annotations
-
 import re
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """The report shows the datasets, its PDF contains all of the report, and a title is never markup."""
 
-from __future__ import annotations
-
 import json
 from dataclasses import replace
 from types import SimpleNamespace

@@ -1,7 +1,5 @@
 """Pages of reports: the first has question, answers and hero; pages are filled; type is one family and legible."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import numpy as np

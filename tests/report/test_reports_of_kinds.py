@@ -1,7 +1,5 @@
 """What every report keeps, for small studies of every kind of scene: pages, type, words and numbers of sentences."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from itertools import pairwise

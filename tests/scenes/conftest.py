@@ -1,7 +1,5 @@
 """Datasets and figures for every kind of picture."""
 
-from __future__ import annotations
-
 from types import SimpleNamespace
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Findings of backbones in sentences with numbers from the data."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Pictures and captions of a backbone in the units of its dataset."""
 
-from __future__ import annotations
-
 import math
 
 import numpy as np

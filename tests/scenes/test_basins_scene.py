@@ -1,7 +1,5 @@
 """A scene of basins, from its keys to its picture and table."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

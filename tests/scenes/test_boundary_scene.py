@@ -1,7 +1,5 @@
 """Scenes of boundaries: keys, data, picture, table of curves."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Lines of a branch: each impact has one of its own, also where the velocities of two become equal."""
 
-from __future__ import annotations
-
 import numpy as np
 import xarray as xr
 

@@ -1,7 +1,5 @@
 """Scenes of branches: keys, data, picture, table of bifurcations."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

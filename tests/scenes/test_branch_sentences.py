@@ -1,7 +1,5 @@
 """What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Captions of every kind of scene follow from the data, in plain text."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import caption, picture_of

@@ -1,7 +1,5 @@
 """Certificates of scenes: what is stored, what the report says of it, and what is refused."""
 
-from __future__ import annotations
-
 import sys
 from dataclasses import replace
 

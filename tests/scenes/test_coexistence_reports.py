@@ -4,8 +4,6 @@ All three have l = 0.5, h = 0.2, delta = 0, R1 = R2 = 0.7 and a force of 1: alon
 grid of frequencies, and in a sweep that is followed up and down.
 """
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

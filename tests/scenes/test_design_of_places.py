@@ -1,7 +1,5 @@
 """The jump of a motion as a goal of a scene, with units: from the keys to the pictures and the answers."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

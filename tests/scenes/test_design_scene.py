@@ -1,7 +1,5 @@
 """A scene of designs, from its keys to its pictures and tables, with and without units."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

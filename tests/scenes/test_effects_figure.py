@@ -1,7 +1,5 @@
 """Price list, answers and caption of timed scenes follow from the data."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

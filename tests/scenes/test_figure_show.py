@@ -1,7 +1,5 @@
 """`figure: {show: [...]}` of the kinds without quantities of motions: what is drawn, written, and refused."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

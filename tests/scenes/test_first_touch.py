@@ -1,7 +1,5 @@
 """The first touch of the motion without impacts, between rows of a sweep in any units."""
 
-from __future__ import annotations
-
 import math
 from dataclasses import replace
 

@@ -1,7 +1,5 @@
 """What the mass settles on from rest, on branches of studies: against steady states, in pictures and tables."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

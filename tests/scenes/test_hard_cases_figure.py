@@ -1,7 +1,5 @@
 """Pictures, table and answers of the hard cases: what fails is drawn, and no check is missing."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import draw, picture_of

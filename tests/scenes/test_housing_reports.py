@@ -1,7 +1,5 @@
 """What reports say of a housing that slides: how fast it creeps and which way, and scales of one sign."""
 
-from __future__ import annotations
-
 from dataclasses import replace
 
 import numpy as np

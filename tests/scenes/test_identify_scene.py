@@ -1,7 +1,5 @@
 """Scenes of identification, and tables that studies take from CSV files."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

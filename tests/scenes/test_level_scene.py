@@ -1,7 +1,5 @@
 """Scenes of level curves: keys, data, values on the lines, words, and wrong keys."""
 
-from __future__ import annotations
-
 import itertools
 import re
 

@@ -1,7 +1,5 @@
 """Pictures of motions: what is drawn where."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import draw

@@ -1,7 +1,5 @@
 """A motion with a ramp in a study: dataset, what it ends in, picture, finding, and what is refused."""
 
-from __future__ import annotations
-
 import itertools
 import math
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """Part of the report on motions: answers, and steady states in one table."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Pictures of motions with units: times that are shown in milliseconds."""
 
-from __future__ import annotations
-
 import math
 import re
 

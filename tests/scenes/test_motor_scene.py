@@ -1,7 +1,5 @@
 """Branches with a motor in a study: data as of `vp.motor`, picture, answers, tables, and what is refused."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Every choice of outputs is solved, drawn and reported; where nothing is to be drawn, words say why."""
 
-from __future__ import annotations
-
 import json
 from itertools import combinations
 

@@ -1,7 +1,5 @@
 """Phase portraits, sections, spectra, energies and bifurcation diagrams: what is drawn where."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Pictures of every kind: whole files, the same to the byte, legible, and nothing left out."""
 
-from __future__ import annotations
-
 from itertools import combinations, pairwise
 
 import numpy as np

@@ -1,7 +1,5 @@
 """A kind of scene is a folder: a kind of these tests goes from YAML to PDF, and no module tests for a kind."""
 
-from __future__ import annotations
-
 import ast
 from pathlib import Path
 

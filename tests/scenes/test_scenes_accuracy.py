@@ -1,7 +1,5 @@
 """`solver: {accuracy: ...}` in a study: what was chosen and what was reached is in the dataset."""
 
-from __future__ import annotations
-
 from pathlib import Path
 from typing import Any
 

@@ -1,7 +1,5 @@
 """Pictures of sweeps: every row, its regime, and what lies beside it."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

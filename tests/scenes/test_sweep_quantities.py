@@ -1,7 +1,5 @@
 """Panels, laws of motion and layout of the pictures of sweeps."""
 
-from __future__ import annotations
-
 from itertools import combinations
 
 import numpy as np

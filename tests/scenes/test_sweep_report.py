@@ -1,7 +1,5 @@
 """Part of the report on sweeps: findings in sentences, rows by regime, regimes along each line."""
 
-from __future__ import annotations
-
 import re
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Scenes that sweep starts: shards, SI, verification and pictures, also of Lyapunov exponents."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import matplotlib.pyplot as plt

@@ -1,7 +1,5 @@
 """How many rows of a sweep are unresolved stands beside its file, and with the reasons in its caption and report."""
 
-from __future__ import annotations
-
 import json
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Texts of motions without an orbit, and of chatter: no multipliers, no stability, no number of impacts."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

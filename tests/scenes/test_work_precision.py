@@ -1,7 +1,5 @@
 """Pictures, answers and the table of work-precision data follow from the data."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from drawing import draw, picture_of

@@ -1,7 +1,5 @@
 """Errors, times to an error and prices of digits of small datasets with known answers."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Synthetic datasets with names of the vocabulary, and their shards."""
 
-from __future__ import annotations
-
 from itertools import pairwise
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Datasets as tables of pandas and as CSV: the numbers of xarray, names for codes, nothing multiplied."""
 
-from __future__ import annotations
-
 import io
 import sys
 from dataclasses import replace

@@ -1,7 +1,5 @@
 """A filter and a table of a lazily opened scene: impacts belong to no point and are not repeated for each."""
 
-from __future__ import annotations
-
 from collections.abc import Iterator
 from pathlib import Path
 

@@ -1,7 +1,5 @@
 """Scenes of kind accuracy: valid and invalid keys, and the exciter of each motion."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibropipe.jobs.plan import plan_scene

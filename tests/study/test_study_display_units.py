@@ -1,7 +1,5 @@
 """The units in which a study shows what it finds: as written, or as its key `units` has it; what it refuses."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibropipe.study import StudyError, canonical_text, fingerprint, study_of_text

@@ -1,7 +1,5 @@
 """Scenes of kind effects: valid and invalid keys, the effects of their motions, and the study in `config/`."""
 
-from __future__ import annotations
-
 from pathlib import Path
 
 import pytest

@@ -1,7 +1,5 @@
 """Scenes of hard cases: valid and invalid keys, and a choice of cases."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibropipe.jobs.plan import plan_scene

@@ -1,7 +1,5 @@
 """A housing that slides in a study: scenes that compute it, and words of those that do not."""
 
-from __future__ import annotations
-
 import pytest
 
 from vibropipe.study import StudyError, study_of_text

@@ -1,7 +1,5 @@
 """Studies with units: what they mean, and what is wrong with them."""
 
-from __future__ import annotations
-
 import json
 import math
 from dataclasses import replace

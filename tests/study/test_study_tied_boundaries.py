@@ -1,7 +1,5 @@
 """Scenes of boundaries with ties: data of the call in Python, picture, axes, caption, units, and faults."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from study_texts import faults, study_of

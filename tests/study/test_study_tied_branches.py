@@ -1,7 +1,5 @@
 """Scenes of branches with ties: data of the call in Python, over a further parameter, pictures, tables and faults."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """The key `ties`: rows are those of the call in Python, names of one's own vary, and faults are told in words."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -1,7 +1,5 @@
 """Borders on the page: what lies after the first row of a followed line is none."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 from figures.sample_datasets import sweep

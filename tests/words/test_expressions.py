@@ -1,7 +1,5 @@
 """Expressions: values are those of Python's own arithmetic, derivatives those of complex steps, all else is refused."""
 
-from __future__ import annotations
-
 import cmath
 import math
 import pickle

@@ -4,8 +4,6 @@ An effect that acts through parameters is its record. They are registered from t
 PDF, in a process of their own, since all other modules make their lists from the records when they are imported.
 """
 
-from __future__ import annotations
-
 import csv
 import json
 import os

@@ -1,7 +1,5 @@
 """Text with units as numbers in SI, and what is refused."""
 
-from __future__ import annotations
-
 import contextlib
 import math
 import subprocess

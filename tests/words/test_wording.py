@@ -1,7 +1,5 @@
 """Amounts agree with their nouns in every text."""
 
-from __future__ import annotations
-
 import numpy as np
 import pytest
 import xarray as xr

@@ -103,7 +103,8 @@ class Plane:
         return codes, [Region(law.short, law.text, law.colour) for law in laws]
 
     @property
-    def _codes(self) -> xr.DataArray:
+    def row_codes(self) -> xr.DataArray:
+        """Codes of the rows."""
         return self.dataset["attractor"] + 1 if self.of_starts else self._laws[0]
 
     @property
@@ -146,14 +147,14 @@ class Plane:
             self._arrays[whole] = make()
         return self._arrays[whole]
 
-    def all_codes(self) -> NDArray[np.int64]:
-        """Return the codes of all rows, in the order of their numbers."""
-        return np.asarray(self._codes.transpose(*self.dims).values).astype(np.int64)
+    def in_order(self, array: xr.DataArray) -> NDArray:
+        """Return the values of all rows, in the order of their numbers."""
+        return np.asarray(array.transpose(*self.dims).values).ravel()
 
     def codes(self, **others: int) -> NDArray[np.int64]:
         """Return the codes (y, x) of the regions."""
         return self._kept(
-            "codes", others, lambda: self.at_further(self._codes, **others).astype(np.int64)
+            "codes", others, lambda: self.at_further(self.row_codes, **others).astype(np.int64)
         )
 
     @cached_property

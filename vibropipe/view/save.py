@@ -90,7 +90,10 @@ def saved_document(page: Page, title: str) -> Document:
     """Return the document of a page whose panels follow scripts in place of a server."""
     plane, point = page.plane, page.point
     drawn = saved_series(plane)
-    fields = {f"f{n}": _flat(plane, one).astype(np.float32) for n, one in enumerate(drawn.values())}
+    fields = {
+        f"f{n}": plane.in_order(one.of(plane.dataset)).astype(np.float32)
+        for n, one in enumerate(drawn.values())
+    }
     rows, events = stored_events(plane)
     callback = CustomJS(
         args={"plan_text": plan_text(page, drawn, list(fields)), **_models(page),
@@ -143,11 +146,6 @@ def saved_series(plane: Plane) -> dict[str, Series]:
     return {label: one for label, one in plane.series.items() if label in chosen}
 
 
-def _flat(plane: Plane, series: Series) -> np.ndarray:
-    """Return the values of all rows in the order of the dataset."""
-    return np.asarray(series.of(plane.dataset).transpose(*plane.dims).values).ravel()
-
-
 def stored_events(plane: Plane) -> tuple[dict[str, np.ndarray], dict[str, np.ndarray]]:
     """Return per row its code, periods, first event and number of events, and the events of all rows.
 
@@ -155,8 +153,8 @@ def stored_events(plane: Plane) -> tuple[dict[str, np.ndarray], dict[str, np.nda
     its support. Rests are not stored; the few rows that have some are marched to find them.
     """
     data = plane.dataset
-    codes, regime = plane.all_codes().ravel(), _column(plane, "regime")
-    multiple = _column(plane, "period_multiple").astype(np.int32)
+    codes, regime = plane.in_order(plane.row_codes), plane.in_order(data["regime"])
+    multiple = plane.in_order(data["period_multiple"]).astype(np.int32)
     has_impacts = "impact_phase" in data
     owner, impacts = (
         _shown_impacts(data, regime) if has_impacts else (np.empty(0, int), np.empty((3, 0)))
@@ -212,16 +210,12 @@ def _rests(plane: Plane, number: int) -> np.ndarray:
     )
 
 
-def _column(plane: Plane, name: str) -> np.ndarray:
-    return np.asarray(plane.dataset[name].transpose(*plane.dims).values).ravel()
-
-
 def _row_damping(plane: Plane) -> np.ndarray:
     """Return the damping of every row."""
     name = "H" if mass_and_stiffness(plane.dataset) else "h"
     regime = plane.dataset["regime"]
     damping, _ = xr.broadcast(plane.dataset[name], regime)
-    return np.asarray(damping.transpose(*plane.dims).values).ravel()
+    return plane.in_order(damping)
 
 
 def is_rebuilt(data: xr.Dataset) -> bool:

@@ -115,8 +115,7 @@ def _write_beside(
     ax: Axes, seen: Integers, own: NDArray[np.bool_], text: str, taken: NDArray[np.bool_]
 ) -> None:
     """Write a label in another region near its own, with a line from the label to the own region."""
-    # slow to import, and few maps have a use for it
-    from scipy.ndimage import distance_transform_edt
+    from scipy.ndimage import distance_transform_edt  # slow to import; few maps have a use for it
 
     depth = distance_transform_edt(np.pad(own, 1))[1:-1, 1:-1]
     at = np.unravel_index(int(np.argmax(depth)), own.shape)
@@ -179,24 +178,15 @@ def _between(codes: NDArray[np.int64]) -> NDArray[np.bool_]:
 
 
 def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:
-    """Return the cell deepest inside a mask, if deep enough; the border of the map is outside.
+    """Return the cell deepest inside a mask, if deep enough; the border of the map is outside."""
+    from scipy.ndimage import distance_transform_cdt  # slow to import
 
-    The mask is eroded layer by layer until nothing would remain.
-    """
-    remaining = mask
-    for depth in range(max(mask.shape)):
-        eroded = np.zeros_like(remaining)
-        eroded[1:-1, 1:-1] = remaining[1:-1, 1:-1]
-        eroded[1:-1, 1:-1] &= remaining[:-2, 1:-1] & remaining[2:, 1:-1]
-        eroded[1:-1, 1:-1] &= remaining[1:-1, :-2] & remaining[1:-1, 2:]
-        if not eroded.any():
-            if depth < LABEL_MARGIN * min(mask.shape):
-                return None
-            rows, columns = np.nonzero(remaining)
-            middle = rows.size // 2
-            return int(rows[middle]), int(columns[middle])
-        remaining = eroded
-    return None
+    depth = distance_transform_cdt(np.pad(mask, 1), "taxicab")[1:-1, 1:-1]
+    if depth.max() - 1 < LABEL_MARGIN * min(mask.shape):
+        return None
+    rows, columns = np.nonzero(depth == depth.max())
+    middle = rows.size // 2
+    return int(rows[middle]), int(columns[middle])
 
 
 def cell_edges(values: np.ndarray) -> np.ndarray:

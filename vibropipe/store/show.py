@@ -29,7 +29,7 @@ def summary(dataset: xr.Dataset) -> str:
 
     Returns dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance.
     """
-    parts = [_title(dataset), _sizes(dataset), _quantities(dataset)]
+    parts = [str(dataset.attrs.get("title", "")), _sizes(dataset), _quantities(dataset)]
     parts += [_counts(dataset, name) for name in ("regime", "status") if name in dataset]
     parts.append(_attributes(dataset))
     return "\n\n".join(part for part in parts if part) + "\n"
@@ -46,13 +46,7 @@ def plain_symbol(symbol: str) -> str:
     return re.sub(r"[{}]", "", text)
 
 
-def _title(dataset: xr.Dataset) -> str:
-    """Return the title."""
-    return str(dataset.attrs.get("title", ""))
-
-
 def _sizes(dataset: xr.Dataset) -> str:
-    """Return the dimensions with their sizes."""
     if not dataset.sizes:
         return ""
     lines = [f"  {name}: {size}" for name, size in dataset.sizes.items()]
@@ -60,24 +54,15 @@ def _sizes(dataset: xr.Dataset) -> str:
 
 
 def _quantities(dataset: xr.Dataset) -> str:
-    """Return a table of the quantities."""
     rows = []
     for name in [*dataset.coords, *dataset.data_vars]:
-        variable = dataset[name]
+        variable, attrs = dataset[name], dataset[name].attrs
         dims = f"({', '.join(map(str, variable.dims))})" if variable.dims else ""
-        rows.append((f"{name}{dims}", _symbol(variable), _range(variable), _long_name(variable)))
+        symbol = plain_symbol(str(attrs.get("symbol", "")))
+        unit = "" if attrs.get("units", "1") == "1" else f" ({attrs['units']})"
+        long_name = f"{attrs.get('long_name', '')}{unit}"
+        rows.append((f"{name}{dims}", symbol, _range(variable), long_name))
     return "\n".join(["Quantities", *(f"  {line}" for line in aligned(rows))]) if rows else ""
-
-
-def _symbol(variable: xr.DataArray) -> str:
-    """Return the symbol of a variable as plain text, empty if it has none."""
-    return plain_symbol(str(variable.attrs.get("symbol", "")))
-
-
-def _long_name(variable: xr.DataArray) -> str:
-    """Return the name of a variable with its unit."""
-    units = variable.attrs.get("units", "1")
-    return str(variable.attrs.get("long_name", "")) + ("" if units == "1" else f" ({units})")
 
 
 def _range(variable: xr.DataArray) -> str:
@@ -107,7 +92,6 @@ def _counts(dataset: xr.Dataset, name: str) -> str:
 
 
 def _attributes(dataset: xr.Dataset) -> str:
-    """Return the attributes, one on each line."""
     lines = [f"  {name}: {_text(value)}" for name, value in dataset.attrs.items()]
     return "\n".join(["Origin", *lines]) if lines else ""
 

@@ -125,12 +125,6 @@ class ReportPart:
         return self.question if isinstance(self.question, str) else self.question(datasets)
 
 
-def _no_problems(
-    scene: Any, scenes: Mapping[str, BaseScene], broken: Collection[str]
-) -> Iterator[Problem]:
-    return iter(())
-
-
 @dataclass(frozen=True)
 class Kind:
     """One kind of scene.
@@ -163,7 +157,7 @@ class Kind:
     checks: tuple[Check, ...]
     unit: str
     check_among: Callable[[Any, Mapping[str, BaseScene], Collection[str]], Iterator[Problem]] = (
-        _no_problems
+        lambda scene, scenes, broken: iter(())
     )
     can_be_cut: bool = False
     is_timed: bool = False

@@ -45,7 +45,7 @@ def python_page() -> str:
         "| call | what it does |",
         "|---|---|",
         *(
-            f"| [`vp.{name}`](#vp{_anchor(name)}) | {_summary(call)} |"
+            f"| [`vp.{name}`](#vp{name.lower()}) | {_summary(call)} |"
             for name, call in calls.items()
         ),
     ]
@@ -56,10 +56,6 @@ def python_page() -> str:
                 full = f"vp.Exciter.{method}"
                 lines += ["", f"### `{full}`", "", *_of_call(full, getattr(call, method))]
     return "\n".join(lines) + "\n"
-
-
-def _anchor(name: str) -> str:
-    return name.lower()
 
 
 def _summary(call: Any) -> str:

@@ -17,6 +17,7 @@ from numpy.typing import NDArray
 from scipy.ndimage import uniform_filter
 
 from vibropipe.figures.canvas import (
+    CM_PER_INCH,
     LETTER,
     SMALL,
     axes,
@@ -219,17 +220,12 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
             ax.set_xlabel(f"time, in {'forcing ' if is_forced(dataset) else ''}periods")
     figure.text(
         (BESIDE - 1.28) / 16.0,
-        (bottom + TALL_CM - slot * len(drawn) / 2) / figure_height(figure),
+        (bottom + TALL_CM - slot * len(drawn) / 2) / (figure.get_figheight() * CM_PER_INCH),
         in_brackets("displacement", dataset["displacement_strobe"]),
         rotation=90,
         ha="center",
         va="center",
     )
-
-
-def figure_height(figure: Figure) -> float:
-    """Return the height of a figure in cm."""
-    return float(figure.get_figheight()) * 2.54
 
 
 def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:

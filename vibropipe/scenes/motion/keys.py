@@ -212,17 +212,14 @@ def has_samples(scene: Any) -> bool:
     return is_motion and "motion" in scene.outputs and scene.samples_per_period > 0
 
 
-def can_be_together(scene: Any) -> bool:
-    """Return whether a scene is a motion that can be drawn over periods of one length, beside others."""
-    return has_samples(scene) and not scene.ramp
-
-
 def check_motions_together(
     scene: MotionScene, scenes: Mapping[str, BaseScene], broken: Collection[str]
 ) -> Iterator[Problem]:
     """Check that the motions on common axes have samples."""
     what = "another motion with samples, not a ramp"
-    yield from check_drawn_together(scene, scenes, broken, what, can_be_together)
+    yield from check_drawn_together(
+        scene, scenes, broken, what, lambda other: has_samples(other) and not other.ramp
+    )
     chosen = scene.figure.pictures
     if (
         scene.figure.together

@@ -202,11 +202,6 @@ def keywords(options: MotionFigure | None, others: Mapping[str, xr.Dataset]) -> 
     return {name: getattr(options, name) for name in names} | {"together": together}
 
 
-def own_name(dataset: xr.Dataset) -> str:
-    """Return the name of the scene of a dataset, as its title has it after that of the study."""
-    return str(dataset.attrs.get("title", "motion")).rpartition(": ")[2]
-
-
 def draw_panels(
     dataset: xr.Dataset,
     show: Collection[str],
@@ -224,7 +219,8 @@ def draw_panels(
 
 def names_of(dataset: xr.Dataset, together: Iterable[str]) -> list[str]:
     """Return the names of motions on common axes as words."""
-    return [name.replace("_", " ") for name in (own_name(dataset), *together)]
+    own = str(dataset.attrs.get("title", "motion")).rpartition(": ")[2]
+    return [name.replace("_", " ") for name in (own, *together)]
 
 
 def title_panels(

@@ -117,18 +117,14 @@ def laws_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Law]]:
         regime_code, periods, first_hits, second_hits = map(int, keys[first[index]])
         law = Law(regime_code, periods, first_hits, second_hits)
         has_look = rank < MAX_LAWS and amounts[index] >= MIN_SHARE * regime.size
-        if law.m > 0 and not has_look and _is_divided(law, laws):
+        is_divided = any(known.regime == law.regime for known in laws)
+        if law.m > 0 and not has_look and is_divided:  # the next ones of its regime are `other`
             law = Law(law.regime, OTHER, 0, 0)
         number[index] = laws.setdefault(law, len(laws))
     codes = regime.copy(data=number[inverse.reshape(-1)].reshape(regime.shape)).drop_attrs(
         deep=False
     )
     return codes.rename("law"), with_looks(list(laws))
-
-
-def _is_divided(law: Law, laws: dict[Law, int]) -> bool:
-    """Return whether a regime has a law with a look already, so that the next ones are `other`."""
-    return any(known.regime == law.regime for known in laws)
 
 
 def orbit_numbers(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:

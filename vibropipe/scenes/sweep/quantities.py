@@ -149,12 +149,8 @@ def series_of(dataset: xr.Dataset, name: str) -> list[Series]:
     dim = own[0]
     amount = min(array.sizes[dim], MAX_HARMONICS if "harmonic" in dim else array.sizes[dim])
     numbers = dataset[dim].values if dim in dataset.coords else np.arange(1, amount + 1)
-    return [Series(name, dim, n, series_text(array, dim, int(numbers[n]))) for n in range(amount)]
-
-
-def series_text(array: xr.DataArray, dim: str, number: int) -> str:
-    """Return the text of one element of a quantity: the support, or the symbol with its number."""
-    return f"support {number}" if dim == "support" else symbol_of(array, number)
+    texts = [f"support {n}" if dim == "support" else symbol_of(array, int(n)) for n in numbers]
+    return [Series(name, dim, n, text) for n, text in enumerate(texts[:amount])]
 
 
 def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = False) -> list[Panel]:

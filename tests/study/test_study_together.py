@@ -3,11 +3,10 @@
 import math
 
 import pytest
-from study_texts import study_of
+from study_texts import faults, study_of
 
 from vibropipe.jobs.reporting import warning_answers
 from vibropipe.jobs.terminal_tables import plan_text
-from vibropipe.study import StudyError
 from vibropipe.study.tables import Files, _read
 
 BASE = {"m": "0.35 kg", "C": "6 N/mm", "H": "4.583 N s/m", "F": "12 N", "l": "4 mm"}
@@ -20,12 +19,6 @@ KINDS = {
     "design": ", vary: {R1: [0.4, 0.7]}, target: {displacement_mean: 0}",
     "identify": ", vary: {R1: [0.4, 0.7]}, measured: {h: [0.1, 0.2, 0.3], displacement_mean: [0, 1, 2]}",
 }
-
-
-def faults(text, folder):
-    with pytest.raises(StudyError) as error:
-        study_of(text, folder)
-    return [problem.line("s") for problem in error.value.problems]
 
 
 def plain(scene, exciter):
@@ -41,7 +34,7 @@ def with_units(scene, numbers="{R1: 0.6, R2: 0.75}", **physical):
 @pytest.mark.parametrize(("kind", "keys"), KINDS.items())
 def test_a_force_without_a_frequency_is_refused(tmp_path, kind, keys, force):
     lines = faults(plain(f"{{kind: {kind}{keys}}}", f"{{l: 0.5, {force}}}"), tmp_path)
-    said = "s: scenes.s.exciter.nu: is required (a finite number > 0), since there is a force"
+    said = "scenes.s.exciter.nu: is required (a finite number > 0), since there is a force"
     assert said in lines
 
 
@@ -49,7 +42,7 @@ def test_a_force_that_is_swept_needs_a_frequency_and_one_that_is_not_there_none(
     (line,) = faults(plain("{kind: sweep, over: {f: [1, 2]}}", "{l: 0.5}"), tmp_path)
     assert "exciter.nu: is required" in line
     (line,) = faults(with_units("{kind: motion}"), tmp_path)
-    assert line.startswith("s: scenes.s.physical.omega: is required (a frequency > 0 with its unit")
+    assert line.startswith("scenes.s.physical.omega: is required (a frequency > 0 with its unit")
     study_of(plain("{kind: sweep, over: {nu: [1, 2]}}", "{l: 0.5, f: 1}"), tmp_path)
     study_of(plain("{kind: motion, start: {v0: 1}}", "{l: 0.5}"), tmp_path)
     study_of(plain("{kind: backbone, amplitude: [1]}", "{l: 0.5, f: 1}"), tmp_path)

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from vibropipe.physics.si import BESIDE, WITHIN_MASS, non_dimensional
-from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
+from vibropipe.scenes.keys.problems import KeyPath, Problem, unknown
 from vibropipe.scenes.keys.ties import own_names
 from vibropipe.solve.with_units import plain_objectives
 from vibropipe.study.quantities import (
@@ -83,23 +83,17 @@ class _Reader(QuantityReader):
             return numbers
         for name in WRITTEN.keys() & numbers.keys():
             must = f"must be left out: give {WRITTEN[name]} with its unit in physical"
-            self.problems.append(
-                Problem((*path, "exciter", name), describe(numbers[name]), must=must)
-            )
+            self.refuse((*path, "exciter", name), numbers[name], must=must)
         if "gravity" in physical and "slope" not in physical:
-            found = describe(physical["gravity"])
-            self.problems.append(
-                Problem((*path, "physical", "gravity"), found, must=BESIDE.format("slope"))
-            )
+            must = BESIDE.format("slope")
+            self.refuse((*path, "physical", "gravity"), physical["gravity"], must=must)
         beside = {**self.above(path), **physical}
         for name, other in (("m_e", "e"), ("e", "m_e")):
             if name in physical and other not in beside:
-                found, must = describe(physical[name]), BESIDE.format(other)
-                self.problems.append(Problem((*path, "physical", name), found, must=must))
+                self.refuse((*path, "physical", name), physical[name], must=BESIDE.format(other))
         own, whole = si_of("m_e", physical.get("m_e")), si_of("m", self.tree["physical"].get("m"))
         if own is not None and whole is not None and own > whole:
-            found = describe(physical["m_e"])
-            self.problems.append(Problem((*path, "physical", "m_e"), found, must=WITHIN_MASS))
+            self.refuse((*path, "physical", "m_e"), physical["m_e"], must=WITHIN_MASS)
         read = {name: si_of(name, value) for name, value in physical.items() if name in TAKEN}
         si = {name: STAND_IN if value is None else value for name, value in read.items()}
         given = non_dimensional({**self.units, **si})
@@ -135,8 +129,7 @@ class _Reader(QuantityReader):
                 by = {part: name for name in HIDDEN.keys() & varied.keys() for part in HIDDEN[name]}
                 for name in sorted(physical.keys() & (varied.keys() | by.keys())):
                     must = f"must be left out, since {by.get(name, name)} is {verb}"
-                    found = describe(physical[name])
-                    self.problems.append(Problem((*path, "physical", name), found, must=must))
+                    self.refuse((*path, "physical", name), physical[name], must=must)
         beside = {**self.above(path), **(physical if isinstance(physical, dict) else {})}
         for key in VARIED if "slope" in beside else ():
             varied = scene.get(key)
@@ -144,12 +137,12 @@ class _Reader(QuantityReader):
                 must = (
                     "must be left out beside slope: gravity pulls at the housing in proportion to M"
                 )
-                self.problems.append(Problem((*path, key, "M"), describe(varied["M"]), must=must))
+                self.refuse((*path, key, "M"), varied["M"], must=must)
         if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:
             swept = follow["along"]
             if swept not in over:
                 allowed = f"a swept parameter ({', '.join(over)})"
-                self.problems.append(Problem((*path, "follow", "along"), describe(swept), allowed))
+                self.refuse((*path, "follow", "along"), swept, allowed)
         plain = self.mapping(scene, path)
         followed = next(iter(along), None) if isinstance(along, dict) else None
         if followed in KEYS and "at" in scene:
@@ -210,6 +203,6 @@ class _Reader(QuantityReader):
         if M is None:
             beside = f"beside {varied[0]}.M" if varied else "without physical.M"
             must = f"must be left out {beside}: what M may be off is that of one M"
-            self.problems.append(Problem((*path, "M"), describe(scene[path[-1]]["M"]), must=must))
+            self.refuse((*path, "M"), scene[path[-1]]["M"], must=must)
             return STAND_IN
         return (self.units["m"] / M) ** 2 / ratio

@@ -97,13 +97,19 @@ class QuantityReader:
         physical = tree["physical"]
         self.units = {name: si_of(name, physical.get(name)) or STAND_IN for name in ("m", "C")}
 
+    def refuse(
+        self, path: KeyPath, value: Any, allowed: str = "", hint: str = "", must: str = ""
+    ) -> None:
+        """List the fault of a value: what is allowed, or what must hold."""
+        self.problems.append(Problem(path, describe(value), allowed, hint, must=must))
+
     def quantity(self, key: str, value: Any, path: KeyPath) -> Any:
         """Return the number or the grid of a key without units."""
         is_grid, of = isinstance(value, (dict, list)), last_key(path[:-1])
         if (
             key == "M" and of == "over" and isinstance(value, dict)
         ):  # no grid of the ratio m/M is even
-            self.problems.append(Problem(path, describe(value), "a list of values: [0.5 kg, 1 kg]"))
+            self.refuse(path, value, "a list of values: [0.5 kg, 1 kg]")
             return [STAND_IN, 2 * STAND_IN]
         if of in ("over", "vary") and not is_grid:
             return value  # the model says which lists are taken
@@ -138,10 +144,10 @@ class QuantityReader:
         try:
             si = to_si(value, dimension, numbers=key in BARE)
         except UnitError as error:
-            self.problems.append(Problem(path, describe(value), rule.allowed, hint or error.hint))
+            self.refuse(path, value, rule.allowed, hint or error.hint)
             return STAND_IN
         if not within.contains(si):
-            self.problems.append(Problem(path, describe(value), rule.allowed))
+            self.refuse(path, value, rule.allowed)
         if key in NAMES:
             return non_dimensional({**self.units, key: si})[NAMES[key]]
         if dimension == "time":
@@ -154,9 +160,8 @@ class QuantityReader:
             if name in NAMES:
                 before = len(self.problems)
                 numbers = self.quantity(name, value, path)
-                del self.problems[
-                    before + 1 :
-                ]  # a unit stands in the head of a column, for all of it
+                # a unit stands in the head of a column, for all of it
+                del self.problems[before + 1 :]
                 return numbers
             return [self.goal(name, entry, path) for entry in value]
         if name == CURVE and isinstance(value, list):
@@ -172,7 +177,7 @@ class QuantityReader:
             ends = dict(numbers)
             if len(numbers) == len(ends) == 2 and not ends[">"] < ends["<"]:
                 must = "must have its lower bound below the upper one"
-                self.problems.append(Problem(path, describe(value), must=must))
+                self.refuse(path, value, must=must)
             return ", ".join(f"{sign} {number!r}" for sign, number in numbers)
         # of bounds the model says what is wrong
         return value if path[-2] == "subject_to" else self.pure(value, dimension, path)
@@ -190,7 +195,7 @@ class QuantityReader:
         try:
             number = to_si(value, dimension)
         except UnitError as error:
-            self.problems.append(Problem(path, describe(value), error.allowed, error.hint))
+            self.refuse(path, value, error.allowed, error.hint)
             return STAND_IN
         return number / unit_factors(**self.units).get(dimension, 1.0)
 

@@ -88,7 +88,6 @@ def _prefix(
 
 
 def _largest(values: np.ndarray) -> float:
-    """Return the largest finite magnitude, 0 if there is none."""
     size = np.abs(values[np.isfinite(values)])
     return float(size.max(initial=0.0))
 

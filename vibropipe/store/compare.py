@@ -149,7 +149,6 @@ def _row_of(
 
 
 def _values(item: StoredVariable) -> np.ndarray:
-    """Return the values of a variable as encoded."""
     return np.asarray(item.values)
 
 
@@ -189,5 +188,4 @@ def _joined_characters(letters: np.ndarray) -> np.ndarray:
 
 
 def _type_text(values: np.ndarray) -> str:
-    """Return type and shape as text."""
     return f"{values.dtype} of shape {values.shape}"

@@ -168,13 +168,11 @@ def _boxes(shape: tuple[int, ...], start: int, stop: int) -> Iterator[tuple[slic
 
 
 def _row_values(block: Encoded, head: Shard) -> Values:
-    """Return the values of a block that vary over rows."""
     names = {item.name for item in (*head.gridded, *head.ragged)}
     return {item.name: np.asarray(item.values) for item in block[0] if item.name in names}
 
 
 def _concatenate(parts: list[Values]) -> Values:
-    """Return rows that follow each other as one."""
     return {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
 
 

@@ -137,7 +137,6 @@ def _plain(value: Any) -> Any:
 
 
 def _names(dims: Iterable[Any]) -> tuple[str, ...]:
-    """Return the names of dimensions as a tuple of text."""
     return tuple(str(dim) for dim in dims)
 
 
@@ -176,7 +175,6 @@ def _encode_values(
 def _stored(
     name: str, dims: tuple[str, ...], values: np.ndarray, attrs: dict[str, Any]
 ) -> StoredVariable:
-    """Return a variable with its values."""
     return StoredVariable(name, dims, values.shape, values.dtype, attrs, values)
 
 

@@ -162,7 +162,6 @@ def count_equal(path: str | PathLike[str], sought: Mapping[str, int]) -> int:
 
 
 def _check_folder(folder: Path) -> None:
-    """Raise unless a folder exists."""
     if not folder.is_dir():
         raise StoreError(f"{folder}: does not exist{_nearest(folder)}: solve the study first")
 

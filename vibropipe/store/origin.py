@@ -141,7 +141,6 @@ def _versions(more: tuple[str, ...] = ()) -> str:
 
 
 def _version(package: str) -> str:
-    """Return the version of an installed package."""
     try:
         return version(package)
     except PackageNotFoundError:

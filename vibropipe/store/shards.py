@@ -169,7 +169,6 @@ def _head(path: Path, grid: SweepGrid) -> Shard:
 
 
 def _item(variable: netCDF4.Variable) -> StoredVariable:
-    """Return a variable of a file without its values."""
     names = (name for name in variable.ncattrs() if name != "_FillValue")
     attrs = {name: variable.getncattr(name) for name in names}
     return StoredVariable(

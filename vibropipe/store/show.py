@@ -81,7 +81,6 @@ def _range(variable: xr.DataArray) -> str:
 
 
 def _counts(dataset: xr.Dataset, name: str) -> str:
-    """Return the number of occurrences of each flag of `name`."""
     values = np.asarray(dataset[name].values).reshape(-1)
     flag_names = {value: flag for flag, value in (quantity(name).flags or {}).items()}
     lines = [

@@ -51,7 +51,6 @@ def at_once(work: Callable[[], None]) -> None:
 
 
 def _note_div(note: str) -> list[Div]:
-    """Return a note as part of the page, if there is one."""
     if not note:
         return []
     styles = {"overflow-y": "auto", "font-size": "11px"}
@@ -233,7 +232,6 @@ class Page:
             self._later(self._follow)
 
     def _follow(self, is_new: bool = False) -> None:
-        """Bring all panels to the row under the crosshair."""
         self._is_waiting = False
         at = self.plane.nearest(*self.pointed)
         if at == self.at and not is_new:
@@ -247,7 +245,6 @@ class Page:
             self._later(self._show_slices)
 
     def _show_slices(self) -> None:
-        """Show the slices through the row that is shown."""
         if self.at is None:
             return
         for each in self.slices:
@@ -304,7 +301,6 @@ class Page:
         self._background(work)
 
     def _tell_failure(self, title: str, reason: str) -> None:
-        """Say why there is no map."""
         self.point.what_if.tell("")
         self.point.tell_failure(title, reason)
 

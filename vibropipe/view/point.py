@@ -158,7 +158,6 @@ class PointPanel:
         self._draw(motion, row, before)
 
     def _offer_motions(self, others: Mapping[str, Callable[[], xr.Dataset]]) -> None:
-        """Offer motions that coexist in a menu."""
         self._is_choosing, self._offered = True, others
         self.coexisting.update(options=[STORED, *others], value=STORED, visible=bool(others))
         self._is_choosing = False
@@ -239,7 +238,6 @@ class PointPanel:
         self._show_base(motion, row, f"{text}: ")
 
     def _draw(self, motion: Motion | None, shown: xr.Dataset, before: str = "") -> None:
-        """Draw a motion with its numbers."""
         self._draw_motion(motion)
         self._unwritten = shown
         self._later(partial(self._tell, motion, shown, before))

@@ -211,7 +211,6 @@ def _rests(plane: Plane, number: int) -> np.ndarray:
 
 
 def _row_damping(plane: Plane) -> np.ndarray:
-    """Return the damping of every row."""
     name = "H" if mass_and_stiffness(plane.dataset) else "h"
     regime = plane.dataset["regime"]
     damping, _ = xr.broadcast(plane.dataset[name], regime)

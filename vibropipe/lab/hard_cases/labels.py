@@ -109,7 +109,6 @@ def _marched(
 
 
 def _fastest(motion: xr.Dataset) -> float:
-    """Return the largest impact speed of a motion."""
     return float(np.max(np.abs(motion["impact_velocity"].values), initial=0.0))
 
 

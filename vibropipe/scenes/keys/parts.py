@@ -126,19 +126,16 @@ Ties = dict[str, Annotated[str, TieRule()]]
 
 
 def _parameter_key(name: str) -> Any:
-    """Return the key of a parameter and its annotation."""
     key = Field(default=None, description=words.PARAMETERS[name].description)
     return Annotated[float | None, parameter_range(name)], key
 
 
 def _physical_key(name: str) -> Any:
-    """Return the key of a parameter with units and its annotation."""
     key = Field(default=None, description=words.PHYSICAL[name].key)
     return Annotated[float | None, UnitRule(name)], key
 
 
 def _unit_key(dimension: str) -> Any:
-    """Return the key of a unit of a dimension and its annotation."""
     noun = UNITS[dimension].noun.split(" ", 1)[1]
     text = f"Unit of {DISPLAYED[dimension] or noun + 's'}."
     return Annotated[str | None, DisplayUnitRule(dimension)], Field(default=None, description=text)

@@ -353,7 +353,6 @@ def _covered(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
 
 
 def _is_free(at: Floats, half: Floats, boxes: Sequence[Floats]) -> NDArray[np.bool_]:
-    """Return whether a label overlaps no other one."""
     free = np.ones(len(at), np.bool_)
     for low, high in boxes:
         free &= ((at + half < low) | (at - half > high)).any(axis=1)

@@ -27,6 +27,8 @@ scenes:
     over: {nu: [0.9, 1, 1.1, 1.2], f: [0.2, 0.6, 1]}
     follow: {along: nu, direction: down}
   response: {kind: sweep, over: {f: [0.2, 1], nu: [0.9, 1, 1.1]}}
+  borders: {kind: boundary, of: [grazing], over: {nu: [0.8, 2], f: [0.05, 1]}, lines: 1}
+  laws: {kind: branch, along: {nu: {from: 1.05, to: 1.2}}, over: {f: [0.25, 0.5]}}
   cases: {kind: hard_cases, cases: [plastic_for_ever, coexisting]}
   race:
     kind: accuracy
@@ -39,7 +41,18 @@ scenes:
     repeats: 2
     motions: {full: {exciter: {nu: 0.3, f: 1.5}, periods: 4}, struck: {periods: 8}}
 """
-SCENES = ("cases", "costs", "curves", "followed", "forced", "free", "race", "response")
+SCENES = (
+    "borders",
+    "cases",
+    "costs",
+    "curves",
+    "followed",
+    "forced",
+    "free",
+    "laws",
+    "race",
+    "response",
+)
 
 
 @pytest.fixture(scope="module")
@@ -73,7 +86,7 @@ def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
     printed = capsys.readouterr().out
     for name, checked in zip(
         SCENES,
-        (*["all of it"] * 3, "all 12 rows", *["all of it"] * 3, "all 6 rows"),
+        (*["all of it"] * 4, "all 12 rows", *["all of it"] * 4, "all 6 rows"),
         strict=True,
     ):  # fmt: skip
         assert f"{name}: {checked}: same, bit for bit\n" in printed

@@ -91,16 +91,6 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
 FILLED = 0.65
 
 
-def test_type_is_one_family_and_legible(report):
-    found = letters(report)
-    assert {letter.font.partition("-")[0] for letter in found} == {
-        "LibertinusSerif",
-        "DejaVuSansMono",
-    }
-    # what is older than this style has indices of 7 pt type in figures; new pictures have none
-    assert min(letter.size for letter in found) >= 0.82 * MIN_TYPE
-
-
 @pytest.fixture(scope="module")
 def pages_of(tmp_path_factory):
     """Return a function from heights of figures and tables, in groups, to the pages of a report of them."""

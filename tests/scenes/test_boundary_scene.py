@@ -13,8 +13,6 @@ from matplotlib.contour import ContourSet
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.style import house_style
-from vibropipe.jobs.solving import solve_to_file
-from vibropipe.jobs.verify import verify
 from vibropipe.scenes.boundary.pictures import draw_boundaries, ends_of_axis
 from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
@@ -162,14 +160,6 @@ def test_a_box_with_units_is_drawn_in_those_that_are_shown():
     assert ends_of_axis(length) == (1.0, 2.0)
     assert in_box("delta", (0.001, 0.002), (2.0, 8000.0)).tolist() == [0.001, 0.002]
     assert in_box("f", (0.01, 0.02), (2.0, 8000.0)).tolist() == [80.0, 160.0]
-
-
-def test_a_file_of_boundaries_is_verified(tmp_path, study):
-    folder = tmp_path / "results" / "laws"
-    solve_to_file(study, "borders", folder / "borders.nc", None, 1)
-    (verdict,) = verify(folder)
-    assert verdict.good
-    assert verdict.checked
 
 
 @pytest.mark.parametrize(

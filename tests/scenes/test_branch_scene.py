@@ -12,8 +12,6 @@ from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
-from vibropipe.jobs.solving import solve_to_file
-from vibropipe.jobs.verify import verify
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
 from vibropipe.scenes.branch.lines import (
@@ -296,16 +294,6 @@ def test_a_wrong_key_with_units_is_named(old, new, message):
     assert old in PHYSICAL
     with pytest.raises(StudyError, match=re.escape(f"scenes.response.{message}")):
         study_of_text(PHYSICAL.replace(old, new), "laws")
-
-
-def test_a_file_of_branches_is_verified(tmp_path):
-    text = STUDY.replace("to: [0.8, 3]", "to: 1.2").replace("    at: [1, 2]\n", "")
-    study = study_of_text(text, "laws")
-    folder = tmp_path / "results" / "laws"
-    solve_to_file(study, "response", folder / "response.nc", None, 1)
-    (verdict,) = verify(folder)
-    assert verdict.good
-    assert verdict.checked
 
 
 @pytest.mark.parametrize(

@@ -11,9 +11,6 @@ from typing import TextIO
 
 from vibropipe.words.progress import Progress
 
-__all__ = ["progress_text", "show_progress"]
-
-
 # Seconds between two drawings of the bar: one takes about a millisecond, so the share stays far below 1 %.
 BAR_SECONDS = 0.5
 # Seconds until the first line of a log, and the largest interval; the intervals double in between.

@@ -22,8 +22,6 @@ from vibropipe.store import StoreError, attributes_of, expected_changes, read_si
 from vibropipe.study import Study, StudyError, fingerprint, study_of_text
 from vibropipe.words.wording import count
 
-__all__ = ["ROWS", "Verdict", "new_seed", "verify"]
-
 # Default number of rows of a sample, and limit of the faults of one file that are printed.
 ROWS, MAX_REPORTED = 100, 3
 NO_STUDY = "contains no study text, so it cannot be recomputed"

@@ -30,7 +30,7 @@ from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar, with_fingerprint
 from vibropipe.study import Study
-from vibropipe.words.wording import paragraphs, series
+from vibropipe.words.wording import capitalised, paragraphs, series
 
 MAX_LABEL = 36  # letters of a scene's title that stands for it in tables and sentences
 
@@ -164,7 +164,7 @@ def warning_answers(study: Study) -> list[dict[str, str]]:
         for text, names in odd.items() if text
     }  # fmt: skip
     return [
-        asdict(Answer(f"{place}{text if place else text[0].upper() + text[1:]}."))
+        asdict(Answer(f"{place}{text if place else capitalised(text)}."))
         for text, place in where.items()
     ]
 

@@ -11,6 +11,11 @@ def count(amount: int, noun: str, plural: str | None = None) -> str:
     return f"{amount:,} {noun if amount == 1 else plural or noun + 's'}"
 
 
+def capitalised(text: str) -> str:
+    """Return a text with its first letter large."""
+    return text[:1].upper() + text[1:]
+
+
 def share(part: int, whole: int, noun: str) -> str:
     """Write a part of an amount with its verb: `2 of 3 checks are`, `0 of 1 check is`."""
     return f"{part:,} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"

@@ -15,6 +15,7 @@ from vibropipe.figures.palette import METHODS, MethodStyle
 from vibropipe.figures.text import format_number
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import drawn_by
+from vibropipe.words.wording import capitalised
 
 NS = 1e-9
 STYLES: Mapping[str, MethodStyle] = {
@@ -39,7 +40,7 @@ LEAST_ERROR = 1e-16
 
 def capital(text: str) -> str:
     """Return a text with a capital letter, unless it begins with a name that has none."""
-    return text if text.startswith(("scipy", "heyoka", "solve")) else text[:1].upper() + text[1:]
+    return text if text.startswith(("scipy", "heyoka", "solve")) else capitalised(text)
 
 
 def time_text(nanoseconds: float, digits: int = 2) -> str:

@@ -27,7 +27,7 @@ from vibropipe.scenes.accuracy.summary import (
 from vibropipe.words.measurements import OWN_METHODS, Outcome
 from vibropipe.words.parameters import FORCES
 from vibropipe.words.vocabulary import quantity
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 # Errors of the table of times.
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
@@ -55,11 +55,7 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
     if shown.sizes["motion"] == 1:
         motion = motion_title(shown["motion"].values[0])
         periods = count(int(shown["periods_run"][0]), "forcing period")
-        first = (
-            f"The motion of {motion}"
-            if motion.startswith("figure")
-            else motion[:1].upper() + motion[1:]
-        )
+        first = f"The motion of {motion}" if motion.startswith("figure") else capitalised(motion)
         return sentences(
             f"{first}, {periods} for every method; each point is a step or a tolerance",
             error, steps_text(shown), called_text(shown), left_out,

@@ -31,7 +31,7 @@ from vibropipe.words.parameters import or_default
 from vibropipe.words.regimes import Regime
 from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
 PARAMETERS_OF_FREE = ("l", "delta", "load")
 
@@ -74,7 +74,7 @@ def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
     return sentences(
         "Constant part and first harmonics of displacement (left) and velocity (right) of the free "
         "motion against its frequency",
-        text[:1].upper() + text[1:],
+        capitalised(text),
         symmetry_text(dataset),
         ", ".join(plain_value(dataset[n]) for n in PARAMETERS_OF_FREE if n in dataset.coords),
     )

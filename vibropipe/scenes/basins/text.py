@@ -29,7 +29,7 @@ from vibropipe.scenes.basins.attractors import (
     ordered,
     step_of,
 )
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 # Motions whose speeds are told.
 MAX_TOLD = 3
@@ -63,7 +63,7 @@ def title_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     listed = [percent(share) for share in shares[:4]]
     more = f", {listed.pop()} and less" if len(shares) > 4 else ""
     parts = ", ".join(listed) if more else series(listed)
-    return f"{motions[0].upper()}{motions[1:]} share the starts: {parts}{more}"
+    return f"{capitalised(motions)} share the starts: {parts}{more}"
 
 
 def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
@@ -74,7 +74,7 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     longest = count(int(dataset["periods_to_attractor"].max()), "forcing period")
     slowest = f"The slowest start takes {longest}" if dataset.sizes["attractor_id"] else ""
     if not has_map:
-        return sentences(f"{times[0].upper()}{times[1:]}{start_text(dataset)}", slowest)
+        return sentences(f"{capitalised(times)}{start_text(dataset)}", slowest)
     return sentences(
         f"{dataset.sizes['x0']} × {dataset.sizes['v0']} starts{start_text(dataset)}; colours: the motion on which "
         "they settle",

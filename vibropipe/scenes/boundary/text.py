@@ -13,7 +13,7 @@ from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences, ties_
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.boundary.levels import level_numbers, shown_levels
 from vibropipe.words.quantities import FLAGS
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
 # Kinds of curves in the order of the legend.
 KINDS = ("grazing", "fold", "flip", "pitchfork", "level")
@@ -78,8 +78,7 @@ def title_boundaries(
         titles.append(f"where the {levels[0].words} is {levels[0].value}")
     elif levels:
         titles.append(f"levels of {series(dict.fromkeys(level.words for level in levels))}")
-    title = "; ".join(titles)
-    return title[:1].upper() + title[1:]
+    return capitalised("; ".join(titles))
 
 
 def describe_boundaries(
@@ -127,7 +126,7 @@ def curves_text(dataset: xr.Dataset) -> str:
     sought += [level.text for level in shown_levels(dataset)]
     none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
     whole = amount_text(int(np.unique(ids).size), "curve")
-    return f"{whole[0].upper()}{whole[1:]}: {listed}" if numbers else none
+    return f"{capitalised(whole)}: {listed}" if numbers else none
 
 
 def boundary_answers(dataset: xr.Dataset) -> list[Answer]:

@@ -11,7 +11,7 @@ from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import side_of
 from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
 # Groups that are answered, the dearest first, and dear entries that are named in each.
 MAX_ANSWERS, MAX_NAMED = 3, 2
@@ -45,8 +45,8 @@ def group_answer(group: str, entries: list[Price]) -> Answer:
         lead = f"{title}{'nothing costs anything' if len(free) == len(entries) else 'nothing costs more'}."
     cheap = series(free)
     verb = "costs" if len(free) == 1 else "cost"
-    rest = f"{cheap[:1].upper()}{cheap[1:]} {verb} nothing." if free and dear else ""
-    return Answer(lead[:1].upper() + lead[1:], rest)
+    rest = f"{capitalised(cheap)} {verb} nothing." if free and dear else ""
+    return Answer(capitalised(lead), rest)
 
 
 def name(price: Price) -> str:

@@ -24,7 +24,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.design.data import in_words
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.designs import FitResult, FoundResult, Twin
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 # Centimetres: a panel of a quantity and of what is left, what stands below them, between two, at the left.
 PANEL, REST, FOOT, GAP, LEFT = 3.4, 2.6, 1.15, 0.45, 1.8
@@ -194,7 +194,7 @@ def describe_fit(dataset: xr.Dataset) -> str:
         f"Circles: measured; line: with the parameters that are {whose}; below: measured "
         "less fitted over the standard deviation of the noise, dashed: two of them",
         f"{whose.capitalize()}: {'; '.join(found_text(dataset, explained))}",
-        text[0].upper() + text[1:],
+        capitalised(text),
         *sensor_texts(dataset),
         *twin_texts(dataset),
     )

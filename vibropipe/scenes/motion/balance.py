@@ -25,6 +25,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.vocabulary import ENERGIES, STEADY, label
+from vibropipe.words.wording import capitalised
 
 LEFT, BELOW, BETWEEN, SPECTRUM_CM = 1.75, 1.0, 0.5, 6.6  # cm
 FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
@@ -115,7 +116,7 @@ def energy_title(dataset: xr.Dataset) -> str:
         return ""
     top = max(losses, key=lambda text: losses[text])
     verb = "take" if top.startswith("impacts") else "takes"
-    return f"{top[0].upper()}{top[1:]} {verb} {100 * losses[top] / work:.3g} % of the work of the force"
+    return f"{capitalised(top)} {verb} {100 * losses[top] / work:.3g} % of the work of the force"
 
 
 def describe_energy(dataset: xr.Dataset) -> str:

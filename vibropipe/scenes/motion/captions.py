@@ -31,7 +31,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.motion.impacts import has_events, is_sampled
 from vibropipe.scenes.motion.panels import panel_names, window
 from vibropipe.words.parameters import or_default
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 PANEL_WORDS = {"housing_velocity": "velocity of the housing"}
 SAME = 1e-3  # relative difference of speeds that are told as one
@@ -41,7 +41,7 @@ def describe_motion(
     dataset: xr.Dataset, show: Collection[str] = (), periods: float | None = None
 ) -> str:
     """Return the caption of the curves: impacts, grazings, rests, steady state, deviation from exact."""
-    curves = capital(series(PANEL_WORDS.get(name, name) for name in panel_names(dataset, show)))
+    curves = capitalised(series(PANEL_WORDS.get(name, name) for name in panel_names(dataset, show)))
     time = dataset[clock(dataset)]
     first, last = window(dataset, periods)
     span = f"{format_number(first)} … {format_number(last)}"
@@ -151,7 +151,7 @@ def impacts_text(dataset: xr.Dataset) -> str:
             if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
                 impacts = "impacts, with rests,"
             clauses.append(f"{impacts} on support {support} (largest velocity {largest})")
-    return capital(series(clauses)) or NO_SUPPORT_STRUCK
+    return capitalised(series(clauses)) or NO_SUPPORT_STRUCK
 
 
 def grazing_text(dataset: xr.Dataset) -> str:
@@ -167,12 +167,7 @@ def grazing_text(dataset: xr.Dataset) -> str:
                 f"support {support} is grazed (contact at zero velocity) {times(int(at.sum()))}, "
                 f"first at {plain_symbol(clock(dataset))} = {first}"
             )
-    return capital(series(clauses))
-
-
-def capital(text: str) -> str:
-    """Return a sentence with its first letter large."""
-    return text[:1].upper() + text[1:]
+    return capitalised(series(clauses))
 
 
 def rest_text(dataset: xr.Dataset, is_shaded: bool) -> str:

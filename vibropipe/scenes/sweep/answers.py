@@ -29,7 +29,7 @@ from vibropipe.scenes.sweep.neighbours import (
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
 from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, swept
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
@@ -136,7 +136,7 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     if chaos is not None and float(chaos) > float(top):
         where = f"Aperiodic motion reaches {value_text(top, chaos, DIGITS)} within its window."
     elif rises:
-        where = f"{rises[0].upper()}{rises[1:]}."
+        where = f"{capitalised(rises)}."
     elif len(dims) == 1:
         where = f"It occurs in the row {point_text(top, dims)}."
     return Answer(lead, where)

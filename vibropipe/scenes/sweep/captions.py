@@ -43,7 +43,7 @@ from vibropipe.scenes.sweep.quantities import (
 )
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, count, series
 
 MAX_TITLE = 85  # letters
 
@@ -100,7 +100,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     values = of_orbits(dataset, own)
     top = largest(values)
     words = series_words(dataset, own)
-    plain = f"{words[0].upper()}{words[1:]}"
+    plain = capitalised(words)
     if top is None or not float(top) or dataset["regime"].size == 1:
         return plain
     if own.name == "lyapunov_exponent":
@@ -114,7 +114,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     of, among = (
         ("", "") if (dataset["regime"] < Regime.APERIODIC).all() else (" of orbits", "in orbits ")
     )
-    seen = f"{subject[0].upper()}{subject[1:]}{of} {size}"
+    seen = f"{capitalised(subject)}{of} {size}"
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" support {own.position + 1}"
         seen = f"Orbits strike{on} hardest"

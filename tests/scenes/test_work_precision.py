@@ -10,7 +10,7 @@ from sentence_numbers import missing, numbers_in
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import house_style, save
 from vibropipe.report.parts import DASH
-from vibropipe.scenes.accuracy.report import answers_of_scene, asked_answer, side
+from vibropipe.scenes.accuracy.report import REPORT, answers_of_scene, asked_answer
 from vibropipe.scenes.accuracy.text import answers, times_table, title_of
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.status import Status
@@ -209,7 +209,7 @@ def test_every_number_of_a_sentence_is_in_the_data(work_precision, one, asked):
 
 
 def test_the_exciter_of_the_first_scene_stands_beside_the_answers(one, work_precision):
-    found = side({"one": one, "others": work_precision})
+    found = REPORT.side({"one": one, "others": work_precision})
     assert list(found.drawn) == ["one"]
     assert found.rows[0].value == "1"
 

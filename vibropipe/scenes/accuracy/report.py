@@ -5,7 +5,6 @@ the errors that are asked for and reached.
 from __future__ import annotations
 
 from collections.abc import Collection
-from dataclasses import replace
 
 import numpy as np
 import xarray as xr
@@ -23,8 +22,8 @@ from vibropipe.figures.canvas import (
     power_ticks,
 )
 from vibropipe.figures.palette import BAND, EXACT, GREY, INK, METHODS
-from vibropipe.report.exciter import side_of
-from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each, tables_of_each
+from vibropipe.report.exciter import side_of_first
+from vibropipe.report.parts import Answer, Datasets, Line, of_each, tables_of_each
 from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
 from vibropipe.scenes.kind import Picture, ReportPart, showing
@@ -171,12 +170,6 @@ def answers_of_scene(data: xr.Dataset) -> list[Answer]:
     return [*compared, *([asked_answer(data)] if has_asked(data) else [])]
 
 
-def side(datasets: Datasets) -> Side:
-    """Return the numbers of the motion of the first scene, or the ranges of its motions."""
-    first = dict(list(datasets.items())[:1])
-    return replace(side_of(first), drawn=first)
-
-
 def methods(datasets: Datasets) -> list[Line]:
     """Return the lines on errors and times, and on other packages."""
     asks = any(has_asked(dataset) for dataset in datasets.values())
@@ -205,5 +198,5 @@ REPORT = ReportPart(
     of_each(answers_of_scene),
     tables_of_each(times_table),
     methods,
-    side,
+    side_of_first,
 )

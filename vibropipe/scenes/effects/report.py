@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number
-from vibropipe.report.exciter import side_of
+from vibropipe.report.exciter import side_of_first
 from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.wording import capitalised, series
@@ -172,7 +172,7 @@ def largest_limit(found: list[Price]) -> float:
 def side(datasets: Datasets) -> Side:
     """Return numbers and drawing of the motion that the others of the first scene are compared with."""
     first = {label: data.isel(motion=[0]) for label, data in list(datasets.items())[:1]}
-    return replace(side_of(first), drawn=first)
+    return side_of_first(first)
 
 
 def methods(_datasets: Datasets) -> list[Line]:

@@ -12,7 +12,6 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibropipe.figures.canvas import (
-    BODY,
     SMALL,
     axes,
     crosses,
@@ -119,15 +118,14 @@ def draw_energy(ax: Axes, dataset: xr.Dataset) -> None:
             mark = "x" if method == "crude" else "|"
             ax.plot(x[-1], y[-1], mark, color=STYLES[method].colour, ms=4, mew=1.0)
     ends = {m: last_of(dataset, m) for m in asked_of(dataset, "energy")}
-    at = {"fontsize": BODY}
-    name_line(ax, 1.5, 4.0, "impact at step's end", "crude", ha="left", **at)
+    name_line(ax, 1.5, 4.0, "impact at step's end", "crude", ha="left")
     name_line(
-        ax, *beside(ends, "DOP853_loose", 1.7, 1.0), "DOP853, 10⁻⁶", "DOP853_loose", ha="left", **at
+        ax, *beside(ends, "DOP853_loose", 1.7, 1.0), "DOP853, 10⁻⁶", "DOP853_loose", ha="left"
     )
-    name_line(ax, *beside(ends, "DOP853", 1.3, 14.0), "DOP853, 10⁻¹⁰", "DOP853", ha="right", **at)
-    name_line(ax, 7e5, 2e-8, "Newmark", "newmark", ha="right", **at)
-    name_line(ax, 1.5e4, 4e-13, "exact, marched", "exact", ha="left", **at)
-    name_line(ax, 7e5, 2e-15, "exact, closed form", "closed", ha="right", **at)
+    name_line(ax, *beside(ends, "DOP853", 1.3, 14.0), "DOP853, 10⁻¹⁰", "DOP853", ha="right")
+    name_line(ax, 7e5, 2e-8, "Newmark", "newmark", ha="right")
+    name_line(ax, 1.5e4, 4e-13, "exact, marched", "exact", ha="left")
+    name_line(ax, 7e5, 2e-15, "exact, closed form", "closed", ha="right")
     ax.set(xlabel="impacts", ylabel="relative error of the energy")
 
 
@@ -169,11 +167,11 @@ def draw_grazing(ax: Axes, dataset: xr.Dataset) -> None:
             level = next(levels)
             crosses(ax, depth[missed], np.full(missed.sum(), level), STYLES[method].colour)
     ax.text(depth.max() * 10, 1.7e2, "missed", fontsize=SMALL, va="center")
-    name_line(ax, 1.2e-8, 1.5e-2, "impact at step's end", "crude", ha="center", fontsize=BODY)
-    name_line(ax, 3e-9, 4e-6, "Newmark", "newmark", ha="right", fontsize=BODY)
-    name_line(ax, depth.max() * 10, 2e-8, "DOP853", "DOP853", ha="left", fontsize=BODY)
-    name_line(ax, 6e-6, 1.2e-7, "DOP853, short steps", "DOP853_short", ha="center", fontsize=BODY)
-    name_line(ax, 3e-7, 1e-13, "exact", "exact", ha="left", fontsize=BODY)
+    name_line(ax, 1.2e-8, 1.5e-2, "impact at step's end", "crude", ha="center")
+    name_line(ax, 3e-9, 4e-6, "Newmark", "newmark", ha="right")
+    name_line(ax, depth.max() * 10, 2e-8, "DOP853", "DOP853", ha="left")
+    name_line(ax, 6e-6, 1.2e-7, "DOP853, short steps", "DOP853_short", ha="center")
+    name_line(ax, 3e-7, 1e-13, "exact", "exact", ha="left")
     ax.text(
         depth.min(), 1.5e-14, "below: finer than\nthe start is rounded", fontsize=SMALL, color="#4A6079",
         ha="right", va="center", linespacing=1.1,
@@ -195,14 +193,12 @@ def draw_chatter(ax: Axes, dataset: xr.Dataset) -> None:
         ax.plot(R, drawn, **line_of(method, 3.0), lw=0.9)
         if not good.all():
             crosses(ax, R[~good], np.full((~good).sum(), next(levels)), STYLES[method].colour)
-    name_line(ax, 0.36, 5e-3, "impact at step's end", "crude", ha="left", fontsize=BODY)
+    name_line(ax, 0.36, 5e-3, "impact at step's end", "crude", ha="left")
     stuck, _outcome = errors_of(dataset, "chatter", "DOP853")
-    name_line(
-        ax, 0.36, 1.2e-4, f"DOP853: stuck, up to {format_number(100 * stuck.max(), 2)} % early", "DOP853",
-        ha="left", fontsize=BODY,
-    )  # fmt: skip
-    name_line(ax, 0.3, 6e-8, "Newmark", "newmark", ha="left", fontsize=BODY)
-    name_line(ax, 0.3, 1.5e-13, "exact", "exact", ha="left", fontsize=BODY)
+    early = f"DOP853: stuck, up to {format_number(100 * stuck.max(), 2)} % early"
+    name_line(ax, 0.36, 1.2e-4, early, "DOP853", ha="left")
+    name_line(ax, 0.3, 6e-8, "Newmark", "newmark", ha="left")
+    name_line(ax, 0.3, 1.5e-13, "exact", "exact", ha="left")
     ax.text(-0.07, 1.7e2, "no rest", fontsize=SMALL, va="center")
     ax.set(xlabel="coefficient of restitution $R$", ylabel="relative error of the time of rest")
 
@@ -217,12 +213,10 @@ def draw_step(ax: Axes, dataset: xr.Dataset) -> None:
         ax.plot(one["step_count"].values, one["step_error"].values, **line_of(method, 2.8), lw=1.0)
     exact = dataset.sel({"method": "exact"})
     ax.plot([4, 2.5e4], [float(exact["step_error"][0])] * 2, color=EXACT, lw=2.0)
-    name_line(
-        ax, 2.2e4, 5.0, "impact at step's end: first order", "crude", ha="right", fontsize=BODY
-    )
-    name_line(ax, 1.6e2, 2e-6, "Newmark:\nsecond order", "newmark", ha="right", fontsize=BODY)
-    name_line(ax, 55, 1e-12, "DOP853", "DOP853", ha="left", fontsize=BODY)
-    name_line(ax, 2e4, 4e-14, "exact: no step", "exact", ha="right", fontsize=BODY)
+    name_line(ax, 2.2e4, 5.0, "impact at step's end: first order", "crude", ha="right")
+    name_line(ax, 1.6e2, 2e-6, "Newmark:\nsecond order", "newmark", ha="right")
+    name_line(ax, 55, 1e-12, "DOP853", "DOP853", ha="left")
+    name_line(ax, 2e4, 4e-14, "exact: no step", "exact", ha="right")
     ax.set(xlabel="steps per forcing period", ylabel="relative error")
 
 

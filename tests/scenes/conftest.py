@@ -1,5 +1,6 @@
 """Datasets and figures for every kind of picture."""
 
+from collections.abc import Iterator
 from types import SimpleNamespace
 
 import numpy as np
@@ -16,6 +17,13 @@ from vibropipe.words.vocabulary import describe
 
 WORK_PRECISION_DIMS = ("motion", "method", "setting")
 WORK_PRECISION_METHODS = ["crude", "newmark", "exact", "RK45"]
+
+
+@pytest.fixture(scope="module", autouse=True)
+def in_house_style() -> Iterator[None]:
+    """Draw in the style in which the jobs of a study draw."""
+    with house_style():
+        yield
 
 
 @pytest.fixture(scope="session")

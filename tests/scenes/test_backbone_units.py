@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.scenes.backbone.curves import draw_amplitude_frequency, draw_backbone
 from vibropipe.scenes.backbone.pictures import describe_amplitude_frequency, describe_backbone
 
@@ -31,8 +30,7 @@ def labels(figure):
 
 
 def test_amplitudes_have_units(over_amplitude) -> None:
-    with house_style():
-        x, y = labels(draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)))
+    x, y = labels(draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)))
     assert {text for text in x if text} == {r"eigenfrequency $\bar{\omega}$ (rad/s)"}
     assert {"first harmonic\n$A_1$ (m)", "first harmonic\n$B_1$ (m/s)"} <= {*y}
 
@@ -62,8 +60,7 @@ def test_markers_lie_on_the_curves_in_any_unit_of_time(curves, scale: float) -> 
         marked[name] = marked[name] * scale
         words = physical["free_period"].attrs
         marked[name].attrs = {**words, "units": "s" if scale == 1.0 else "ms"}
-    with house_style():
-        by_period, by_frequency = draw_backbone(marked).axes
+    by_period, by_frequency = draw_backbone(marked).axes
     assert (
         by_period.get_xlabel()
         == f"period of free vibration $\\bar{{T}}$ ({'s' if scale == 1 else 'ms'})"

@@ -9,7 +9,6 @@ from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
-from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.attractors import (
@@ -157,9 +156,8 @@ def test_a_scene_has_no_more_shards_than_it_pays_for(tmp_path):
 
 
 def test_picture_names_every_attractor(dataset):
-    with house_style():
-        figure = draw_basins(dataset)
-        shown = words(figure)
+    figure = draw_basins(dataset)
+    shown = words(figure)
     for letter, motion in (("A", "no impact"), ("B", "both supports, once a period")):
         assert motion in shown
         assert {letter} <= {text.get_text() for ax in figure.axes for text in ax.texts}
@@ -194,8 +192,7 @@ def test_one_map_alone(dataset, name):
 
 def test_picture_of_starts_without_an_attractor():
     free = vp.basins(vp.Exciter(l=0.5), [0.0, 0.1], [0.0, 1.0], starts=8)
-    with house_style():
-        figure = draw_basins(free)
+    figure = draw_basins(free)
     assert len(figure.axes) == 1
     assert title_basins(free) == "No motion was found on which the starts settle"
     assert describe_basins(free).endswith("for which no motion was found.")
@@ -375,9 +372,8 @@ def test_shares_over_a_parameter_with_units(over_omega):
     data = datasets["shares"]
     assert data["attractor"].dims == ("omega", "x0", "v0")
     assert (data.omega.values[0], data.omega.attrs["units"]) == (80.0, "rad s-1")
-    with house_style():
-        figure = draw("basins", data, study.scenes["shares"].figure, datasets)
-        shown = words(figure)
+    figure = draw("basins", data, study.scenes["shares"].figure, datasets)
+    shown = words(figure)
     assert "rad/s" in shown
     letters = {text.get_text() for ax in figure.axes for text in ax.texts}
     assert {"A", "B"} <= letters
@@ -405,8 +401,7 @@ def test_pictures_of_a_parameter_are_drawn(over_omega):
     study, datasets = over_omega
     scene = study.scenes["shares"]
     for picture in kinds()["basins"].pictures_of(datasets["shares"], scene.figure.chosen()):
-        with house_style():
-            figure = picture.draw(datasets["shares"], scene.figure, datasets)
+        figure = picture.draw(datasets["shares"], scene.figure, datasets)
         assert figure.axes
         assert "settle" in picture.describe(datasets["shares"], scene.figure, datasets).lower()
 
@@ -450,8 +445,7 @@ def test_pictures_where_attractors_are_absent(over):
     """Without damping and loss nothing attracts: at no value, or at the first one."""
     data = vp.basins(vp.Exciter(l=0.5, f=0.3, nu=1.3), [0.0, 0.2], [0.0, 1.0], starts=16, over=over)
     for picture in kinds()["basins"].pictures_of(data, ("shares", "maps")):
-        with house_style():
-            assert picture.draw(data, None, {}).axes
+        assert picture.draw(data, None, {}).axes
         assert "for which no motion was found" in picture.describe(data, None, {})
     found = answers({"over": data})["over"]
     if "nu" in over:

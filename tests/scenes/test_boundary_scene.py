@@ -12,7 +12,6 @@ from matplotlib.contour import ContourSet
 
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
-from vibropipe.figures.style import house_style
 from vibropipe.scenes.boundary.pictures import draw_boundaries, ends_of_axis
 from vibropipe.scenes.boundary.report import answers, end_text, tables
 from vibropipe.scenes.boundary.solve import in_box
@@ -77,8 +76,7 @@ def test_the_order_of_kinds_is_no_part_of_the_data(study):
 def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
     scene, dataset = study.scenes["borders"], datasets["borders"]
     (picture,) = kind_of(scene).pictures
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, datasets)
+    figure = picture.draw(dataset, scene.figure, datasets)
     entries = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     assert {"grazing", "fold", "pitchfork"} <= set(entries)
     assert "flip" not in entries
@@ -94,8 +92,7 @@ def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
     curves = np.unique(dataset["curve_id"]).size
     assert f"{amount_text(curves, 'curve').capitalize()}: " in caption
     assert "part the motions" in picture.title(dataset, scene.figure, datasets)
-    with house_style():
-        assert not picture.draw(dataset, None, {}).axes[0].collections
+    assert not picture.draw(dataset, None, {}).axes[0].collections
 
 
 def test_the_table_lists_each_curve(datasets):
@@ -120,8 +117,7 @@ def test_a_box_without_curves_is_drawn():
     dataset = kind_of(scene).solve(scene)
     assert dataset.sizes["point"] == 0
     (picture,) = kind_of(scene).pictures
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, {})
+    figure = picture.draw(dataset, scene.figure, {})
     (ax,) = figure.axes
     assert "No curve is found" in words(figure)
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.8, 2.0), (0.05, 0.06))
@@ -147,8 +143,7 @@ def test_the_answers_count_curves_and_meetings(datasets):
 
 def test_regimes_under_curves_have_the_hatches_of_their_map():
     regimes = sweep(20, f=np.linspace(0.05, 2, 15), all_regimes=True)
-    with house_style():
-        figure = draw_boundaries(meetings(("box", 1.0, 0.5)).assign(**CURVE), regimes)
+    figure = draw_boundaries(meetings(("box", 1.0, 0.5)).assign(**CURVE), regimes)
     (ax,) = figure.axes
     drawn = {hatch for each in ax.findobj(ContourSet) for hatch in each.hatches if hatch}
     assert drawn == {each.style.hatch for each in regions_of(regimes)[1] if each.style.hatch}
@@ -214,8 +209,7 @@ def test_boundaries_and_basins_of_a_physical_study_are_in_si():
     assert starts["v0"].attrs["units"] == "m s-1"
     for scene, dataset in zip(study.scenes.values(), (borders, starts), strict=True):
         (picture,) = kind_of(scene).pictures_of(dataset)
-        with house_style():
-            figure = picture.draw(dataset, scene.figure, {})
+        figure = picture.draw(dataset, scene.figure, {})
         assert any("(N)" in ax.get_ylabel() or "(m)" in ax.get_xlabel() for ax in figure.axes)
 
 

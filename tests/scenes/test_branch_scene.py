@@ -8,7 +8,6 @@ import xarray as xr
 
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
-from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
@@ -74,8 +73,7 @@ def test_branches_of_several_forces_stand_one_after_the_other(dataset):
 
 def test_the_picture_marks_what_the_data_hold(scene, dataset):
     (picture,) = kind_of(scene).pictures_of(dataset)
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, {})
+    figure = picture.draw(dataset, scene.figure, {})
     entries = [text.get_text() for legend in figure.legends for text in legend.get_texts()]
     kinds = {vp_kind for vp_kind in ("fold", "pitchfork", "grazing") if vp_kind in entries}
     codes = {"fold": 0, "pitchfork": 2, "grazing": 3}
@@ -260,8 +258,7 @@ def test_branches_with_units_are_those_without_in_si():
     free = kind_of(study.scenes["free"]).solve(study.scenes["free"])
     shown = display_units({"free": free, "response": data})
     (picture,) = kind_of(scene).pictures_of(data)
-    with house_style():
-        figure = picture.draw(shown["response"], scene.figure, shown)
+    figure = picture.draw(shown["response"], scene.figure, shown)
     assert figure.axes[0].texts[-1].get_text() == "first harmonic $A_1$ (mm)"
     assert figure.axes[-1].get_xlabel() == "angular frequency of excitation $\\omega$ (rad/s)"
     report = report_data(study, {"free": free, "response": data}, {})
@@ -323,8 +320,7 @@ def test_a_wrong_key_is_named(old, new, message):
 
 def test_free_motion_is_drawn_under_amplitudes_and_velocities(scene, dataset):
     free = vp.amplitude_frequency(vp.Exciter(l=0.5), np.linspace(0.51, 1.5, 40))
-    with house_style():
-        figure = draw_branches(dataset, ["displacement_amplitude", "impact_velocity_max"], free)
+    figure = draw_branches(dataset, ["displacement_amplitude", "impact_velocity_max"], free)
     # both supports are alike
     expected = [
         free.displacement_amplitude.sel(harmonic=1),

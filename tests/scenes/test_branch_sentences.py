@@ -5,7 +5,6 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
-from vibropipe.figures.style import house_style
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.basins.report import title_shares
 from vibropipe.scenes.basins.report import together_answer as share_together
@@ -113,8 +112,7 @@ def test_mirror_images_strike_either_support_as_hard(second, where):
 
 def test_what_is_reached_from_rest_is_wide_on_both_supports():
     dataset = mirrored()
-    with house_style():
-        figure = draw_branches(dataset, ("impact_velocity_max",))
+    figure = draw_branches(dataset, ("impact_velocity_max",))
     (ax, *_) = figure.axes
     assert "each support" in "".join(text.get_text() for text in figure.findobj(type(ax.title)))
     drawn = [line for line in ax.lines if line.get_linewidth() == REACHED["linewidth"]]

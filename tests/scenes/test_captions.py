@@ -6,7 +6,6 @@ from drawing import caption, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import motion, sweep
 
-from vibropipe.figures.style import house_style
 from vibropipe.figures.text import format_number
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
 from vibropipe.scenes.motion.findings import answers
@@ -50,8 +49,7 @@ def test_a_motion_without_impacts_says_that_nothing_is_struck(is_sampled):
     dataset = motion(f=-0.1)
     assert dataset.sizes["impact"] == 0
     dataset = dataset if is_sampled else dataset.drop_dims("tau")
-    with house_style():
-        figure = draw_impacts_only(dataset)
+    figure = draw_impacts_only(dataset)
     for text in (words(figure), describe_impacts(dataset)):
         assert "No support is struck" in text
         assert ("are not stored" in text) is not is_sampled

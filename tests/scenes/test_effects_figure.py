@@ -8,7 +8,7 @@ from figures.figure_text import words
 from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
-from vibropipe.figures.style import house_style, save
+from vibropipe.figures.style import save
 from vibropipe.report.exciter import drawing_of
 from vibropipe.scenes.effects.pictures import describe_effects
 from vibropipe.scenes.effects.report import answers, prices, side, title_of
@@ -116,8 +116,7 @@ def test_the_list_fits_a_page_and_no_type_is_too_small(costs):
     width, height = figure.get_size_inches() * CM_PER_INCH
     assert width == pytest.approx(WIDE)
     assert height < 15
-    with house_style():
-        figure.draw_without_rendering()
+    figure.draw_without_rendering()
     for text in figure.axes[0].texts:
         assert text.get_fontsize() >= MIN_TYPE
         assert text.get_window_extent().x0 >= -1
@@ -127,7 +126,6 @@ def test_the_list_fits_a_page_and_no_type_is_too_small(costs):
 def test_two_runs_of_the_drawing_give_the_same_bytes(costs, tmp_path):
     written = []
     for folder in ("one", "two"):
-        with house_style():
-            figure = picture_of("effects", costs).draw(costs, None, {})
-            written.append([path.read_bytes() for path in save(figure, tmp_path / folder, "costs")])
+        figure = picture_of("effects", costs).draw(costs, None, {})
+        written.append([path.read_bytes() for path in save(figure, tmp_path / folder, "costs")])
     assert written[0] == written[1]

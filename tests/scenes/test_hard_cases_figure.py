@@ -8,7 +8,6 @@ from figures.sample_datasets import failures, hard_cases
 from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import MIN_TYPE
-from vibropipe.figures.style import house_style
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
 from vibropipe.scenes.hard_cases.pictures import shares, title_of_margins
 from vibropipe.scenes.hard_cases.report import answers_of, groups_table, side
@@ -18,8 +17,7 @@ ALL = HardCasesFigure(show=["exact", "newmark 8", "newmark 60"])
 
 
 def margins(dataset, options=ALL):
-    with house_style():
-        return picture_of("hard_cases", dataset, "margins").draw(dataset, options, {})
+    return picture_of("hard_cases", dataset, "margins").draw(dataset, options, {})
 
 
 def test_every_check_is_a_mark_and_nothing_else_is():

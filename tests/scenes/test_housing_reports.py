@@ -7,7 +7,6 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.figures.text import digits, format_number
 from vibropipe.jobs.solving import solve_scene
 from vibropipe.report.exciter import bare_symbols, values_text
@@ -108,8 +107,7 @@ def test_a_motion_shows_and_tells_how_the_housing_creeps():
     told = {each.lead: each.rest for each in motion_answers({"m": moving})["m"]}
     assert told["The housing creeps along x."] == f"Its mean velocity is {mean}."
     assert panel_names(moving)[-1] == "housing_velocity"
-    with house_style():
-        figure = draw_motion(moving)
+    figure = draw_motion(moving)
     (line,) = figure.axes[-2].lines[-1:]
     assert (line.get_ydata() == moving.housing_velocity.values).all()
     assert "velocity of the housing over" in describe_motion(moving)

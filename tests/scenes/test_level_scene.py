@@ -7,7 +7,6 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.scenes.boundary.report import answers, tables
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
@@ -71,8 +70,7 @@ def test_the_order_of_levels_is_no_part_of_the_data(study):
 def test_values_stand_on_their_lines(study, datasets):
     scene, dataset = study.scenes["borders"], datasets["borders"]
     (picture,) = kind_of(scene).pictures
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, datasets)
+    figure = picture.draw(dataset, scene.figure, datasets)
     (ax,) = figure.axes
     values = {text.get_text(): text for text in ax.texts if " = " in text.get_text()}
     assert len(values) == 2
@@ -116,8 +114,7 @@ def test_levels_are_shown_in_units_of_the_study():
     (shown,) = study.shown({"borders": dataset}).values()
     (picture,) = kind_of(scene).pictures
     assert picture.title(shown, scene.figure, {}) == f"Where the {WORDS} is 400 mm/s"
-    with house_style():
-        figure = picture.draw(shown, scene.figure, {})
+    figure = picture.draw(shown, scene.figure, {})
     assert any(text.get_text().endswith("= 400 mm/s") for text in figure.axes[0].texts)
 
 

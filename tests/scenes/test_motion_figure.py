@@ -7,7 +7,6 @@ from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.figures.palette import SUPPORT_COLOURS
-from vibropipe.figures.style import house_style
 from vibropipe.scenes.motion.curves import curve, jumps
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.words.vocabulary import quantity
@@ -68,8 +67,7 @@ def test_jumps_finds_the_steepest_step_near_each_impact():
 
 def test_periods_shows_the_end_of_a_motion(made):
     dataset = made["forced"][1]
-    with house_style():
-        figure = draw("motion", dataset, MotionFigure(periods=2))
+    figure = draw("motion", dataset, MotionFigure(periods=2))
     low, high = figure.axes[0].get_xlim()
     assert high == pytest.approx(float(dataset["tau"][-1]))
     assert high - low == pytest.approx(4 * np.pi)
@@ -77,8 +75,7 @@ def test_periods_shows_the_end_of_a_motion(made):
 
 def test_rests_are_shaded_up_to_the_end_if_never_released(made):
     dataset = made["forced"][1].assign(rest_end=("rest", np.array([np.inf])))
-    with house_style():
-        figure = draw("motion", dataset)
+    figure = draw("motion", dataset)
     assert figure.axes[1].get_xlim()[1] == pytest.approx(float(dataset["tau"][-1]))
     assert "rest on a support" in words(figure)
 

@@ -12,7 +12,6 @@ from drawing import picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.scenes.motion.findings import answers
 from vibropipe.scenes.registry import kinds
@@ -161,8 +160,7 @@ def test_the_picture_has_the_extremes_of_each_cycle(start: float) -> None:
     ds = vp.simulate(e, 90.0, nu_end=end, samples_per_period=400)
     picture = picture_of("motion", ds)
     assert picture.name == "ramp"
-    with house_style():
-        figure = picture.draw(ds, None, {})
+    figure = picture.draw(ds, None, {})
     lines = [line for line in figure.axes[0].lines if len(line.get_xdata()) > 2]
     largest, least = (np.asarray(line.get_ydata()) for line in lines)
     nu = np.asarray(lines[0].get_xdata())

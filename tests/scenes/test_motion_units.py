@@ -9,7 +9,6 @@ import xarray as xr
 from figures.sample_datasets import motion
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.figures.units import display_units
 from vibropipe.scenes.motion.balance import draw_energy
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion, rest_text
@@ -28,8 +27,7 @@ def shown() -> xr.Dataset:
 
 def test_impacts_of_a_motion_without_samples_are_drawn_over_its_time(shown):
     bare = shown.drop_dims("time")
-    with house_style():
-        figure = draw_impacts_only(bare)
+    figure = draw_impacts_only(bare)
     assert figure.axes[0].get_xlabel() == "time $t$ (ms)"
     assert describe_impacts(bare).startswith("Velocity before each impact against t;")
 
@@ -73,8 +71,7 @@ def test_the_length_of_a_rest_has_its_unit():
 def test_the_unit_of_energies_stands_in_brackets():
     exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
     energies = vp.to_physical(vp.simulate(exciter, 20.0, energy=True), M, C)
-    with house_style():
-        figure = draw_energy(display_units({"motion": energies})["motion"])
+    figure = draw_energy(display_units({"motion": energies})["motion"])
     assert figure.axes[0].get_ylabel() == "energy (J)"
 
 

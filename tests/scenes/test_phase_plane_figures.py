@@ -7,11 +7,12 @@ import pytest
 import xarray as xr
 from figures.figure_text import texts, words
 from figures.sample_datasets import motion, steady, sweep
+from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 from vibropipe.figures.phase_plane import Impacts, certain_jumps, draw_spectrum, lines_of, path
-from vibropipe.figures.style import MAX_VECTOR, house_style, save_as
+from vibropipe.figures.style import MAX_VECTOR, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
 from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
@@ -47,8 +48,7 @@ def ragged(dataset: xr.Dataset, periods: int = 64) -> xr.Dataset:
 
 
 def overlapping(figure) -> bool:
-    with house_style():
-        figure.draw_without_rendering()
+    figure.draw_without_rendering()
     boxes = [text.get_window_extent().padded(-1.0) for text in texts(figure)]
     return any(a.overlaps(b) for a, b in combinations(boxes, 2) if a.width > 0 < b.width)
 
@@ -65,8 +65,7 @@ def test_a_path_has_its_jumps_on_the_supports():
 
 def test_the_jumps_of_a_portrait_are_vertical():
     dataset = motion()
-    with house_style():
-        figure = draw_phase_portrait(dataset, 2)
+    figure = draw_phase_portrait(dataset, 2)
     segments = [
         segment
         for lines in figure.axes[0].findobj(LineCollection)
@@ -99,8 +98,7 @@ def test_a_section_shows_the_states_once_per_period():
     dataset = motion().drop_dims("tau").assign_coords(tau=tau)
     dataset = dataset.assign(displacement=("tau", 0.1 * np.cos(tau)), velocity=("tau", np.sin(tau)))
     assert np.array_equal(visits(dataset), np.arange(0, 80, 4))
-    with house_style():
-        figure = draw_section(dataset)
+    figure = draw_section(dataset)
     assert np.allclose(figure.axes[0].lines[0].get_xdata(), 0.1)
     assert "once per forcing period" in words(figure)
     assert not overlapping(figure)
@@ -120,8 +118,7 @@ def test_points_of_a_diagram_are_all_impacts_of_every_row():
 
 def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
     dataset = ragged(sweep(delta=[0.0, 0.1]))
-    with house_style():
-        figure = draw_bifurcation(dataset)
+    figure = draw_bifurcation(dataset)
     assert "velocity before impact" in words(figure).replace("\n", " ")
     assert not overlapping(figure)
     panel = figure.axes[0]
@@ -133,8 +130,7 @@ def test_a_bifurcation_diagram_is_drawn_over_the_parameter():
 
 def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for():
     dataset = ragged(sweep(31, delta=np.linspace(0.0, 0.1, 5)))
-    with house_style():
-        figure = draw_bifurcation(dataset)
+    figure = draw_bifurcation(dataset)
     drawn = words(figure).replace("\n", " ")
     assert "displacement at the section" not in drawn
     text = describe_bifurcation(dataset)
@@ -151,8 +147,7 @@ def test_the_caption_of_a_diagram_names_the_panels_that_a_page_has_no_room_for()
 def test_labels_below_columns_do_not_overlap():
     dataset = ragged(sweep(31, delta=np.linspace(0.0, 0.1, 5)))
     dataset["nu"].attrs |= {"long_name": "angular frequency of excitation", "units": "rad s-1"}
-    with house_style():
-        figures = draw_bifurcation(dataset), draw_sweep(dataset.expand_dims(l=[0.5, 0.6]))
+    figures = draw_bifurcation(dataset), draw_sweep(dataset.expand_dims(l=[0.5, 0.6]))
     for figure in figures:
         assert "rad/s" in words(figure)
         assert not overlapping(figure)
@@ -170,19 +165,17 @@ def test_points_of_a_diagram_leave_curves_and_maps_to_their_own_quantities(name)
     dataset = ragged(sweep(delta=[0.0, 0.1]))
     picture = next(picture for picture in PICTURES if picture.name == name)
     plain, shown = (SweepFigure(show=show) for show in ([], ["poincare_displacement"]))
-    with house_style():
-        drawn = [words(picture.draw(dataset, options, {})) for options in (plain, shown)]
+    drawn = [words(picture.draw(dataset, options, {})) for options in (plain, shown)]
     assert drawn[0] == drawn[1]
     assert picture.describe(dataset, plain, {}) == picture.describe(dataset, shown, {})
 
 
 def test_a_diagram_does_not_depend_on_the_order_of_the_grid():
     dataset = ragged(sweep())
-    with house_style():
-        points = []
-        for given in (dataset, dataset.assign_coords(nu=dataset["nu"].values[::-1])):
-            line = draw_bifurcation(given).axes[0].lines[0]
-            points.append(dict(zip(line.get_ydata(), line.get_xdata(), strict=True)))
+    points = []
+    for given in (dataset, dataset.assign_coords(nu=dataset["nu"].values[::-1])):
+        line = draw_bifurcation(given).axes[0].lines[0]
+        points.append(dict(zip(line.get_ydata(), line.get_xdata(), strict=True)))
     nu = dataset["nu"].values
     for value, x in points[0].items():
         assert points[1][value] == pytest.approx(nu[0] + nu[-1] - x)
@@ -193,8 +186,7 @@ def test_no_point_of_a_diagram_is_cut_off_in_either_direction():
     both = ragged(
         xr.concat([dataset, dataset], "direction").assign_coords(direction=["up", "down"])
     )
-    with house_style():
-        figure = draw_bifurcation(both)
+    figure = draw_bifurcation(both)
     assert "followed downwards" in words(figure)
     drawn = [(ax, line) for ax in figure.axes for line in ax.lines]
     assert len(drawn) == 6
@@ -266,16 +258,15 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
         {f"energy_{name}": 4.02e-7 for name in ("input", "damping", "change", "friction")}
     )
     both["energy_impact"] = ("support", [0.232, 0.173])
-    with house_style():
-        whole = draw_energy(both)
-        assert "4.02 × 10⁻⁷" in [text.get_text() for text in texts(whole)]
-        for figure in (draw_energy(dataset), draw_energy(rubbing), whole, draw_spectra(dataset)):
-            assert not overlapping(figure)
+    whole = draw_energy(both)
+    assert "4.02 × 10⁻⁷" in [text.get_text() for text in texts(whole)]
+    for figure in (draw_energy(dataset), draw_energy(rubbing), whole, draw_spectra(dataset)):
+        assert not overlapping(figure)
 
 
 def test_a_png_is_fine_enough_for_print_in_any_context(tmp_path):
-    with house_style():
-        figure = draw_phase_portrait(motion())
-    save_as(figure, tmp_path / "motion.png")  # outside house_style
+    figure = draw_phase_portrait(motion())
+    with style.context("default"):
+        save_as(figure, tmp_path / "motion.png")
     head = (tmp_path / "motion.png").read_bytes()
     assert int.from_bytes(head[16:20], "big") == pytest.approx(16 / 2.54 * 300, abs=1)

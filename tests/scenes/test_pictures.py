@@ -6,10 +6,10 @@ import numpy as np
 import pytest
 from drawing import draw
 from figures.figure_text import texts, words
+from matplotlib import rcParams, style
 from sampling import sampled
 
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
-from vibropipe.figures.style import house_style
 from vibropipe.figures.text import plain_value
 from vibropipe.jobs.drawing import draw_scene
 from vibropipe.scenes.backbone.curves import parts
@@ -96,8 +96,7 @@ def test_symbols_of_chosen_quantities_and_of_maps_of_quantities_are_on_the_pictu
     mean = quantity("displacement_mean").symbol
     assert mean in words(draw("sweep", made["lines"][1], SweepFigure(show=["displacement_mean"])))
     (of_map,) = (picture for picture in PICTURES if picture.name == "quantities")
-    with house_style():
-        quantities = words(of_map.draw(made["map"][1], SweepFigure(), {}))
+    quantities = words(of_map.draw(made["map"][1], SweepFigure(), {}))
     assert mean in quantities
     assert "largest velocity before impact, either support" in quantities
 
@@ -171,8 +170,7 @@ def test_a_study_may_choose_several_pictures(study, made, tmp_path):
 
 
 def test_drawing_leaves_the_settings_of_matplotlib_alone(made):
-    import matplotlib as mpl
-
-    before = dict(mpl.rcParams)
-    draw("motion", made["forced"][1])
-    assert dict(mpl.rcParams) == before
+    with style.context("default"):
+        before = dict(rcParams)
+        draw("motion", made["forced"][1])
+        assert dict(rcParams) == before

@@ -10,7 +10,7 @@ from matplotlib.text import Text
 
 from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
-from vibropipe.figures.style import LINES, house_style
+from vibropipe.figures.style import LINES
 from vibropipe.figures.text import regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep import lines as sweep_lines
@@ -48,11 +48,10 @@ def test_a_name_beside_a_bar_is_within_the_figure(made):
     dataset = made["lines"][1].assign_coords(
         f=("f", [100.0, 200.0, 800.0], {"units": "N", "symbol": "$F_{long}$"})
     )
-    with house_style():
-        figure = draw_sweep(dataset)
-        figure.draw_without_rendering()
-        names = [label for ax in figure.axes for label in ax.get_yticklabels() if label.get_text()]
-        assert min(label.get_window_extent().x0 for label in names) >= 0.0
+    figure = draw_sweep(dataset)
+    figure.draw_without_rendering()
+    names = [label for ax in figure.axes for label in ax.get_yticklabels() if label.get_text()]
+    assert min(label.get_window_extent().x0 for label in names) >= 0.0
 
 
 def test_names_of_lines_keep_off_other_lines_and_jumps():
@@ -61,22 +60,21 @@ def test_names_of_lines_keep_off_other_lines_and_jumps():
         np.where(x < end, top * (0.6 + 0.02 * x), 40.0 / x)
         for end, top in ((26, 6), (27, 5.6), (29, 5))
     ]
-    with house_style():
-        figure = new_canvas(8.0)
-        ax = axes(figure, 1.5, 1.0, 8.6, 6.0)
-        for y in values:
-            ax.plot(x, y)
-        ax.set_ylim(bottom=0.0)
-        label_lines(ax, [Named(x, y, f"{n} N/mm", "k") for n, y in enumerate(values)])
-        for number, text in enumerate(ax.texts):
-            box = text.get_window_extent()
-            for other in (y for n, y in enumerate(values) if n != number):
-                fine = np.linspace(x[0], x[-1], 20_000)
-                points = ax.transData.transform(np.stack([fine, np.interp(fine, x, other)], axis=1))
-                inside = (points > [box.x0, box.y0]).all(axis=1) & (points < [box.x1, box.y1]).all(
-                    axis=1
-                )
-                assert not inside.any()
+    figure = new_canvas(8.0)
+    ax = axes(figure, 1.5, 1.0, 8.6, 6.0)
+    for y in values:
+        ax.plot(x, y)
+    ax.set_ylim(bottom=0.0)
+    label_lines(ax, [Named(x, y, f"{n} N/mm", "k") for n, y in enumerate(values)])
+    for number, text in enumerate(ax.texts):
+        box = text.get_window_extent()
+        for other in (y for n, y in enumerate(values) if n != number):
+            fine = np.linspace(x[0], x[-1], 20_000)
+            points = ax.transData.transform(np.stack([fine, np.interp(fine, x, other)], axis=1))
+            inside = (points > [box.x0, box.y0]).all(axis=1) & (points < [box.x1, box.y1]).all(
+                axis=1
+            )
+            assert not inside.any()
     assert len(ax.texts) == 3
 
 
@@ -112,8 +110,7 @@ def test_a_row_between_two_others_is_a_point(made):
     )
     dataset = made["line"][1].copy(deep=True)
     dataset["regime"][9:12] = [Regime.APERIODIC, Regime.TWO_SIDED, Regime.APERIODIC]
-    with house_style():
-        figure = draw("sweep", dataset)
+    figure = draw("sweep", dataset)
     points = [line for line in figure.axes[0].lines if line.get_marker() == "."]
     heights = np.concatenate([line.get_ydata() for line in points])
     assert float(dataset["displacement_amplitude"][10, 0]) in heights
@@ -140,9 +137,8 @@ def test_bars_show_every_row_of_a_sweep(figures, made):
 def test_the_curve_beside_is_drawn_under_the_sweep(made):
     _, dataset = made["line"]
     free = made["free_1"][1]
-    with house_style():
-        alone = draw("sweep", dataset)
-        beside = draw("sweep", dataset, SweepFigure(backbone="free"), {"free": free})
+    alone = draw("sweep", dataset)
+    beside = draw("sweep", dataset, SweepFigure(backbone="free"), {"free": free})
     # Three curves for the harmonics, which share a panel, one for the mean displacement.
     for one, two, amount in zip(alone.axes[:2], beside.axes[:2], (3, 1), strict=True):
         assert len(two.lines) == len(one.lines) + amount
@@ -155,10 +151,9 @@ def test_grids_of_constant_factor_get_log_axes(made):
     nu = np.geomspace(0.01, 10, made["line"][1].sizes["nu"])
     line = made["line"][1].assign_coords(nu=nu)
     over = made["map"][1].assign_coords(nu=np.geomspace(0.01, 10, 60))
-    with house_style():
-        assert all(ax.get_xscale() == "log" for ax in draw("sweep", line).axes)
-        chart = draw("sweep", over)
-        chart.draw_without_rendering()
+    assert all(ax.get_xscale() == "log" for ax in draw("sweep", line).axes)
+    chart = draw("sweep", over)
+    chart.draw_without_rendering()
     assert (chart.axes[0].get_xscale(), chart.axes[0].get_yscale()) == ("log", "linear")
     edges = cell_edges(nu)
     assert edges.size == nu.size + 1
@@ -175,8 +170,7 @@ def test_cells_do_not_claim_what_lies_beyond_a_grid():
 
 
 def test_the_bar_of_a_lone_row_is_narrow(made):
-    with house_style():
-        figure = draw("sweep", made["line"][1].isel(nu=[30]))
+    figure = draw("sweep", made["line"][1].isel(nu=[30]))
     bars = figure.axes[-1]
     (bar,) = [c for c in bars.collections if isinstance(c, PolyCollection)]
     width = np.ptp(bar.get_paths()[0].vertices[:, 0])
@@ -186,9 +180,8 @@ def test_the_bar_of_a_lone_row_is_narrow(made):
 
 def test_a_descending_grid_is_drawn_ascending(made):
     dataset = made["line"][1]
-    with house_style():
-        up = draw("sweep", dataset)
-        down = draw("sweep", dataset.isel(nu=slice(None, None, -1)))
+    up = draw("sweep", dataset)
+    down = draw("sweep", dataset.isel(nu=slice(None, None, -1)))
     for one, two in zip(up.axes, down.axes, strict=True):
         assert one.get_xlim() == two.get_xlim()
         for line, other in zip(one.lines, two.lines, strict=True):
@@ -213,16 +206,14 @@ def test_negative_states_at_the_section_are_drawn(made):
 
 
 def test_a_sweep_of_one_point(made):
-    with house_style():
-        figure = draw("sweep", made["line"][1].isel(nu=[30]))
-        figure.draw_without_rendering()
+    figure = draw("sweep", made["line"][1].isel(nu=[30]))
+    figure.draw_without_rendering()
     assert "two-sided" in words(figure)
 
 
 def test_maps_are_pixels_and_say_where_there_is_no_value(figures, made):
-    with house_style():
-        drawn = draw_quantity_maps(made["map"][1], ["impact_velocity_max", "displacement_mean"])
-        drawn.draw_without_rendering()
+    drawn = draw_quantity_maps(made["map"][1], ["impact_velocity_max", "displacement_mean"])
+    drawn.draw_without_rendering()
     assert len(figures["map"].findobj(QuadMesh)) == 1
     meshes = [mesh for ax in drawn.axes[::2] for mesh in ax.findobj(QuadMesh)]
     assert len(meshes) == 3

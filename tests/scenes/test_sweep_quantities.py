@@ -14,7 +14,6 @@ from sampling import sampled
 
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
-from vibropipe.figures.style import house_style
 from vibropipe.report.findings import place_texts
 from vibropipe.scenes.sweep.captions import (
     describe_map,
@@ -72,9 +71,8 @@ def test_a_sweep_of_one_parameter_shows_what_a_design_needs():
 
 def test_lines_are_named_where_they_are_and_names_do_not_overlap():
     dataset = sweep(f=[0.1, 0.2, 0.5])
-    with house_style():
-        figure = draw_sweep(dataset)
-        figure.draw_without_rendering()
+    figure = draw_sweep(dataset)
+    figure.draw_without_rendering()
     main = figure.axes[0]
     names = [
         text
@@ -93,9 +91,8 @@ def test_lines_are_named_where_they_are_and_names_do_not_overlap():
 
 
 def test_bars_are_aligned_with_the_panels():
-    with house_style():
-        figure = draw("sweep", sweep())
-        figure.draw_without_rendering()
+    figure = draw("sweep", sweep())
+    figure.draw_without_rendering()
     boxes = [ax.get_position().intervalx for ax in figure.axes]
     assert all(np.allclose(box, boxes[0], atol=1e-6) for box in boxes)
     assert len({ax.get_xlim() for ax in figure.axes}) == 1
@@ -193,11 +190,10 @@ def test_regions_are_told_by_the_impacts_on_each_support():
 
 def test_regions_are_labelled_with_shares_and_labels_do_not_overlap():
     dataset = with_impacts(sweep(60, f=np.linspace(0.05, 2, 50), all_regimes=True))
-    with house_style():
-        figure = draw_regime_map(dataset)
-        figure.draw_without_rendering()
-        boxes = [text.get_window_extent() for text in figure.axes[0].texts]
-        frame = figure.axes[0].get_window_extent()
+    figure = draw_regime_map(dataset)
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in figure.axes[0].texts]
+    frame = figure.axes[0].get_window_extent()
     said = words(figure).replace("\n", " ")
     for region in regions_of(dataset)[1]:
         assert f"{region.words} {region.share}" in said or f"{region.words}, {region.share}" in said
@@ -290,9 +286,8 @@ def test_maps_of_several_quantities_and_directions_are_legible(both):
     dataset = sweep(31, **grids, **({} if both else {"delta": [0.0, 0.1]}))
     dataset = followed(dataset) if both else dataset
     show = ["impact_velocity_max", "displacement_mean", "displacement_amplitude"]
-    with house_style():
-        figure = draw_quantity_maps(dataset, show)
-        figure.draw_without_rendering()
+    figure = draw_quantity_maps(dataset, show)
+    figure.draw_without_rendering()
     panels = [ax for ax in figure.axes if ax.findobj(QuadMesh) and len(ax.texts) >= 2]
     assert len(panels) == 8
     titles = [text.get_text() for ax in panels for text in ax.texts]
@@ -320,9 +315,8 @@ def test_outlines_lie_between_regions_and_leave_speckles_out():
 def test_three_parameters_are_legible_multiples_on_a_page(count, drawn):
     lines = [0.1, 0.5] if drawn is draw_sweep else np.linspace(0.05, 2, 30)
     dataset = with_impacts(sweep(31, f=lines, delta=np.linspace(0, 0.2, count), all_regimes=True))
-    with house_style():
-        figure = drawn(dataset)
-        figure.draw_without_rendering()
+    figure = drawn(dataset)
+    figure.draw_without_rendering()
     assert figure.get_figheight() * CM_PER_INCH <= PAGE_CM + 0.1
     assert figure.get_figwidth() * CM_PER_INCH == pytest.approx(WIDE)
     assert min(text.get_fontsize() for text in texts(figure)) >= SMALL

@@ -8,7 +8,7 @@ from figures.sample_datasets import Scene
 from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
-from vibropipe.figures.style import house_style, save
+from vibropipe.figures.style import save
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.accuracy.report import REPORT, answers_of_scene, asked_answer
 from vibropipe.scenes.accuracy.text import answers, times_table, title_of
@@ -95,8 +95,7 @@ def test_a_page_holds_the_panels_and_no_type_is_too_small(work_precision, amount
     width, height = figure.get_size_inches() * CM_PER_INCH
     assert width == pytest.approx(WIDE)
     assert height <= 11
-    with house_style():
-        figure.draw_without_rendering()
+    figure.draw_without_rendering()
     for ax in figure.axes:
         for text in ax.texts:
             box = text.get_window_extent()
@@ -166,9 +165,8 @@ def test_a_motion_in_closed_form_is_named(work_precision):
 
 
 def test_what_is_asked_is_drawn_beside_what_is_estimated_and_reached(asked):
-    with house_style():
-        picture = picture_of("accuracy", asked, "asked")
-        errors, times = picture.draw(asked, None, {}).axes
+    picture = picture_of("accuracy", asked, "asked")
+    errors, times = picture.draw(asked, None, {}).axes
     kept, refused = (
         [line.get_xdata().tolist() for line in lines_of(errors, "D") if is_hollow(line) == hollow]
         for hollow in (False, True)
@@ -221,9 +219,8 @@ def test_both_pictures_can_be_chosen_and_time_over_error_is_the_default():
 def test_two_runs_of_the_drawing_give_the_same_bytes(work_precision, tmp_path):
     written = []
     for folder in ("one", "two"):
-        with house_style():
-            figure = picture_of("accuracy", work_precision).draw(work_precision, None, {})
-            written.append(
-                [path.read_bytes() for path in save(figure, tmp_path / folder, "work_precision")]
-            )
+        figure = picture_of("accuracy", work_precision).draw(work_precision, None, {})
+        written.append(
+            [path.read_bytes() for path in save(figure, tmp_path / folder, "work_precision")]
+        )
     assert written[0] == written[1]

@@ -1,4 +1,4 @@
-"""What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals."""
+"""What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals, lines."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from vibropipe.scenes.branch.answers import (
 )
 from vibropipe.scenes.branch.answers import together_answer as branch_together
 from vibropipe.scenes.branch.curves import REACHED, draw_branches
-from vibropipe.scenes.branch.lines import Stretch
+from vibropipe.scenes.branch.lines import Stretch, velocities_of
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
 from vibropipe.words.bifurcations import Bifurcation
@@ -200,3 +200,29 @@ def test_where_motions_are_lopsided_is_told_if_nothing_else_coexists():
 def test_mirror_images_are_named_in_the_table():
     (row,) = stable_table("s", with_a_fold(mirrored())).rows
     assert row[0] == "both supports, once a period (mirror images)"
+
+
+def test_lines_of_impacts_cross_instead_of_turning_back():
+    along = np.linspace(-1, 1, 9)
+    first, second = 0.4 + 0.1 * along, 0.4 - 0.1 * along
+    # From the sixth point on the orbit begins with its second impact.
+    orbits = [
+        (a, b) if n < 5 else (b, a) for n, (a, b) in enumerate(zip(first, second, strict=True))
+    ]
+    dataset = xr.Dataset(
+        {"impact_velocity": ("impact", np.ravel(orbits)), "row_size": ("point", np.full(9, 2))},
+        {"branch_id": ("point", np.zeros(9, int))},
+    )
+    np.testing.assert_array_equal(velocities_of(dataset), np.stack([first, second], axis=1))
+
+
+def test_a_branch_of_its_own_begins_anew():
+    dataset = xr.Dataset(
+        {
+            "impact_velocity": ("impact", [0.3, 0.2, -0.4, 0.2, 0.3]),
+            "row_size": ("point", [2, 1, 2]),
+        },
+        {"branch_id": ("point", [0, 0, 1])},
+    )
+    expected = [[0.3, 0.2], [0.4, np.nan], [0.2, 0.3]]
+    np.testing.assert_array_equal(velocities_of(dataset), expected)

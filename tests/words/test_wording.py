@@ -1,4 +1,4 @@
-"""Amounts agree with their nouns in every text."""
+"""Amounts agree with their nouns in every text, and columns are aligned."""
 
 import numpy as np
 import pytest
@@ -16,7 +16,7 @@ from vibropipe.store.atomic import StoreError
 from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
 from vibropipe.words.quantities import REGIMES
-from vibropipe.words.wording import count, series, share
+from vibropipe.words.wording import aligned, count, series, share
 
 
 def study_with(**scenes):
@@ -76,3 +76,12 @@ def test_one_case_and_one_bound():
     passed = xr.Dataset({"passed": (("case", "solver"), np.array([[1]], np.int8))})
     assert on_cases(passed).lead == "1 case: every bound is kept."
     assert on_cases(passed * 0).lead == "1 case: 1 bound exceeded."
+
+
+def test_columns_are_as_wide_as_their_widest_cell():
+    assert aligned([("a", "bb", "c"), ("long", "b", "")]) == ["a     bb  c", "long  b"]
+
+
+def test_an_accent_takes_no_column():
+    dotted = "x\u0307"
+    assert aligned([(dotted, "1"), ("xy", "2")]) == [f"{dotted}   1", "xy  2"]

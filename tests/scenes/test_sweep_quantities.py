@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import xarray as xr
-from drawing import draw, lightness
+from drawing import draw
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
 from matplotlib.collections import QuadMesh
@@ -14,6 +14,7 @@ from sampling import sampled
 
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
+from vibropipe.figures.palette import lightness
 from vibropipe.report.findings import place_texts
 from vibropipe.scenes.sweep.captions import (
     describe_map,

@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
+from drawing import caption, draw
 from study_texts import faults, study_of
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.jobs.reporting import report_data
 from vibropipe.scenes.registry import kind_of
 
@@ -46,14 +46,12 @@ def test_a_scene_has_the_curves_of_the_call(tmp_path):
     for name in ("nu", "me", "f", "boundary_kind", "impact_velocity_max"):
         np.testing.assert_array_equal(dataset[name], expected[name])
     np.testing.assert_array_equal(dataset.me.attrs["box"], [0.2, 0.8])
-    (picture,) = kind_of(scene).pictures
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, {})
-    assert figure.axes[0].get_ylabel() == "me"
-    assert figure.axes[0].get_ylim() == (0.2, 0.8)
-    caption = picture.describe(dataset, scene.figure, {})
-    assert "over ν and me" in caption
-    assert "Tied: R2 = R1, f = me * nu**2." in caption
+    (ax,) = draw("boundary", dataset, scene.figure).axes
+    assert ax.get_ylabel() == "me"
+    assert ax.get_ylim() == (0.2, 0.8)
+    text = caption(scene, dataset, {})
+    assert "over ν and me" in text
+    assert "Tied: R2 = R1, f = me * nu**2." in text
     assert report_data(study, {"s": dataset}, {})
 
 

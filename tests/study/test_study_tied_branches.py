@@ -3,10 +3,10 @@
 import numpy as np
 import pytest
 import xarray as xr
+from drawing import caption, draw
 from study_texts import faults, study_of
 
 import vibropipe as vp
-from vibropipe.figures.style import house_style
 from vibropipe.jobs.reporting import report_data
 from vibropipe.scenes.branch.curves import VALUE
 from vibropipe.scenes.registry import kind_of
@@ -47,14 +47,12 @@ def test_a_further_name_of_ones_own_has_a_branch_at_each_value(tmp_path):
         assert (own.h.values == 2 * zeta).all()
     assert dataset.attrs["ties"] == "R2 = R1; f = 0.3 * nu**2; h = 2 * zeta"
     assert dataset.zeta.attrs["long_name"] == "zeta"
-    (picture,) = kind_of(scene).pictures_of(dataset)
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, {})
+    figure = draw("branch", dataset, scene.figure)
     written = {
         each.get_text() for ax in figure.axes for each in ax.texts if each.get_gid() == VALUE
     }
     assert written == {"zeta = 0.08", "zeta = 0.1"}
-    assert "f = 0.3 * nu**2" in picture.describe(dataset, scene.figure, {})
+    assert "f = 0.3 * nu**2" in caption(scene, dataset, {})
     assert report_data(study, {"s": dataset}, {})
 
 
@@ -69,9 +67,7 @@ def test_a_name_of_ones_own_is_followed(tmp_path, more):
     exciter = vp.Exciter(l=0.5, R1=0.7, nu=1.05)
     expected = vp.branch(exciter, "zeta", (0.03, 0.1), harmonics=3, ties=TIES, **options)
     xr.testing.assert_identical(dataset.drop_vars("from_rest"), expected)
-    (picture,) = kind_of(scene).pictures_of(dataset)
-    with house_style():
-        figure = picture.draw(dataset, scene.figure, {})
+    figure = draw("branch", dataset, scene.figure)
     assert figure.axes[-1].get_xlabel() == "zeta"
     assert report_data(study, {"s": dataset}, {})
     assert {"damping", "forcing", "restitution"} <= {*scene.called_effects()}

@@ -13,7 +13,17 @@ import numpy as np
 
 from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
+from vibropipe.march.piece_log import (
+    CAUSE,
+    ENTER,
+    HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
+    IMPACT,
+    REST_BEGINS,
+    STICK,
+    TURN,
+)
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
 from vibropipe.orbits.branches.symmetry import halves_agree, primitive
@@ -56,6 +66,8 @@ NEAR_HALVES = 0.03
 NEAR_END = 1e-3
 # Condition, of scale 1, at unknowns that lie on a boundary.
 ON_BOUNDARY = 1e-6
+# Pieces of a flight, parted by events of a housing, on which a touch is sought.
+MAX_MOVES = 3
 # Steps between known points and another of the same parameters, and the longest, in those of a boundary.
 MAX_STEPS, FAR, NEAREST = 6, 4.0, 4
 # Weighted distance of parameters, and relative difference of trace and determinant, of points that are one.
@@ -161,13 +173,17 @@ class LawBoundary(LawZeros):
 
     def _gap(self, u: np.ndarray) -> float:
         """Return the least gap of the flight that touches a support, and note when it is there."""
-        piece, side, time = self.touched
-        gap, time = gap_of_piece(
-            self.effects, self.parameters_of(u), self.sequence, int(piece), self.events_of(u),
-            int(side), time, self.is_turn,
-        )  # fmt: skip
-        self.touched = piece, side, time
-        if self.touch[0] == piece:
+        p, law, events = self.parameters_of(u), self.sequence, self.events_of(u)
+        gap, is_own = math.nan, self.touch[0] == self.touched[0]
+        for _ in range(MAX_MOVES):
+            piece, side, time = int(self.touched[0]), int(self.touched[1]), self.touched[2]
+            gap, time = gap_of_piece(self.effects, p, law, piece, events, side, time, self.is_turn)
+            self.touched = piece, side, time
+            beside = None if self.is_turn else touch_beside(law, events, piece, side, time)
+            if beside is None:
+                break
+            self.touched = beside
+        if is_own:
             self.touch = self.touched
         return gap
 
@@ -259,6 +275,27 @@ class LawBoundary(LawZeros):
             for support in {home, 3 - home if self.sequence.mirrored else home}:
                 fastest[support - 1] = max(fastest[support - 1], speed)
         return fastest
+
+
+def touch_beside(
+    law: Law, events: np.ndarray, piece: int, side: int, time: float
+) -> tuple[float, float, float] | None:
+    """Return a touch as that of the piece beside, of the same flight, where its time lies on that; None if not.
+
+    events : (n, w), the unknowns of events
+    """
+    kinds, n = law.codes[:, CAUSE], len(law.codes)
+    following = (piece + 1) % n
+    end = events[following, 0] + (law.span if following == 0 else 0.0)
+    if time > end and kinds[following] in (HOUSING_SLIP, HOUSING_STOP):
+        back = following == 0
+        side = 3 - side if back and law.mirrored else side
+        return following, side, time - law.span if back else time
+    if time <= events[piece, 0] and kinds[piece] in (HOUSING_SLIP, HOUSING_STOP):
+        back = piece == 0
+        side = 3 - side if back and law.mirrored else side
+        return (piece - 1) % n, side, time + law.span if back else time
+    return None
 
 
 class Grazing(NamedTuple):

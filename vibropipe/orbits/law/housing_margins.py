@@ -13,7 +13,6 @@ from vibropipe.march.piece_log import (
     HOUSING_SLIP,
     HOUSING_STOP,
     IMPACT,
-    REST_BEGINS,
     RESTING,
 )
 from vibropipe.orbits.law.law import SECTION, WAY, way_before
@@ -69,10 +68,6 @@ def of_housing_event(e, p, law, u, i, start, margins) -> None:
         note_hold(p, i, push, start.t, margins)
     elif kind == HOUSING_SLIP:
         note(margins, HOUSING_HOLD, way * rate, i, NO_SIDE, start.t)
-    elif kind == REST_BEGINS:
-        # The chatter moves the mass both ways, first as fast as it leaves.
-        speed = law.codes[i, WAY] * momentum_after(e, p, law, i, u).q - start.w
-        note(margins, HOUSING_SLIDE, speed, i, UPPER, start.t)
     elif kind == IMPACT:
         speed = law.codes[i, WAY] * (momentum_after(e, p, law, i, u).q - start.w)
         note(margins, HOUSING_SLIDE, speed, i, UPPER, start.t)

@@ -9,8 +9,9 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.law.law import WAY
+from vibropipe.orbits.law.momentum import momentum_rate
 from vibropipe.orbits.law.sliding import carried, way_of
-from vibropipe.orbits.law.states import hold_force, sign_of
+from vibropipe.orbits.law.states import hold_force, momentum_after, sign_of
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.friction import hold_of
 from vibropipe.physics.housing import times_force
@@ -57,6 +58,23 @@ def landing_of(e, p, law, i, t, w):
         t += span
         w *= R
     return np.inf, first
+
+
+@jit
+def least_slide(e, p, law, i, u, w, landing, share) -> float:
+    """Return the least speed over c of a housing that slides through a chatter of speeds from w on.
+
+    Speeds and flights shrink as powers of one factor, but for `share`: the speed of the housing is least before the
+    first impact or at the end. landing, share : of `landing_of`
+    """
+    if not landing < np.inf:
+        return -np.inf
+    home, way = law.codes[i, HOME], law.codes[i, WAY]
+    value, _stiffness, _rate = hold_force(e, p, law, i, u[i, 0])
+    factor = (p.R1 if home == 1 else p.R2) * math.sqrt((value + p.friction) / (value - p.friction))
+    speed = way * momentum_after(e, p, law, i, u).q
+    loss = max(-way * momentum_rate(p, law, i), 0.0) * landing * forcing_period(p)
+    return min(speed - (1.0 + share) * (w + loss * (1.0 - factor)), speed - loss)
 
 
 @jit

@@ -30,13 +30,14 @@ from vibropipe.orbits.law.housing_margins import (
     of_housing_between,
     of_housing_event,
 )
-from vibropipe.orbits.law.landing import LONG_HOP, landing_of
-from vibropipe.orbits.law.law import SECTION, acts_in, ends_force, frame_before, is_contact
+from vibropipe.orbits.law.landing import LONG_HOP, landing_of, least_slide
+from vibropipe.orbits.law.law import SECTION, WAY, acts_in, ends_force, frame_before, is_contact
 from vibropipe.orbits.law.least import (
     CHATTER,
     FORCE,
     GAP,
     HOLD,
+    HOUSING_SLIDE,
     KINDS,
     LOWER,
     NO_SIDE,
@@ -87,7 +88,7 @@ def fill_margins(e, p, law, u, c, margins) -> None:
         if not turns > 0.0:
             continue
         if e.rest is not None and law.codes[i, FORM] == RESTING:
-            of_rest(e.rest, e, p, law, i, start, turns, margins)
+            of_rest(e.rest, e, p, law, i, u, start, turns, margins)
         elif e.friction is not None and law.codes[i, FORM] == HELD:
             of_held(e.friction, e, p, law, i, start.y, start.t, turns, margins)
         else:
@@ -185,7 +186,7 @@ def of_held(effect, e, p, law, i, y, t, turns, margins) -> None:
 
 
 @jit
-def of_rest(effect, e, p, law, i, start, turns, margins) -> None:
+def of_rest(effect, e, p, law, i, u, start, turns, margins) -> None:
     """Note by how much a chatter lands before the release, and how short its first flight is that no event counts."""
     if effect is None:
         return
@@ -194,6 +195,9 @@ def of_rest(effect, e, p, law, i, start, turns, margins) -> None:
         value, _stiffness, _rate = hold_force(e, p, law, i, start.t)
         note(margins, HOLD, hold_of(e, p) - value, i, NO_SIDE, start.t)
     landing, share = landing_of(e, p, law, i, start.t, start.w)
+    if e.housing is not None and law.codes[i, CAUSE] == REST_BEGINS and law.codes[i, WAY] != 0:
+        slide = least_slide(e, p, law, i, u, start.w, landing, share)
+        note(margins, HOUSING_SLIDE, slide, i, UPPER, start.t)
     note(margins, SPAN, turns - landing, i, CHATTER, start.t)
     note(margins, SPAN, LONG_HOP - share, i, CHATTER, start.t)
     if landing < turns:

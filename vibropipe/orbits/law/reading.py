@@ -39,7 +39,7 @@ from vibropipe.march.piece_log import (
     W,
     Y,
 )
-from vibropipe.orbits.law.landing import landing_of
+from vibropipe.orbits.law.landing import landing_of, least_slide
 from vibropipe.orbits.law.law import WAY, Law, width_of
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import Effects
@@ -207,7 +207,7 @@ def _with_housing(
 def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
     """Return events with each chatter cut before its first short flight, where the rest then counts as begun."""
     kept, tail = list[_Event](), False
-    for event in reversed(events):
+    for n, event in reversed([*enumerate(events)]):
         kind, home = int(event.codes[CAUSE]), int(event.codes[HOME])
         if kind == REST_BEGINS:
             tail = True
@@ -217,7 +217,8 @@ def _without_tails(e: Effects, events: list[_Event], p: Any) -> list[_Event]:
         elif tail and kind == IMPACT and home == kept_home(kept):
             begun = event._replace(codes=event.codes.copy())
             begun.codes[:WAY] = REST_BEGINS, RESTING, home, 0
-            if is_short(e, begun, p):
+            held = n > 0 and len(begun.codes) > WAY and events[n - 1].codes[WAY] == 0
+            if is_short(e, begun._replace(third=begun.own) if held else begun, p):
                 while kept and kept[-1].codes[CAUSE] in (TURN, REST_BEGINS):
                     kept.pop()
                 kept.append(begun)
@@ -245,11 +246,18 @@ def kept_home(kept: list[_Event]) -> int:
 
 
 def is_short(e: Effects, begun: _Event, p: Any) -> bool:
-    """Return whether the first flight after an impact is so short that no event needs to count it."""
+    """Return whether the first flight after an impact is so short that no event needs to count it.
+
+    A housing has to slide on through all that follow.
+    """
     home = int(begun.codes[HOME])
     speed = (p.R1 if home == 1 else p.R2) * abs(begun.own)
     law = Law(begun.codes[np.newaxis], 1.0, 0)
-    _landing, share = landing_of(e, p, law, 0, begun.at, speed)
+    landing, share = landing_of(e, p, law, 0, begun.at, speed)
+    if e.housing is not None:
+        u = np.array([[begun.at, begun.own, begun.third]])
+        if not least_slide(e, p, law, 0, u, speed, landing, share) > 0.0:
+            return False
     return bool(share < COUNTED)
 
 

@@ -9,7 +9,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import LawBoundary, touching
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
 from vibropipe.orbits.boundaries.search import (
     SWITCHED,
@@ -20,6 +20,7 @@ from vibropipe.orbits.boundaries.search import (
 )
 from vibropipe.orbits.boundaries.seeds import KINDS, MAX_CONTACTS, begin_at, begin_law, settled
 from vibropipe.orbits.boundaries.system import GRAZINGS
+from vibropipe.orbits.boundaries.touches import touching
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.tree import follow_tree

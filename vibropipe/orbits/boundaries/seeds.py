@@ -11,14 +11,9 @@ from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
 from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
-from vibropipe.orbits.boundaries.law_curve import (
-    Grazing,
-    LawBoundary,
-    grazing_at,
-    in_least_periods,
-    touching,
-)
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.boundaries.touches import Grazing, grazing_at, in_least_periods, touching
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.linear import linear_state, linear_touch
 from vibropipe.orbits.branches.sequence import Sequence

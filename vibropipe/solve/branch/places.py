@@ -8,9 +8,10 @@ import numpy as np
 
 from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import Grazing, LawBoundary, grazing_at
+from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.seeds import linear_grazing
 from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.boundaries.touches import Grazing, grazing_at
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import NO_TOUCH

@@ -199,6 +199,15 @@ RETURNING = {
         "grazing",
         ((1.3, 1.76), (0.71, 1.06)),
     ),
+    # A mass that turned against its friction would go on as it was where the housing stops.
+    "rubbed": (
+        vp.Exciter(
+            l=0.5, nu=1.58, f=1.95, h=0.07, R1=0.336, R2=0.327, delta=-0.0826, friction=0.0407,
+            mass_ratio=0.833, housing_friction_1=0.301, housing_friction_2=0.252,
+        ),
+        "grazing",
+        ((1.34, 1.82), (1.56, 2.34)),
+    ),
 }  # fmt: skip
 
 

@@ -12,6 +12,8 @@ from vibropipe.march.piece_log import (
     DIRECTION,
     FORM,
     HOME,
+    HOUSING_SLIP,
+    HOUSING_STOP,
     RELEASE,
     SLIP,
 )
@@ -57,10 +59,11 @@ def of_motion(e, p, law, u, i, start, turns, c, margins) -> None:
         w = of_decaying(e, p, law, u, i, start, flight, c, margins)
     else:
         w = of_steps(e, p, law, u, i, start, flight, min(steps, MAX_STEPS), c, margins)
-    n = law.codes.shape[0]
-    direction = law.codes[i, DIRECTION]
-    if e.friction is not None and p.friction > 0.0 and is_contact(law.codes[(i + 1) % n, CAUSE]):
-        note(margins, SLIDE, direction * w, i, NO_SIDE, start.t + turns)
+    following = law.codes[(i + 1) % law.codes.shape[0], CAUSE]
+    ends_sliding = is_contact(following) or following in (HOUSING_SLIP, HOUSING_STOP)
+    if e.friction is not None and p.friction > 0.0 and ends_sliding:
+        # The speed has no extremum there: the acceleration jumps, or the piece just ends.
+        note(margins, SLIDE, law.codes[i, DIRECTION] * w, i, NO_SIDE, start.t + turns)
 
 
 @jit

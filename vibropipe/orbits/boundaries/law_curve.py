@@ -13,15 +13,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import (
-    CAUSE,
-    ENTER,
-    HOME,
-    IMPACT,
-    REST_BEGINS,
-    STICK,
-    TURN,
-)
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
 from vibropipe.orbits.boundaries.curve import TOUCHES, Box
 from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
 from vibropipe.orbits.boundaries.touches import touch_beside
@@ -99,8 +91,8 @@ class LawBoundary(LawZeros):
         kinds = law.codes[:, CAUSE]
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
         # An orbit without contacts touches the nearer support, or both at once.
-        alone = kind != GRAZINGS or law.has_contacts
-        self.touch = touch if alone else (of.ANY, 0.0, AT_ONCE * self.size)
+        grazes_alone = kind == GRAZINGS and not law.has_contacts
+        self.touch = (of.ANY, 0.0, AT_ONCE * self.size) if grazes_alone else touch
 
     def with_sequence(self, sequence: Any) -> LawBoundary:  # noqa: D102 - as Curve
         return LawBoundary(self.box, self.kind, sequence, self.touched, self.scales, self.marcher)

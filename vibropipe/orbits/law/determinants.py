@@ -9,7 +9,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.law.elimination import solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks
-from vibropipe.orbits.law.law import width_of
+from vibropipe.orbits.law.law import set_unknowns, width_of
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.saltation import product
 
@@ -162,20 +162,11 @@ def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None
     is_unit : bool
     """
     n, columns = law.codes.shape[0], np.zeros(0, np.int64)
-    width = width_of(e.housing)
-    events = np.empty((n, width))
+    events = np.empty((n, width_of(e.housing)))
     for k in range(u.size):
         ends = 0.0
         for sign in (1.0, -1.0):
-            for i in range(n):
-                for j in range(width):
-                    events[i, j] = u[j * n + i]
-            for j in range(along.size):
-                values[0, along[j]] = u[width * n + j]
-            if k < width * n:
-                events[k % n, k // n] += sign * steps[k]
-            else:
-                values[0, along[k - width * n]] += sign * steps[k]
+            set_unknowns(values, along, u, events, k, sign * steps[k])
             fill_blocks(e, row_parameters(values, 0), law, events, columns, blocks)
             unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest, e.housing)
             ends += sign * (unit if is_unit else doubling)

@@ -6,7 +6,7 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import CAUSE, CONTACT, DIRECTION, FORM, HELD, HOME
-from vibropipe.orbits.law.law import SECTION, WAY, width_of
+from vibropipe.orbits.law.law import SECTION, WAY, set_unknowns, width_of
 from vibropipe.orbits.law.sliding import carried, carried_by, pull_of, way_of
 from vibropipe.orbits.law.states import departure, momentum_after, reference_of, sign_of
 from vibropipe.orbits.row import row_parameters
@@ -178,14 +178,7 @@ def fill_gap_slopes(e, values, along, law, u, i, support, time, at_start: bool, 
             continue
         ends = 0.0
         for sign in (1.0, -1.0):
-            for j in range(width):
-                events[i, j] = u[j * n + i]
-            for j in range(along.size):
-                values[0, along[j]] = u[width * n + j]
-            if k < width * n:
-                events[i, k // n] += sign * steps[k]
-            else:
-                values[0, along[k - width * n]] += sign * steps[k]
+            set_unknowns(values, along, u, events, k, sign * steps[k])
             p = row_parameters(values, 0)
             ends += sign * gap_of_piece(e, p, law, i, events, support, time, at_start)[0]
         slope[k] = ends / (2.0 * steps[k])

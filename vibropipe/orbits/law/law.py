@@ -129,6 +129,25 @@ def width_of(housing):
 
 
 @jit
+def set_unknowns(values, along, u, events, k, moved) -> None:
+    """Set events (n, w) and parameters, in `values` (1, parameters) at `along`, from unknowns of which one has moved.
+
+    u : (w n + parameters,) float, in the order of a curve: each part of all events in turn
+    k, moved : number of the one that moves, and by how much
+    """
+    n, width = events.shape
+    for i in range(n):
+        for j in range(width):
+            events[i, j] = u[j * n + i]
+    for j in range(along.size):
+        values[0, along[j]] = u[width * n + j]
+    if k < width * n:
+        events[k % n, k // n] += moved
+    else:
+        values[0, along[k - width * n]] += moved
+
+
+@jit
 def is_contact(kind) -> bool:
     """Return whether an event is that the mass arrives at a support, or leaves a soft one."""
     return kind in (ENTER, LEAVE, IMPACT, REST_BEGINS)

@@ -97,7 +97,7 @@ def of_decaying(e, p, law, u, i, start, flight, c, margins) -> float:
         decay = decay_of(y, w, force, flight.load, flight.stiffness, flight.damping, p, second)
         dt = min(REACH / decay.rate, rest)
         if step >= MAX_DECAYING:
-            # It does not decay: an orbit so far from rounding has other margins that are least.
+            # What stays alive is looked at in longer steps, each from its exact state.
             dt = max(dt, rest / max(MAX_STEPS - step, 1.0))
         if decay.kind == ALIVE:
             piece_taylor(

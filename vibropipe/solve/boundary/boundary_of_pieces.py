@@ -119,7 +119,8 @@ def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:
 def _without_unit(multipliers: np.ndarray) -> np.ndarray:
     """Return multipliers (n, 3) without the one of each that is 1 or -1, (n, 2)."""
     away = np.minimum(np.abs(multipliers - 1.0), np.abs(multipliers + 1.0))
-    return np.array([np.delete(*row) for row in zip(multipliers, away.argmin(axis=1), strict=True)])
+    at = away.argmin(axis=1)
+    return np.array([np.delete(row, unit) for row, unit in zip(multipliers, at, strict=True)])
 
 
 def label_points(boundary: Boundary) -> Variables:

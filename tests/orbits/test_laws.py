@@ -247,3 +247,14 @@ def test_an_orbit_that_rests_has_its_section_there(load, f, nu):
     for name in ("displacement_strobe", "velocity_strobe"):
         assert float(point[name]) == pytest.approx(float(marched[name]), abs=1e-12)
     np.testing.assert_array_equal(branch.rests_per_orbit[:, 0], 1)
+
+
+def test_impacts_that_are_counted_of_a_chatter_are_no_change():
+    """Towards the border of its rests more impacts of a chatter are counted, 3, 9 and 10, of one motion."""
+    exciter = vp.Exciter(l=0.5, nu=0.3, f=0.9, h=0.1, R1=0.6, R2=0.5, friction=0.03)
+    branch = vp.branch(exciter, "nu", (0.25, 0.3734))
+    assert branch.sizes["bifurcation"] == 0
+    assert np.ptp(branch.nu.values) == pytest.approx(0.1234)
+    np.testing.assert_array_equal(branch.rests_per_orbit, 1)
+    beyond = vp.branch(exciter, "nu", (0.25, 0.38))
+    assert beyond.sizes["bifurcation"] > 0

@@ -10,7 +10,18 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.follower import FIRST_LENGTH
 from vibropipe.continuation.path import LIMIT, Event, Path
-from vibropipe.march.piece_log import CAUSE, CONTACT, ENTER, FORM, FREE, HOME, IMPACT, LEAVE, TURN
+from vibropipe.march.piece_log import (
+    CAUSE,
+    CONTACT,
+    ENTER,
+    FORM,
+    FREE,
+    HOME,
+    IMPACT,
+    LEAVE,
+    REST_BEGINS,
+    TURN,
+)
 from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halves_agree
@@ -21,7 +32,7 @@ from vibropipe.orbits.law.edits import edits
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import law_from, reference_of
 from vibropipe.orbits.law.law import SECTION, Law, without_events
-from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
+from vibropipe.orbits.law.steps import GAP, GAP_FLIGHT, MARGIN, SPEED
 
 # Lengths from the end of a law at which the next one is tried, and the largest distance of its first orbit from it.
 TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3
@@ -63,7 +74,10 @@ def follow_laws(
                 path.events[-1], path.end = path.events[-1]._replace(reason="halved"), "halved"
             return path
         last = len(path.points) - 1
-        path.events[-1] = Event("change", "", last)
+        if is_same_chatter(path.points[-1], after):
+            path.events.pop()
+        else:
+            path.events[-1] = Event("change", "", last)
         if not curve.problem.low < after.value < curve.problem.high:
             path.end = LIMIT
             return path
@@ -79,6 +93,18 @@ def follow_laws(
     if path.end in ("gap", "speed"):
         path.events[-1], path.end = path.events[-1]._replace(reason=""), "points"
     return path
+
+
+def is_same_chatter(point: Point, after: Point) -> bool:
+    """Return whether the law after a point counts more or fewer impacts of a chatter as events, and nothing else.
+
+    A chatter has impacts without end; how many are counted is a matter of digits, and the motion is as before.
+    """
+    law, other = point.curve.sequence, after.curve.sequence
+    is_chatter = law.codes[int(point.tests[GAP_FLIGHT]), CAUSE] == REST_BEGINS
+    if not is_chatter or int(point.tests[MARGIN]) not in (of.SPAN, of.HOUSING_SLIDE):
+        return False
+    return bool(law.without_chatters.key == other.without_chatters.key)
 
 
 def _is_again(point: Point, before: Point) -> bool:

@@ -97,6 +97,22 @@ class Law(NamedTuple):
         return Law(codes, 0.5 * m if mirrored else float(m), mirrored)
 
     @property
+    def without_chatters(self) -> Law:
+        """The law without the impacts, and turns, on a support that lead to a rest on it."""
+        rests = np.flatnonzero(self.codes[:, CAUSE] == REST_BEGINS)
+        if rests.size == 0:
+            return self
+        kept, home, listed = [], 0, self.codes
+        if not self.mirrored:
+            # From the last rest backwards, once round.
+            listed = np.roll(listed, -int(rests[-1]) - 1, axis=0)
+        for codes in listed[::-1]:
+            if codes[CAUSE] not in (IMPACT, TURN) or codes[HOME] != home:
+                kept.append(codes)
+                home = int(codes[HOME]) if codes[CAUSE] == REST_BEGINS else 0
+        return self._replace(codes=np.array(kept[::-1], np.int8))
+
+    @property
     def key(self) -> tuple[float, int, bytes]:
         """What tells laws apart: no matter which event is listed first."""
         n = len(self.codes)

@@ -16,7 +16,8 @@ from vibropipe.report.parts import Answer
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, reached, tables
-from vibropipe.scenes.design.workshop import percent, shown_tolerance, sorting_text
+from vibropipe.scenes.design.sorting_words import foretold_by, percent, sorting_text
+from vibropipe.scenes.design.workshop import shown_tolerance
 from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.solve.physical import in_units
@@ -125,7 +126,7 @@ def test_needed_tolerances_hold_at_random_corners(dataset):
 def test_the_sorting_rule_in_the_report_sorts_random_parts():
     scene = study_of_text(FAILING, "wanted").scenes["loose"]
     dataset = kind_of(scene).solve(scene)
-    best = dataset.attrs["foretold_by"]
+    (best,) = dataset["foretold_by"].values
     assert best == "impact_velocity_max_1"
     text = answers({"loose": dataset})["loose"][0].rest
     rule = re.search(
@@ -156,7 +157,7 @@ def test_the_sorting_rule_in_the_report_sorts_random_parts():
         room = 4 * np.sqrt(wrong * (100 - wrong) / n)
         assert low - room < wrong < high + room
         assert high < 100 * (1 - good.mean())  # to take all parts is worse
-    nothing = dataset.assign_attrs(foretold_by="no single quantity")
+    nothing = dataset.assign(foretold_by=("design", ["no single quantity"]))
     rest = answers({"loose": nothing})["loose"][0].rest
     assert "No single measured quantity foretells which parts do." in rest
 
@@ -172,8 +173,47 @@ def test_the_sorting_rule_of_a_study_with_units_is_told_in_them():
     )
 
 
+def test_the_table_has_the_rule_and_the_nearest_limit_of_each_design():
+    scene = study_of_text(FAILING.replace("designs: 1", "designs: 3"), "wanted").scenes["loose"]
+    found = kind_of(scene).solve(scene)
+    assert found.sizes["design"] > 1
+    (table,) = (each for each in tables({"loose": found}) if "what they are told by" in each.title)
+    for row, cells in enumerate(table.rows):
+        design = found.isel(design=row)
+        assert cells[1] == percent(float(design["yield"]))
+        best = str(design.foretold_by.values)
+        if best == "no single quantity":
+            assert cells[2:5] == [best, "–", "–"]
+            continue
+        stem, _, index = best.rpartition("_")
+        rule = {
+            name: float(design[f"{stem}_sort_{name}"][int(index) - 1])
+            for name in ("threshold", "area", "wrong_low", "wrong_high")
+        }
+        side, cut = cells[3].replace("−", "-").split()[:2]
+        assert side == ("above" if rule["area"] > 0.5 else "below")
+        assert float(cut) == pytest.approx(rule["threshold"], rel=1e-4)
+        low, high = (float(each) / 100 for each in cells[4].removesuffix(" %").split(" to "))
+        assert low <= rule["wrong_low"] <= rule["wrong_high"] <= high
+        std = design.sel(estimate="first_order")
+        away = {
+            "largest impact velocity at support 1": (0.95 - std.impact_velocity_max[0])
+            / std.impact_velocity_max_std[0],
+            "mean displacement": (std.displacement_mean + 0.1) / std.displacement_mean_std,
+        }  # fmt: skip
+        nearest = min(away, key=lambda name: float(away[name]))
+        assert cells[5] == nearest
+        assert float(cells[6]) == pytest.approx(float(away[nearest]), rel=0.1)
+
+
+def test_files_of_earlier_versions_name_what_foretells_in_an_attribute():
+    earlier = xr.Dataset({"yield": ("design", [0.9, 1.0])}, attrs={"foretold_by": "f; nu"})
+    assert foretold_by(earlier) == ["f", "nu"]
+    assert foretold_by(earlier.drop_attrs()) == [NO_RULE] * 2
+
+
 def test_without_failing_parts_the_report_has_no_rule(dataset):
-    assert dataset.attrs["foretold_by"] == "; ".join([NO_RULE] * 2)
+    assert dataset["foretold_by"].values.tolist() == [NO_RULE] * 2
     assert not [name for name in dataset if "_sort_" in name]
     assert "finished parts" not in answers({"shifted": dataset})["shifted"][0].rest
 
@@ -323,7 +363,7 @@ def test_designs_at_the_ends_of_their_ranges_are_said_to_be(R1, lead):
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):
-    designs, tight, _ = (table.as_data() for table in tables({"shifted": dataset}))
+    designs, tight, *_ = (table.as_data() for table in tables({"shifted": dataset}))
     assert len(designs["rows"]) == dataset.sizes["design"]
     # All designs have tolerances; the first line has the deviations.
     assert tight["head"][1:] == ["± ν", "± f", "± h", "± l", "± δ", "± R₁", "± R₂"]

@@ -96,7 +96,7 @@ def in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr.
     except KeyError:
         words, plain = {}, {}
     attrs |= {key: words[key] for key in WORDS if words.get(key) != plain.get(key)}
-    if name in (PARAMETER, "other_parameter"):
+    if name in (PARAMETER, "other_parameter", "foretold_by"):
         data = [physical_name(str(each)) for each in data]
     return xr.Variable(dims, convert(name, data, numbers), attrs)
 

@@ -97,6 +97,37 @@ def test_the_yield_of_a_target_in_closed_form():
     assert high - low == pytest.approx(2 * norm.isf(0.025) * GAIN * sigma, rel=1e-2)
 
 
+def test_the_sorting_rule_of_assumed_scatter_in_closed_form():
+    # Half of the bad parts have too large an amplitude, half too small a one: a threshold sorts one half wrongly.
+    assumed = {"nu": 0.7e-3, "f": 1e-3, "h": 0.1e-3, "l": 5e-3}
+    found = vp.design(
+        LINEAR,
+        {"f": (0.05, 1.0)},
+        {AMPLITUDE: 0.5},
+        allow={AMPLITUDE: 0.002},
+        samples=16,
+        designs=1,
+    )
+    assert {name: pytest.approx(float(found[f"{name}_std"])) for name in assumed} == assumed
+    logs = 2 * 0.7 * (1 - 0.49) - 0.7 * 0.1**2, 1 / float(found.f[0]), -0.1 * 0.49
+    slopes = logs[0] * GAIN**2, logs[1], logs[2] * GAIN**2
+    std = 0.5 * np.linalg.norm(
+        [slope * s for slope, s in zip(slopes, assumed.values(), strict=False)]
+    )
+    bad = norm.sf(0.002 / std)
+    assert float(found["yield"][0]) == pytest.approx(1 - 2 * bad, abs=5e-3)
+    low, high = (
+        float(found[f"displacement_amplitude_sort_wrong_{end}"][0, 0]) for end in ("low", "high")
+    )
+    assert low < bad < high
+    area = float(found.displacement_amplitude_sort_area[0, 0])
+    assert area == pytest.approx(0.5, abs=0.05)
+    cut = float(found.displacement_amplitude_sort_threshold[0, 0])
+    assert abs(cut - 0.5) == pytest.approx(0.002, abs=1e-4)
+    assert found.foretold_by.dims == ("design",)
+    assert "law_change_share" not in found
+
+
 def test_a_bound_is_kept_by_four_deviations():
     # The least force with an amplitude above 0.5: on the bound without scatter, four deviations inside with it.
     bounds = {AMPLITUDE: "> 0.5"}

@@ -13,9 +13,9 @@ from vibropipe.solve.design.sorting import (
     area_under_curve,
     can_sort,
     foretells,
-    over_designs,
     sorting_rule,
     sorting_variables,
+    stacked,
 )
 from vibropipe.solve.rows.named import named
 
@@ -106,7 +106,7 @@ def test_the_best_rule_is_that_of_the_parts_that_do_not_judge_it():
 
 def test_designs_without_a_rule_have_nan_beside_one_with():
     rule = {"f_sort_area": ((), np.array(0.3))}
-    nothing, found = over_designs([{}, rule])
-    assert found is rule
-    assert np.isnan(nothing["f_sort_area"][1])
-    assert over_designs([{}, {}]) == [{}, {}]
+    dims, areas = stacked([{}, rule], "design")["f_sort_area"]
+    assert dims == ("design",)
+    np.testing.assert_array_equal(areas, [np.nan, 0.3])
+    assert stacked([{}, {}], "design") == {}

@@ -27,7 +27,7 @@ from vibropipe.scenes.design.data import (
     wanted_text,
 )
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
-from vibropipe.scenes.design.workshop import percent
+from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.design.tolerance import WORST
 from vibropipe.words.wording import series

@@ -29,6 +29,7 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
     wanted_text,
 )
+from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.design.workshop import (
     MADE,
     PARTS,
@@ -37,7 +38,6 @@ from vibropipe.scenes.design.workshop import (
     kept_words,
     lost_text,
     nominal,
-    percent,
     yield_words,
 )
 from vibropipe.solve.rows.named import OF_LAW

@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -17,10 +16,9 @@ from vibropipe.scenes.design.data import (
     has_yield,
     numbers,
     off_allowed,
-    part_of,
     wanted_parts,
 )
-from vibropipe.solve.design.sorting import NO_RULE
+from vibropipe.scenes.design.sorting_words import Sorting, percent, sorting_of, sorting_text
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.wording import series
 
@@ -162,12 +160,6 @@ def kept_words(dataset: xr.Dataset) -> str:
     return series(kept)
 
 
-def percent(share: float, up: bool = False) -> str:
-    """Write a share in per cent to one decimal, rounded down or up: what is not all is never 100 %."""
-    tenths = math.ceil(1000 * share - 1e-9) if up else math.floor(1000 * share + 1e-9)
-    return f"{tenths / 10:g} %"
-
-
 def makeable(dataset: xr.Dataset) -> Answer:
     """Return how many designs can be made."""
     low = dataset["yield_low"].values
@@ -188,50 +180,71 @@ def makeable(dataset: xr.Dataset) -> Answer:
     return Answer(lead, f"A{parts[1:]} of each, {keep}")
 
 
-def sorting_text(dataset: xr.Dataset) -> str:
-    """Write which quantity of a finished part of the first design foretells that it is good; empty without a rule."""
-    best = str(dataset.attrs.get("foretold_by", NO_RULE)).split("; ")[0]
-    if best == NO_RULE:
-        return ""
-    whose = " of design 1" if dataset.sizes["design"] > 1 else ""
-    part = part_of(dataset, best)
-    if part is None:
-        return f"No single measured quantity foretells which parts{whose} do."
-    threshold, area, low, high = (
-        part.of(dataset, f"_{name}").isel(design=0)
-        for name in ("sort_threshold", "sort_area", "sort_wrong_low", "sort_wrong_high")
-    )
-    side = "above" if float(area) >= 0.5 else "below"
-    value = with_units(threshold, format_number(float(threshold), NOMINAL_DIGITS))
-    wrong = f"{percent(float(low)).removesuffix(' %')} to {percent(float(high), up=True)}"
-    return (
-        f"Of finished parts{whose}, those whose {part.words(dataset)} is {side} {value} count as good; {wrong} of all "
-        "are then sorted wrongly."
-    )
+def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
+    """Return of each of several designs the yield, what foretells which parts are good, and the nearest limit."""
+    if not has_yield(dataset) or dataset.sizes["design"] == 1:
+        return None
+    rules = [sorting_of(dataset, row) for row in range(dataset.sizes["design"])]
+    limits = [nearest_limit(dataset, row) for row in range(len(rules))]
+    has_rule = any(rule is not None for rule in rules)
+    sorting = ["parts are good whose", "is", "sorted wrongly"] * has_rule
+    rows = [
+        [
+            str(n + 1),
+            percent(float(dataset["yield"].values[n])),
+            *sorting_cells(rule)[: len(sorting)],
+            DASH if part is None else part.words(dataset),
+            at_least(away, DIGITS) if np.isfinite(away) else DASH,
+        ]
+        for n, (rule, (part, away)) in enumerate(zip(rules, limits, strict=True))
+    ]
+    note = f"Yield: {yield_words(dataset)}."
+    if has_rule:
+        note += " Sorted wrongly: between which shares of all parts, with 95 % confidence."
+    note += " Away: from the nearest limit of a goal, in standard deviations of its quantity, to first order."
+    title = "How many parts of each design are good, and what they are told by"
+    return Table(
+        ["design", "yield", *sorting, "nearest limit", "away"], rows, note,
+        ("auto", "auto", *("1fr", "auto", "auto")[: len(sorting)], "1fr", "auto"),
+        title=title if has_rule else "How many parts of each design are good", scene=scene,
+    )  # fmt: skip
+
+
+def sorting_cells(rule: Sorting | None) -> list[str]:
+    """Return the cells of a sorting rule: the quantity, on which side of which value, the share sorted wrongly."""
+    if rule is None:
+        return ["too few fail, or do not", DASH, DASH]
+    return [*rule] if rule.words else ["no single quantity", DASH, DASH]
+
+
+def nearest_limit(dataset: xr.Dataset, row: int) -> tuple[Part | None, float]:
+    """Return the quantity whose limit a design is nearest to, None if not known, and how far; infinite without one."""
+    away = float(dataset["reliability_index"].values[row]) if has_yield(dataset) else np.inf
+    found = [
+        part
+        for part in wanted_parts(dataset)
+        if np.isclose(away, distances_to_ends(dataset, part, row), rtol=SAME_DISTANCE).any()
+    ]
+    return (found[0] if len(found) == 1 and np.isfinite(away) else None), away
 
 
 def nearest_limit_text(dataset: xr.Dataset) -> str:
     """Write which limit of a goal the first design is nearest to, and how far; empty if that is not known."""
-    away = float(dataset["reliability_index"].values[0]) if has_yield(dataset) else np.inf
+    part, away = nearest_limit(dataset, 0)
     if not np.isfinite(away):
         return ""
-    found = [
-        part
-        for part in wanted_parts(dataset)
-        if np.isclose(away, distances_to_ends(dataset, part), rtol=SAME_DISTANCE).any()
-    ]
-    goal = f", of the {found[0].words(dataset)}," if len(found) == 1 else ""
+    goal = f", of the {part.words(dataset)}," if part is not None else ""
     which = " of design 1" if dataset.sizes["design"] > 1 else ""
     away_text = f"{at_least(away, DIGITS)} standard deviations away, to first order."
     return f"The nearest limit{which}{goal} is {away_text}"
 
 
-def distances_to_ends(dataset: xr.Dataset, part: Part) -> np.ndarray:
-    """Return how far a quantity of the first design is from the ends of its goal (2,), in standard deviations."""
+def distances_to_ends(dataset: xr.Dataset, part: Part, row: int) -> np.ndarray:
+    """Return how far a quantity of a design is from the ends of its goal (2,), in standard deviations."""
     if f"{part.variable}_std" not in dataset:
         return np.full(2, np.nan)
-    value = float(part.of(dataset).values[0])
-    std = float(part.of(dataset, "_std").sel(estimate="first_order").values[0])
+    value = float(part.of(dataset).values[row])
+    std = float(part.of(dataset, "_std").sel(estimate="first_order").values[row])
     target, off = part.end(dataset, "target"), off_allowed(dataset, part)
     low = np.fmax(part.end(dataset, "lower"), target - off if off else np.nan)
     high = np.fmin(part.end(dataset, "upper"), target + off if off else np.nan)

@@ -27,10 +27,10 @@ from vibropipe.solve.design.scatter import (
 )
 from vibropipe.solve.design.scattered_parts import box
 from vibropipe.solve.design.search import Candidate, Samples
-from vibropipe.solve.design.sorting import over_designs, sorting_variables
+from vibropipe.solve.design.sorting import sorting_variables, stacked
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.named import SENSITIVITY, harmonics_of
-from vibropipe.solve.rows.points import clipped, points_dataset, solve_points
+from vibropipe.solve.rows.points import Points, clipped, points_dataset, solve_points
 from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.outputs import OUTPUTS
@@ -173,12 +173,13 @@ def design_dataset(
             )
         variables |= variables_of_yield(problem, all_judged) | tolerances(problem, designs)
         variables |= {f"{name}_std": ((), value) for name, value in problem.scatter.items()}
+        variables |= sorting_of_designs(problem, points, all_judged)
     dataset = dataset.assign(variables).assign_attrs(attrs)
     if all_judged:
         dataset = dataset.assign_coords(quantile=list(QUANTILES))
     if not problem.tolerance:
         return describe(dataset)
-    spreads, rules = [], []
+    spreads = []
     for row, each in enumerate(all_judged):
         point = points.take(slice(row, row + 1))
         spreads.append(
@@ -186,14 +187,26 @@ def design_dataset(
                 parameters[row], point, problem.tolerance, PARTS, spread.WORST, harmonics, each.points,
             )
         )  # fmt: skip
-        names = spread.spread_names(harmonics, point.variables)
-        kept = np.asarray(each.kept.all(axis=0))
-        rules.append(sorting_variables(names, [*problem.tolerance], point, each.points, kept))
         steps.add()
-    sortings = over_designs([variables for variables, _ in rules])
-    whole = [one | other for one, other in zip(spreads, sortings, strict=True)]
-    dataset = dataset.assign_attrs(foretold_by="; ".join(best for _, best in rules))
-    return spread.with_spread(dataset, whole, problem.tolerance, ("design",))
+    return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
+
+
+def sorting_of_designs(
+    problem: Problem, points: Points, all_judged: Sequence[Judged]
+) -> dict[str, Any]:
+    """Return the sorting rules of designs, and what foretells best of each; points : the designs themselves."""
+    names = spread.spread_names(harmonics_of(problem.names, HARMONICS), points.variables)
+    rules, best = zip(
+        *(
+            sorting_variables(
+                names, [*problem.scatter], points.take(slice(row, row + 1)), each.points,
+                np.asarray(each.kept.all(axis=0)),
+            )
+            for row, each in enumerate(all_judged)
+        ),
+        strict=True,
+    )  # fmt: skip
+    return {**stacked(rules, "design"), "foretold_by": ("design", np.array(best))}
 
 
 def tolerances(problem: Problem, designs: Sequence[Candidate]) -> dict[str, Any]:

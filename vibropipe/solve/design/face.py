@@ -170,9 +170,11 @@ def design(
             Of a front without targets: both quantities at the points of a grid of 4,096 over the ranges whose motion
             is a stable orbit within all bounds.
 
-        with all that `steady_state` returns and, with `tolerance`, all that `vibropipe.tolerance` does. Sorting rules
-        are of the parts that the yield counts; the attribute `foretold_by` has the name of each design, "; " between
-        them, and NaN stands in a design without a rule beside one with a rule.
+        foretold_by, <name>_sort_threshold, <name>_sort_area, <name>_sort_wrong, and its _low, _high
+            With `tolerance` or `allow`: the sorting rules of `vibropipe.tolerance`, by the parts that the yield counts,
+            and the name of the best of each design. NaN stands in a design without a rule beside one with a rule.
+
+        with all that `steady_state` returns and, with `tolerance`, all that `vibropipe.tolerance` does.
 
     Raises
     ------

@@ -87,7 +87,7 @@ def judged(problem: Problem, candidate: Candidate) -> Judged:
     base = problem.parameters(candidate.share[None])[0]
     rows = moved_rows(base, problem.scatter, PARTS, spread.WORST)
     plain = [bound.quantity for bound in problem.goals.bounds if not bound.quantity.derived]
-    wanted = {*outputs_of(plain), *(spread.OUTPUTS if problem.tolerance else ())}
+    wanted = {*outputs_of(plain), *spread.OUTPUTS}
     points = solve_points(
         rows if problem.tolerance else rows[:PARTS], (problem.x0, problem.v0),
         tuple(name for name in OUTPUTS if name in wanted), harmonics_of(problem.names, HARMONICS),

@@ -188,10 +188,14 @@ def sorting_variables(
     return variables, best.name if foretells(rules[best].wrong_high, kept) else NONE
 
 
-def over_designs(rules: Sequence[Variables]) -> list[Variables]:
-    """Return the rules of each design with NaN of those that have none, if any has."""
+def stacked(rules: Sequence[Variables], dim: str) -> Variables:
+    """Return the rules of each design, or point, over a dimension; NaN of those that have none, if any has."""
     known = next(filter(None, rules), {})
     nothing = {
         name: (dims, np.full(values.shape, np.nan)) for name, (dims, values) in known.items()
     }
-    return [each or dict(nothing) for each in rules]
+    whole = [each or nothing for each in rules]
+    return {
+        name: ((dim, *dims), np.stack([each[name][1] for each in whole]))
+        for name, (dims, _) in known.items()
+    }

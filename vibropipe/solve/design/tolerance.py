@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Container, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
@@ -191,7 +191,7 @@ def tolerance(
     return with_spread(dataset.drop_vars("row_size", errors="ignore"), [spread], sigma, ())
 
 
-def spread_names(harmonics: int, variables: Variables) -> list[Named]:
+def spread_names(harmonics: int, variables: Container[Any]) -> list[Named]:
     """Return all parts of the quantities whose spread is computed, of those that a point has."""
     return [
         named(label, "quantity")

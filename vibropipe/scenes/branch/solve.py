@@ -10,7 +10,8 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.certificate import with_row_proofs
-from vibropipe.solve.branch.branch import MUST_REPEAT, branch
+from vibropipe.solve.branch.arguments import MUST_REPEAT
+from vibropipe.solve.branch.branch import branch
 from vibropipe.solve.branch.from_rest import reached_from_rest
 from vibropipe.solve.branch.motor import motor, torque_of
 from vibropipe.solve.physical import stored

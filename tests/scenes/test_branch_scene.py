@@ -22,6 +22,8 @@ from vibropipe.scenes.branch.lines import (
 )
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
+from vibropipe.scenes.branch.yields import yield_answer
+from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
@@ -471,6 +473,66 @@ def test_the_ends_of_stable_motions_scatter_with_the_parts():
     (table,) = [each for each in tables({"response": dataset}) if "scatter" in each.title]
     assert [row[1] for row in table.rows] == ["fold", "fold"]
     assert table.rows[-1][0] == "both supports, once a period"
+
+
+OF_PARTS = SCATTERED.replace("F: 0.1 N, R1: 0.01", "F: 0.6 N, R1: 0.03").replace(
+    "from: 30 Hz, to: [10 Hz, 60 Hz]", "from: 40 Hz, to: 42 Hz"
+)
+
+
+def test_yields_along_branches_are_those_of_the_call_and_told_at_their_points():
+    keys = 'subject_to: {impact_velocity_max_1: "< 0.66 m/s"}\n    at: [40.5 Hz, 41.5 Hz]\n'
+    scene = study_of_text(OF_PARTS + "    " + keys, "laws").scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    exciter = vp.Exciter.from_physical(
+        m="0.35 kg", C="6 N/mm", H="4.583 N s/m", F="12 N", l="4 mm", omega="40 Hz", R1=0.6, R2=0.75
+    )
+    called = vp.branch(
+        exciter, "omega", "42 Hz", v0="0.5 m/s", at=["40.5 Hz", "41.5 Hz"], harmonics=3,
+        tolerance={"F": "0.6 N", "R1": 0.03}, subject_to={"impact_velocity_max_1": "< 0.66 m/s"},
+    )  # fmt: skip
+    known = np.flatnonzero(np.isfinite(dataset["yield"].values))
+    assert len(known) == 2
+    for name in ("yield", "law_yield", "F_sort_threshold"):
+        np.testing.assert_allclose(dataset[name], called[name], rtol=1e-9)
+    (table,) = (each for each in tables({"response": dataset}) if "scattered parts" in each.title)
+    assert [row[2] for row in table.rows] == [percent(float(dataset["yield"][n])) for n in known]
+    told = yield_answer(dataset)
+    assert told.lead.endswith("95 % of the parts keep their law of motion and the bounds.")
+    assert f"{percent(float(dataset['yield'].min()))} of 1,024 parts" in told.rest
+    made = int((dataset.yield_low >= 0.95).sum())
+    assert told.lead.startswith(f"At {made} of 2" if 0 < made < 2 else "At none of 2")
+
+
+def test_yields_at_several_values_are_listed_with_them():
+    text = OF_PARTS.replace("    start:", "    over: {R2: [0.6, 0.75]}\n    start:")
+    text = (
+        text.replace("R1: 0.6, R2: 0.75", "R1: 0.6")
+        .replace("R1: 0.03", "R1: 0.0003")
+        .replace("F: 0.6 N", "F: 0.001 N")
+    )
+    scene = study_of_text(text + "    at: [41 Hz]\n    subject_to: {}\n", "laws").scenes["response"]
+    dataset = kind_of(scene).solve(scene)
+    (table,) = (each for each in tables({"response": dataset}) if "scattered parts" in each.title)
+    assert [row[0] for row in table.rows] == ["0.6", "0.75"]
+    assert yield_answer(dataset).lead == (
+        "At all 2 points where parts were scattered, at least 95 % of the parts keep their law of motion."
+    )
+    assert yield_answer(dataset).rest == "At each, 100 % of 1,024 parts do."
+
+
+def test_bounds_without_a_tolerance_or_of_what_no_part_has_are_refused():
+    for keys, message in (
+        ("subject_to: {displacement_mean: '> 1 mm'}", "tolerance: is required beside subject_to"),
+        ("tolerance: {F: 1 N}, subject_to: {fold_omega_up: '> 20 Hz'}",
+         "subject_to.fold_omega_up: must be a quantity of the motion"),
+        ("tolerance: {F: 1 N}, subject_to: {support_force_max_1: '< 20 N'}", "physical.C1: must be above 0"),
+        ("tolerance: {F: 1 N}, subject_to: {displacement_mean: '1 mm'}", "must be bounds in quotes"),
+    ):  # fmt: skip
+        scene = f"  s: {{kind: branch, along: {{omega: {{from: 30 Hz, to: 40 Hz}}}}, {keys}}}\n"
+        text = SCATTERED.split("scenes:")[0] + "scenes:\n" + scene
+        with pytest.raises(StudyError, match=re.escape(message)):
+            study_of_text(text, "laws")
 
 
 def test_scatter_of_what_moves_no_bifurcation_is_refused():

@@ -24,6 +24,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.motor import motor_answer
+from vibropipe.scenes.branch.yields import yield_answer
 from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.words.wording import series
 
@@ -58,6 +59,7 @@ def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     found = [
         law_answer(dataset, stretches),
         motor_answer(dataset),
+        yield_answer(dataset),
         proof_answer(dataset),
         lopsided_answer(dataset, stretches) or together_answer(dataset, stretches),
         changes,

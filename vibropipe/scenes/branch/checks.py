@@ -22,6 +22,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
 from vibropipe.scenes.keys.proofs import check_covered, check_limits
 from vibropipe.scenes.keys.values import is_allowed
+from vibropipe.solve.branch.point_yields import check_bounds
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.records import FINITE
@@ -151,6 +152,17 @@ def _tolerance(scene: BranchScene) -> Iterator[Problem]:
             yield Problem(("tolerance", name), "", must=missing[name])
 
 
+def _yield(scene: BranchScene) -> Iterator[Problem]:
+    """Check that bounds are of what each part has, as `vibropipe.branch` does."""
+    tolerance = {str(name): each for name, each in scene.tolerance.items()}
+    varied = (scene.followed, *map(str, scene.over), *scene.tied().parameters)
+    try:
+        check_bounds(scene.resolved_exciter(), varied, scene.subject_to, tolerance)
+    except ParameterError as error:
+        is_own = error.name.split(".")[0] in ("subject_to", "tolerance")
+        yield refused(argument_path(error) if is_own else ("exciter", error.name), error)
+
+
 def _prove(scene: BranchScene) -> Iterator[Problem]:
     """Check that proofs are asked of what can be proved."""
     if scene.prove:
@@ -169,6 +181,7 @@ CHECKS = (
         check_motor,
     ),
     Check((("along",), ("over",), ("exciter",), ("tolerance",)), _tolerance),
+    Check((("along",), ("over",), ("exciter",), ("tolerance",), ("subject_to",)), _yield),
     Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
     Check(
         (("along",), ("over",), ("exciter",), ("figure", "show")),

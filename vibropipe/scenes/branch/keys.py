@@ -20,6 +20,7 @@ from vibropipe.scenes.costs import (
     stored_name,
     stored_values,
 )
+from vibropipe.scenes.design.keys import BoundRule, Text
 from vibropipe.scenes.keys.base import Harmonics, each_once
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import (
@@ -39,6 +40,8 @@ from vibropipe.words.vocabulary import drawn_by
 
 # Points of a branch that its steps usually need, and seconds per point.
 USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-4
+# Points that parts are scattered at, parts of each, and seconds per part.
+MAX_POINTS, PARTS, SECONDS_PER_PART = 32, 1024, 1.5e-4
 # The same of all stretches of a law, with what is followed to find them.
 LAW_POINTS = 10_000
 Switch = Literal["flip", "pitchfork", "grazing"]
@@ -145,6 +148,11 @@ class BranchScene(TiedScene):
         description="Standard deviations of parameters, for the scatter of each bifurcation: "
         "`bifurcation_<parameter>_std`.",
     )
+    subject_to: Annotated[dict[Text, Annotated[str, BoundRule(200)]] | None, NotNull] = Field(
+        default=None,
+        description='Bounds that parts are to keep, `"< 0.8"`, beside `tolerance`: the yield at the stable points of '
+        "`at`, or at up to 32 of them; `{}` for that of the law of motion alone.",
+    )
     motor: Annotated[MotorKeys | None, NotNull] = Field(
         default=None,
         description="Torque of a motor of limited power over its speed, as `vp.motor` takes it: the speeds that it "
@@ -207,12 +215,14 @@ def plan(scene: BranchScene) -> Work:
     points = scene.row_count * (ends * USUAL_POINTS + at) * (1 + len(scene.switch))
     if scene.law is not None:
         points = scene.row_count * LAW_POINTS
+    parts = scene.row_count * (at or MAX_POINTS) * PARTS * (scene.subject_to is not None)
     return Work(
         size=_size_text(scene),
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=points * (SECONDS_PER_POINT * slowness(scene) + row_seconds(scene.prove)),
+        seconds=(points * SECONDS_PER_POINT + parts * SECONDS_PER_PART) * slowness(scene)
+        + points * row_seconds(scene.prove),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
         is_foreseen=False,
     )

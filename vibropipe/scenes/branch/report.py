@@ -28,6 +28,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
+from vibropipe.scenes.branch.yields import yield_table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
@@ -236,6 +237,7 @@ answers, tables = (
         stable_table,
         together_table,
         scatter_table,
+        yield_table,
         proof_table,
     ),
 )

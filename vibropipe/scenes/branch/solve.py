@@ -81,7 +81,7 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
             ends = scene.ends.values
             return branch(
                 exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law,
-                tolerance=tolerance, ties=ties,
+                tolerance=tolerance, ties=ties, subject_to=scene.subject_to,
             )  # fmt: skip
         to = scene.ends.to if scene.followed in PARAMETERS else scene.ends.values
         return branch(
@@ -96,6 +96,7 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
             outputs=OF_STEADY_STATE if scene.motor is None else OF_MOTOR,
             tolerance=tolerance,
             ties=ties,
+            subject_to=scene.subject_to,
         )
     except ParameterError as error:
         name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)

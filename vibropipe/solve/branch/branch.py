@@ -218,7 +218,7 @@ def branch(
     begin = exciter.ties.get(along)
     exciter, tied = ties_of_call(exciter, ties, [along])
     check_whole("harmonics", harmonics, limits.HARMONICS)
-    bounds = check_bounds(exciter, (along, *tied.parameters), subject_to, tolerance)
+    bounds = check_bounds(vars(exciter), (along, *tied.parameters), subject_to, tolerance)
     requested = outputs_beside(check_branch_outputs(outputs), bounds)
     harmonics = harmonics_of([bound.quantity for bound in bounds or ()], harmonics)
     if law is not None:

@@ -8,7 +8,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.law.problem import Problem
-from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
+from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.solve.branch.problem import NO_TIES
 from vibropipe.solve.design.goals import Bound, Goals, bounds_of_parts, check_presence
 from vibropipe.solve.design.scattered_parts import Tied, moved_rows
@@ -38,14 +38,14 @@ STATE = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
 
 
 def check_bounds(
-    exciter: Exciter,
+    values: Mapping[str, Any],
     varied: Collection[str],
     subject_to: Mapping[str, Any] | None,
     tolerance: Mapping[str, float] | None,
 ) -> tuple[Bound, ...] | None:
     """Return the bounds that parts are to keep, None without a yield; ParameterError for bounds that no part has.
 
-    varied : parameters that the exciter has other values of on the branch
+    values : of parameters; varied : those that have other values on the branch
     """
     if subject_to is None:
         return None
@@ -61,7 +61,7 @@ def check_bounds(
         if STEADY[name.variable].output not in (None, *OF_BRANCH):
             must = "must be a quantity that the points of a branch have"
             raise ParameterError(argument, None, must=must, got="")
-    check_presence({**vars(exciter), **dict.fromkeys(varied, 1.0)}, Goals(bounds, ()))
+    check_presence({**values, **dict.fromkeys(varied, 1.0)}, Goals(bounds, ()))
     return bounds
 
 

@@ -1,10 +1,13 @@
 """Branches with a motor in a study: data as of `vp.motor`, picture, answers, tables, and what is refused."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
 from drawing import draw
 from figures.figure_text import words
+from numpy.polynomial import Polynomial
 
 import vibropipe as vp
 from vibropipe.jobs.solving import solve_to_file
@@ -131,6 +134,91 @@ def test_what_is_not_known_is_told(branch: xr.Dataset) -> None:
     assert title_motor(one).startswith("The motor ")
 
 
+def test_several_exciters_have_the_speeds_of_each() -> None:
+    made = study(
+        f"{ALONG}, over: {{h: [0.1, 0.2, 0.4]}}, motor: {LINE}", "exciter: {f: 0.3, l: 50}\n"
+    )
+    own = solved(made)
+    line, nu = 0.55 * (1 - Polynomial([0, 1 / 2.2])), Polynomial([0, 1])
+    for h in (0.1, 0.2, 0.4):
+        # As of one exciter, the speeds are roots of a polynomial.
+        roots = (line * ((1 - nu**2) ** 2 + h**2 * nu**2) - h * 0.3**2 / 2 * nu).roots()
+        exact = sorted(z.real for z in roots if abs(z.imag) < 1e-9 and 0.2 < z.real < 2.9)
+        at = own.crossing_h.values == h
+        np.testing.assert_allclose(own.crossing_nu.values[at], exact, atol=1e-10)
+        alone = vp.branch(replace(LINEAR, h=h), "nu", (0.2, 2.9), outputs=OUTPUTS)
+        found = vp.motor(alone, {"no_load": 2.2, "stall": 0.55})
+        lost = own.jump_h.values == h
+        for name in OF_JUMPS:
+            np.testing.assert_array_equal(own[name].values[lost], found[name].values)
+        points = own.crossing_point.values[at]
+        np.testing.assert_array_equal(own.h.values[points], h)
+        assert (np.diff(own.crossing_nu.values[at]) > 0).all()
+    kept = own.speed_is_stable.values == 1
+    assert title_motor(own) == "At each of three values of h the motor keeps a speed followed here"
+    low, high = (
+        f"{end:.4g}"
+        for end in (own.crossing_nu.values[kept].min(), own.crossing_nu.values[kept].max())
+    )
+    assert branch_answers(own)[0].rest.startswith(f"They lie at ν = {low} to {high}.")
+    speeds, jumps = tables({"run": own})[:2]
+    assert [row[0] for row in speeds.rows] == [f"{h:g}" for h in own.crossing_h.values]
+    assert [row[0] for row in jumps.rows] == [f"{h:g}" for h in own.jump_h.values]
+    assert "$h$ = 0.4" in words(draw("branch", own))
+    with pytest.raises(vp.ParameterError, match="must be of one exciter: select the points"):
+        vp.motor(own.assign(power_input_sensitivity=own.power_input), {"no_load": 2, "stall": 1})
+
+
+def test_what_is_swept_has_units_or_a_name_of_ones_own_at_speeds_and_jumps() -> None:
+    p = (C / M) ** 0.5
+    along = (
+        f"along: {{omega: {{from: {0.6 * p!r} rad/s, to: [{0.2 * p!r} rad/s, {2.9 * p!r} rad/s]}}}}"
+    )
+    line = f"{{no_load: {2.2 * p!r} rad/s, stall: {0.55 * C!r} N m}}"
+    made = study(f"{along}, over: {{delta: [0 m, 0.5 m]}}, motor: {line}", UNITS)
+    own = solved(made)
+    assert set(own.crossing_delta.values.tolist()) == {0.0, 0.5}
+    assert own.crossing_delta.attrs["units"] == own.jump_delta.attrs["units"] == "m"
+    tied = "exciter: {f: 0.3, l: 50}\nties: {h: 2 * zeta}\n"
+    named = solved(study(f"{ALONG}, over: {{zeta: [0.05, 0.1]}}, motor: {LINE}", tied))
+    plain = solved(
+        study(f"{ALONG}, over: {{h: [0.1, 0.2]}}, motor: {LINE}", "exciter: {f: 0.3, l: 50}\n")
+    )
+    np.testing.assert_allclose(named.crossing_nu, plain.crossing_nu, rtol=1e-12)
+    np.testing.assert_array_equal(named.crossing_zeta, plain.crossing_h / 2)
+    assert named.jump_zeta.attrs["long_name"] == "zeta before the jump"
+
+
+def test_a_law_has_speeds_and_what_follows_its_end_is_not_known() -> None:
+    top = "exciter: {h: 0.1, f: 0.5, l: 1, delta: 0.2, R1: 0.6, R2: 0.6}\n"
+    line = "{no_load: 3, stall: 0.4}"
+    own = solved(
+        study(f"along: {{nu: {{within: [1.2, 2.2]}}}}, law: [1, 1, 1], motor: {line}", top)
+    )
+    exciter = vp.Exciter(nu=1.5, h=0.1, f=0.5, l=1.0, delta=0.2, R1=0.6, R2=0.6)
+    followed = vp.branch(exciter, "nu", (1.2, 2.2), v0=2.0, outputs=OUTPUTS)
+    found = vp.motor(followed, {"no_load": 3.0, "stall": 0.4})
+    np.testing.assert_allclose(own.crossing_nu, found.nu, rtol=1e-9)
+    np.testing.assert_array_equal(own.speed_is_stable, found.speed_is_stable)
+    np.testing.assert_allclose(own.jump_nu, found.jump_nu, rtol=1e-7)
+    assert np.isnan(own.jump_to_nu.values).all()
+    for speed in own.crossing_nu.values[own.speed_is_stable.values == 1]:
+        orbit = vp.steady_state(replace(exciter, nu=float(speed)), v0=2.0, outputs=["power"])
+        assert float(orbit.power_input) / speed == pytest.approx(0.4 * (1 - speed / 3), rel=1e-9)
+    assert branch_answers(own)[1].rest.endswith(", unless another law of motion keeps it.")
+    (jumps,) = (each for each in tables({"run": own}) if "or the law of motion ends" in each.title)
+    assert "and may keep the speed" in jumps.note
+
+
+def test_jumps_along_the_orbits_of_a_law_are_known(branch: xr.Dataset) -> None:
+    torque = {"no_load": 2.2, "stall": 0.55}
+    of_law = vp.branch(LINEAR, "nu", (0.2, 2.9), law=(1, 0, 0), outputs=OUTPUTS)
+    found, known = vp.motor(of_law, torque), vp.motor(branch, torque)
+    assert np.isfinite(known.jump_to_nu).all()
+    for name in OF_JUMPS:
+        np.testing.assert_allclose(found[name], known[name], rtol=1e-7)
+
+
 def test_without_a_motor_branches_are_drawn(branch: xr.Dataset) -> None:
     assert [each.name for each in PICTURES if each.fits(branch)] == ["branches"]
 
@@ -146,7 +234,6 @@ def test_without_a_motor_branches_are_drawn(branch: xr.Dataset) -> None:
         (f"{ALONG}, motor: {{speed: [2, 1], torque: [1, 2]}}", "motor.speed: must be increasing numbers"),
         ("along: {f: {from: 0.3, to: 0.4}}, exciter: {nu: 1}, motor: " + LINE,
          "motor: must be left out unless the frequency"),
-        (f"{ALONG}, over: {{R1: [0.5, 0.6]}}, motor: {LINE}", "over: must be left out beside motor"),
         (f"{ALONG}, tolerance: {{f: 0.01}}, motor: {LINE}", "tolerance: must be left out beside motor"),
         (f"{ALONG}, figure: {{pictures: [motor]}}", "figure.pictures: must leave out motor unless"),
     ],

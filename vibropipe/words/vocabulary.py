@@ -58,7 +58,12 @@ SUFFIXES: Mapping[str, tuple[str, bool]] = {
 # What the place of a bifurcation begins with, before the name of what is followed.
 PLACE = "bifurcation_"
 # What begins the name of a parameter somewhere, and where that is.
-AT_PLACES = {PLACE: "at the bifurcation", "meeting_": "at the meeting"}
+AT_PLACES = {
+    PLACE: "at the bifurcation",
+    "meeting_": "at the meeting",
+    "crossing_": "at which motor and load have the same torque",
+    "jump_": "before the jump",
+}
 SENSITIVITY_SUFFIX, PARAMETER = "_sensitivity", "parameter"
 _NAME = re.compile(r"[A-Za-z]\w*")
 UNDEFINED = (

@@ -177,7 +177,7 @@ CHECKS = (
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
     Check(
-        (("along",), ("over",), ("law",), ("tolerance",), ("motor",), ("figure", "pictures")),
+        (("along",), ("tolerance",), ("motor",), ("figure", "pictures")),
         check_motor,
     ),
     Check((("along",), ("over",), ("exciter",), ("tolerance",)), _tolerance),

@@ -156,7 +156,7 @@ class BranchScene(TiedScene):
     motor: Annotated[MotorKeys | None, NotNull] = Field(
         default=None,
         description="Torque of a motor of limited power over its speed, as `vp.motor` takes it: the speeds that it "
-        "keeps, and Sommerfeld's jumps.",
+        "keeps, and Sommerfeld's jumps, at each value of `over`.",
     )
     harmonics: Harmonics = Field(default=3, description="Number of harmonics.")
     prove: ProveRows = Field(default=None, description=ROWS_TEXT.format("points"))

@@ -38,7 +38,7 @@ from vibropipe.scenes.branch.curves import (
     line_names,
     write_names,
 )
-from vibropipe.scenes.branch.lines import followed, pieces_of
+from vibropipe.scenes.branch.lines import followed, pieces_of, swept
 
 HIGH = 6.5  # cm
 MOTOR: dict[str, Any] = {"color": GREY, "linewidth": 2.2, "zorder": 1}
@@ -117,7 +117,8 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
 def describe_motor(dataset: xr.Dataset, **options: Any) -> str:
     """Return the caption."""
     jumps, ties = dataset.sizes["jump"], ties_text(dataset)
-    arrows = "Bars: where a speed is lost as the motor gives more or less torque"
+    what = "the law of motion ends or a speed" if "law" in dataset.attrs else "a speed"
+    arrows = f"Bars: where {what} is lost as the motor gives more or less torque"
     arrows += ", with an arrow to the next one that is kept where it is known"
     return sentences(
         f"Mean torque of the motions followed along {symbol_text(dataset[followed(dataset)])}, and of the motor",
@@ -129,6 +130,11 @@ def describe_motor(dataset: xr.Dataset, **options: Any) -> str:
 
 def title_motor(dataset: xr.Dataset, **options: Any) -> str:
     """Return the title: how many speeds are kept."""
+    if over := swept(dataset):
+        kept_at, n = values_with_speed(dataset, over), np.unique(dataset[over].values).size
+        which = f"{number_word(kept_at) if kept_at else 'none'} of {amount_text(n, 'value')}"
+        which = f"each of {amount_text(n, 'value')}" if kept_at == n > 1 else which
+        return f"At {which} of {symbol_text(dataset[over])} the motor keeps a speed followed here"
     number, kept = dataset.sizes["crossing"], int((dataset["speed_is_stable"] == 1).sum())
     if not number:
         return "The torque of the motor is that of the load at no speed followed here"
@@ -141,13 +147,26 @@ def title_motor(dataset: xr.Dataset, **options: Any) -> str:
     return f"The motor {which} at which its torque is that of the load"
 
 
+def values_with_speed(dataset: xr.Dataset, over: str) -> int:
+    """Return at how many values of the further parameter a speed is kept."""
+    kept = dataset["speed_is_stable"].values == 1
+    return int(np.unique(dataset[f"crossing_{over}"].values[kept]).size)
+
+
 def motor_answer(dataset: xr.Dataset) -> Answer | None:
     """Write which speeds the motor keeps, and its jump at the smallest change of torque; None without a motor."""
     if not has_motor(dataset):
         return None
     speeds = crossing_speeds(dataset)
     kept = speeds.values[dataset["speed_is_stable"].values == 1]
-    symbol = symbol_text(dataset[followed(dataset)])
+    symbol, over = symbol_text(dataset[followed(dataset)]), swept(dataset)
+    if over and kept.size:
+        ends = [format_number(float(value)) for value in (kept.min(), kept.max())]
+        span = with_units(speeds, " to ".join(ends) if kept.size > 1 else ends[0])
+        rest = f"They lie at {symbol} = {span}." if kept.size > 1 else f"It is {symbol} = {span}."
+        return Answer(
+            f"{title_motor(dataset)}.", " ".join(filter(None, [rest, jump_text(dataset)]))
+        )
     if not kept.size:
         lead = "The motor keeps the speed of none of the motions followed here."
     else:
@@ -169,8 +188,13 @@ def jump_text(dataset: xr.Dataset) -> str:
     change = with_units(torques, format_number(abs(float(changes[n])), 3))
     which = "more" if changes[n] > 0 else "less"
     text = f"With {change} {which} torque a speed is lost at {value_text(speeds, float(lost[n]))}"
+    if over := swept(dataset):
+        at = float(dataset[f"jump_{over}"][n])
+        text += f", where {symbol_text(dataset[over])} = {value_text(dataset[over], at)},"
+    if not np.isfinite(reached[n]) and "law" in dataset.attrs:
+        return f"{text.rstrip(',')}, unless another law of motion keeps it."
     if not np.isfinite(reached[n]):
-        return f"{text}; what follows is not among these motions."
+        return f"{text.rstrip(',')}; what follows is not among these motions."
     return f"{text} for {with_units(speeds, format_number(float(reached[n])))}."
 
 
@@ -178,21 +202,41 @@ def speed_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the speeds at which both torques are equal; None without one."""
     if not has_motor(dataset) or not dataset.sizes["crossing"]:
         return None
-    speeds, torques = crossing_speeds(dataset), dataset["motor_torque"]
+    speeds, torques, over = crossing_speeds(dataset), dataset["motor_torque"], swept(dataset)
     rows = [
         [
+            *values_beside(dataset, "crossing", n),
             words_of(dataset.isel(point=int(point))), format_number(float(speed), 5),
             format_number(float(torque)), "yes" if is_kept else "no",
         ]
-        for point, speed, torque, is_kept in zip(
+        for n, (point, speed, torque, is_kept) in enumerate(zip(
             dataset["crossing_point"].values, speeds.values, torques.values,
             dataset["speed_is_stable"].values == 1, strict=True,
-        )
+        ))
     ]  # fmt: skip
-    head = ["motion", in_brackets("speed", speeds), in_brackets("torque", torques), "kept"]
+    head = [
+        *head_beside(dataset),
+        "motion",
+        in_brackets("speed", speeds),
+        in_brackets("torque", torques),
+        "kept",
+    ]
     note = "A speed is kept where the motion is stable and the torque of the load rises over that of the motor."
     title = "At which speeds the torques of motor and load are equal"
-    return Table(head, rows, note, title=title, scene=scene, picture="motor")
+    left = 2 if over else 1
+    return Table(head, rows, note, left=left, title=title, scene=scene, picture="motor")
+
+
+def head_beside(dataset: xr.Dataset) -> list[str]:
+    """Return the head of the column of the further parameter; none without one."""
+    over = swept(dataset)
+    return [in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []
+
+
+def values_beside(dataset: xr.Dataset, dim: str, n: int) -> list[str]:
+    """Return the cell of the further parameter at a crossing or a jump; none without one."""
+    over = swept(dataset)
+    return [format_number(float(dataset[f"{dim}_{over}"][n]))] if over else []
 
 
 def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -202,18 +246,23 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
     speeds, torques = dataset[followed(dataset)], dataset["jump_torque"]
     rows = [
         [
-            format_number(float(torque), 3), format_number(float(lost), 5),
+            *values_beside(dataset, "jump", n), format_number(float(torque), 3), format_number(float(lost), 5),
             format_number(float(reached), 5) if np.isfinite(reached) else DASH,
         ]
-        for lost, reached, torque in zip(*jumps_of(dataset), strict=True)
+        for n, (lost, reached, torque) in enumerate(zip(*jumps_of(dataset), strict=True))
     ]  # fmt: skip
     head = [
-        in_brackets("torque added", torques), in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
+        *head_beside(dataset), in_brackets("torque added", torques),
+        in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
     ]  # fmt: skip
     note = "Torque that is slowly added to that of the motor at all speeds; negative: taken away."
     if any(DASH in row for row in rows):
-        note += " A dash: what follows is not among the motions followed here."
-    return Table(head, rows, note, title="Where the speed jumps", scene=scene, picture="motor")
+        note += " A dash: what follows is not among the motions followed here"
+        note += ", and may keep the speed." if "law" in dataset.attrs else "."
+    title = "Where the speed jumps" + (
+        ", or the law of motion ends" if "law" in dataset.attrs else ""
+    )
+    return Table(head, rows, note, title=title, scene=scene, picture="motor")
 
 
 def crossing_speeds(dataset: xr.Dataset) -> xr.DataArray:

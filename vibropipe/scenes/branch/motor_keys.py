@@ -73,11 +73,6 @@ def check_motor(scene: Any) -> Iterator[Problem]:
     if scene.followed != "nu":
         must = "must be left out unless the frequency is followed, which a motor turns with"
         yield Problem(("motor",), "", must=must)
-    reasons = {
-        "over": "a motor drives one exciter",
-        "law": "a motor drives what settles from a start",
-        "tolerance": "speeds and jumps have no scatter",
-    }
-    for key, reason in reasons.items():
-        if key in scene.model_fields_set and getattr(scene, key):
-            yield Problem((key,), "", must=f"must be left out beside motor: {reason}")
+    if scene.tolerance:
+        must = "must be left out beside motor: speeds and jumps have no scatter"
+        yield Problem(("tolerance",), "", must=must)

@@ -27,6 +27,8 @@ from vibropipe.words.vocabulary import (
     physical_name,
 )
 
+# Lists of what a motor does.
+OF_SPEEDS = ("crossing", "jump")
 OF_MOTOR = (*OF_STEADY_STATE, "power", "sensitivity")
 
 if TYPE_CHECKING:
@@ -77,11 +79,12 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
     try:
         tolerance = {str(name): sigma for name, sigma in scene.tolerance.items()} or None
         at = [] if scene.at is None else scene.at.array().tolist()
+        outputs = OF_STEADY_STATE if scene.motor is None else OF_MOTOR
         if scene.law is not None:
             ends = scene.ends.values
             return branch(
                 exciter, scene.followed, ends, at=at, harmonics=scene.harmonics, law=scene.law,
-                tolerance=tolerance, ties=ties, subject_to=scene.subject_to,
+                outputs=outputs, tolerance=tolerance, ties=ties, subject_to=scene.subject_to,
             )  # fmt: skip
         to = scene.ends.to if scene.followed in PARAMETERS else scene.ends.values
         return branch(
@@ -93,7 +96,7 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
             at=at,
             switch=scene.switch,
             harmonics=scene.harmonics,
-            outputs=OF_STEADY_STATE if scene.motor is None else OF_MOTOR,
+            outputs=outputs,
             tolerance=tolerance,
             ties=ties,
             subject_to=scene.subject_to,
@@ -143,13 +146,19 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
             )
             for key in varied
         }
-        numbered = part.assign(
-            branch_id=part["branch_id"] + branches,
-            bifurcation_point=part["bifurcation_point"] + points,
-        )
+        numbers: dict[str, Any] = {
+            each: part[each] + points
+            for each in ("bifurcation_point", "crossing_point") if each in part
+        }  # fmt: skip
+        numbered = part.assign(branch_id=part["branch_id"] + branches, **numbers)
+        for dim in OF_SPEEDS:
+            if dim in part.dims:
+                there = f"{dim}_{name}"
+                own = np.full(part.sizes[dim], values[name][n])
+                swept[there] = xr.DataArray(own, dims=dim, attrs=attributes_of_dimension(there))
         shifted.append(numbered.assign_coords(swept))
         points, branches = points + size, branches + int(part["branch_id"].max()) + 1
-    dims = ("point", "impact", "bifurcation")
+    dims = ("point", "impact", "bifurcation", *OF_SPEEDS)
     by_dim = [
         xr.concat([part[names_over(part, dim)] for part in shifted], dim)
         for dim in dims

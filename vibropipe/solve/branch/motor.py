@@ -17,6 +17,7 @@ from vibropipe.solve.branch.motor_speeds import (
     without_images,
 )
 from vibropipe.solve.physical import is_physical
+from vibropipe.solve.rebuild import ties_of
 from vibropipe.solve.with_units import si_of_dimension
 from vibropipe.words.vocabulary import describe, held_name, physical_attributes
 
@@ -43,7 +44,8 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     branch : xarray.Dataset
         `vp.branch` along nu (or omega, in SI) with the outputs stability, power and sensitivity. The amplitude f is
         the same at all speeds, as of a crank that moves a spring or of an electric drive, unless it is tied to nu; that
-        of an unbalanced rotor, which grows with nu^2, is the parameter shaker, or tied by {"f": "m_e * e * nu**2"}.
+        of an unbalanced rotor, which grows with nu^2, is the parameter shaker, or tied by {"f": "m_e * e * nu**2"}. It
+        is that of one exciter; it may have the argument `law`.
     torque : mapping or sequence
         What the motor gives: `{"no_load": nu, "stall": torque}` is the straight line from the torque at rest to the
         speed without torque, and beyond. Pairs (nu, torque) are joined by straight lines; there is none beyond. Units
@@ -74,6 +76,8 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
         jump_nu, jump_to_nu
             The speed that is lost, and the next one that is kept with this torque. It is NaN where the range of the
             branch ends before, or an orbit ends and not exactly one of the stable orbits at that frequency can follow.
+            Of branches with the argument `law` it is NaN wherever an orbit ends, since those of other laws are not
+            known, and the speed may be kept by one of them.
 
     Raises
     ------
@@ -139,6 +143,12 @@ def _check_branch(branch: Any) -> None:
         raise ParameterError("branch", branch, must=must, got="another dataset")
     if f"bifurcation_{name}" not in branch:
         raise ParameterError("branch", branch, must=must, got="one along another parameter")
+    tied = [held_name(branch, each) for each in ties_of(branch).parameters]
+    for other, values in branch.coords.items():
+        is_other = values.dims == ("point",) and other not in (name, *tied)
+        if is_other and np.unique(values).size > 1:
+            must = f"must be of one exciter: select the points and bifurcations of one {other}"
+            raise ParameterError("branch", branch, must=must, got=f"one with several {other}")
     if any(each not in branch for each in NEEDS):
         must = "must have the outputs stability, power and sensitivity"
         lacks = ", ".join(each for each in NEEDS if each not in branch)

@@ -81,6 +81,11 @@ class MotorLoad:
         """The speeds of the points."""
         return self.branch[self.name].values
 
+    @property
+    def is_of_law(self) -> bool:
+        """Whether the branches are those of one law of motion, and of no other."""
+        return "law" in self.branch.attrs
+
     @cached_property
     def events(self) -> frozenset[int]:
         """The points at bifurcations."""

@@ -182,6 +182,8 @@ def _reached(
         if onward:
             here = onward[0]
         elif stretch.at_event[end]:
+            if load.is_of_law:  # the orbits of other laws there are not known
+                return np.nan
             others = _others_at(load, stable, stretch, w)
             if len(others) != 1:
                 return np.nan

@@ -22,7 +22,6 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
 from vibropipe.scenes.keys.proofs import check_covered, check_limits
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.solve.branch.point_yields import check_bounds
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.records import FINITE
@@ -154,6 +153,10 @@ def _tolerance(scene: BranchScene) -> Iterator[Problem]:
 
 def _yield(scene: BranchScene) -> Iterator[Problem]:
     """Check that bounds are of what each part has, as `vibropipe.branch` does."""
+    if scene.subject_to is None:
+        return
+    from vibropipe.solve.branch.point_yields import check_bounds
+
     tolerance = {str(name): each for name, each in scene.tolerance.items()}
     varied = (scene.followed, *map(str, scene.over), *scene.tied().parameters)
     try:

@@ -135,6 +135,39 @@ def test_what_is_tied_follows_in_parts_and_laws_have_yields():
     assert float(row["yield"]) != float(alone["yield"])
 
 
+def test_soft_supports_and_sliding_housings_have_yields():
+    soft = vp.Exciter(l=0.5, nu=1.0, f=0.8, h=0.1, delta=0.1, k1=60.0, h1=1.0, R2=0.75)
+    sigma, bounds = {"k1": 1.0, "f": 0.02}, {"support_force_max_1": "< 6"}
+    found = vp.branch(soft, "nu", 1.1, at=(1.08,), tolerance=sigma, subject_to=bounds)
+    row = found.isel(point=int(np.flatnonzero(np.isfinite(found["yield"].values))[0]))
+    own = replace(soft, nu=1.08)
+    same = vp.tolerance(
+        own, {"f": 0.02, "k1": 1.0}, *start_of(row), samples=1024, subject_to=bounds
+    )
+    assert float(row["yield"]) == float(same["yield"]) < 1.0
+    housed = vp.Exciter(
+        l=0.3, nu=1.1, f=1.0, h=0.1, R1=0.6, R2=0.75, mass_ratio=0.4, housing_friction_1=0.3,
+        housing_friction_2=0.5,
+    )  # fmt: skip
+    bounds = {"housing_velocity_mean": "> 0.02"}
+    found = vp.branch(housed, "nu", 1.15, at=(1.12,), tolerance={"f": 0.02}, subject_to=bounds)
+    row = found.isel(point=int(np.flatnonzero(np.isfinite(found["yield"].values))[0]))
+    forces = 1.0 + 0.02 * np.random.default_rng(9).standard_normal(200)
+    parts = [vp.steady_state(replace(housed, nu=1.12, f=float(f))) for f in forces]
+    kept = sum(
+        bool(
+            part.stable == 1
+            and part.period_multiple == row.period_multiple
+            and (part.impacts_per_orbit == row.impacts_per_orbit).all()
+            and part.housing_velocity_mean >= 0.02
+        )
+        for part in parts
+    )
+    share = float(row["yield"])
+    assert 0.05 < share < 0.95
+    assert kept / 200 == pytest.approx(share, abs=4 * np.sqrt(share * (1 - share) / 200))
+
+
 def test_with_units_it_is_the_same():
     exciter = vp.Exciter.from_physical(
         m="2 kg", C="8 N/mm", H="25 N s/m", F="-8 kN", omega="10 Hz", l="500 mm", R2=0.7

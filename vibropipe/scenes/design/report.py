@@ -275,7 +275,7 @@ def ranges(dataset: xr.Dataset, free: list[str]) -> list[Row]:
 
 answers, tables = (
     of_each(answers_of_scene),
-    tables_of_each(designs_table, tolerances_table, sorting_table, units_table, bounds_table),
+    tables_of_each(designs_table, tolerances_table, units_table, sorting_table, bounds_table),
 )
 REPORT = ReportPart(
     "Designs",

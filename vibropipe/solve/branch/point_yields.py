@@ -58,7 +58,7 @@ def check_bounds(
         if name.is_place:
             must = "must be a quantity of the motion: the branch of each part would have to be followed"
             raise ParameterError(argument, None, must=must, got="")
-        if STEADY[name.variable].output not in (None, *OF_BRANCH):
+        if STEADY[name.variable].output not in ("", *OF_BRANCH):
             must = "must be a quantity that the points of a branch have"
             raise ParameterError(argument, None, must=must, got="")
     check_presence({**values, **dict.fromkeys(varied, 1.0)}, Goals(bounds, ()))

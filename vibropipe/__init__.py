@@ -34,6 +34,7 @@ _FACE = {
     "prove": "vibropipe.proof.face",
     "prove_all": "vibropipe.proof.face",
     "prove_bifurcation": "vibropipe.proof.face",
+    "prove_knock": "vibropipe.proof.face",
     "to_physical": "vibropipe.solve.physical",
 }
 __all__ = [
@@ -57,6 +58,7 @@ __all__ = [
     "prove",
     "prove_all",
     "prove_bifurcation",
+    "prove_knock",
     "simulate",
     "steady_state",
     "sweep",
@@ -73,7 +75,7 @@ if TYPE_CHECKING:
 
     from vibropipe.jobs.plot import plot
     from vibropipe.physics.exciter import Exciter, ParameterError
-    from vibropipe.proof.face import prove, prove_all, prove_bifurcation
+    from vibropipe.proof.face import prove, prove_all, prove_bifurcation, prove_knock
     from vibropipe.solve.basins.attractors import attractors
     from vibropipe.solve.basins.basins import basins
     from vibropipe.solve.boundary.boundary import boundary

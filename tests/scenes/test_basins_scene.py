@@ -30,6 +30,7 @@ from vibropipe.scenes.basins.text import (
     describe_basins,
     knock_answers,
     knock_text,
+    safety_table,
     title_basins,
 )
 from vibropipe.scenes.costs import PlanError
@@ -467,3 +468,48 @@ def test_the_letter_of_a_narrow_basin_stands_beside_its_mark_and_not_on_it():
     assert basin[row, column]
     assert 0.3 < away[row, column] < 0.6
     assert spot_beside_mark(np.zeros_like(basin), away) is None
+
+
+PROVED_STUDY = """
+title: Starts
+exciter: {l: 0.5, nu: 1.8, f: 0.4, h: 0.15, R1: 0.7, R2: 0.6}
+scenes:
+  starts:
+    kind: basins
+    over:
+      x0: {start: -0.5, stop: 0.5, points: 9}
+      v0: {start: -1, stop: 1, points: 9}
+    starts: 256
+    prove: true
+"""
+
+
+def test_proved_knocks_stand_in_the_table(tmp_path):
+    pytest.importorskip("flint")
+    scene = study_of_text(PROVED_STUDY, "starts.yaml").scenes["starts"]
+    dataset = kinds()["basins"].solve(scene)
+    low = dataset["knock_impulse_low"].values
+    assert (low > 0.4).all()
+    assert (low < dataset["knock_impulse"].values).all()
+    table = safety_table("starts", dataset)
+    column = [cell.split(" ")[0] for cell in table.head].index("proved")
+    told = sorted(float(row[column]) for row in table.rows)
+    assert told == pytest.approx(np.sort(low), rel=5e-3)
+    assert (np.array(told) <= np.sort(low)).all()
+    assert "certainly lead back" in table.note
+
+
+@pytest.mark.parametrize(
+    ("exciter", "over", "must"),
+    [
+        ("friction: 0.05", "", "must be left out: the friction of the exciter is beyond"),
+        ("mass_ratio: 0.2", "", "must be left out: the mass_ratio of the exciter is beyond"),
+        ("h: 0.15", "nu: [1.8, 1.9]", "must be left out with nu in over"),
+    ],
+)
+def test_proofs_of_knocks_that_are_none_are_refused(exciter, over, must):
+    text = PROVED_STUDY.replace("h: 0.15", exciter)
+    if over:
+        text = text.replace("over:\n", f"over:\n      {over}\n").replace("nu: 1.8, ", "")
+    with pytest.raises(StudyError, match=must):
+        study_of_text(text, "starts.yaml")

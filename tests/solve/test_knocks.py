@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -58,3 +60,32 @@ def test_in_si_it_is_an_impulse():
     # m p times what is a velocity in units of the length over 1/p, p = 2 rad/s
     np.testing.assert_allclose(physical.knock_impulse, 2.0 * 2.0 * plain.knock_impulse)
     assert physical.knock_impulse.attrs["units"] == "N s"
+
+
+def test_a_basin_over_a_parameter_has_the_knocks_of_each_value():
+    exciter = vp.Exciter(l=0.5, nu=1.8, f=0.4, h=0.15, R1=0.7, R2=0.6)
+    x0, v0 = np.linspace(-0.5, 0.5, 6), np.linspace(-1.0, 1.0, 6)
+    over = vp.basins(exciter, x0, v0, starts=256, over={"nu": [1.8, 1.85]})
+    assert over["knock"].dims == ("nu", "attractor_id")
+    alone = vp.basins(replace(exciter, nu=1.85), x0, v0, starts=256)
+    for name in ("knock", "knock_impulse"):
+        # towards the stable sets that a single basin has, less may do
+        assert (np.sort(over[name].values[1]) >= np.sort(alone[name].values) * (1 - 1e-4)).all()
+        np.testing.assert_allclose(np.sort(over[name].values[1]), np.sort(alone[name].values), 0.05)
+
+
+def test_a_tongue_between_the_directions_is_found_by_the_stable_set():
+    exciter = vp.Exciter(l=0.5, nu=1.8, f=0.4, h=0.15, R1=0.7, R2=0.6)
+    grid = np.linspace(-0.5, 0.5, 21), np.linspace(-1.0, 1.0, 21)
+    scattered, found = vp.attractors(exciter, 1024), vp.basins(exciter, *grid, starts=1024)
+    assert (found["knock"].values <= scattered["knock"].values).all()
+    curve = np.column_stack(
+        [found[f"stable_set_{name}"].values for name in ("displacement", "velocity")]
+    )
+    for n in range(found.sizes["attractor_id"]):
+        row = found.isel(attractor_id=n)
+        state = [float(row[f"{name}_strobe"]) for name in ("displacement", "velocity")]
+        away = np.nanmin(np.hypot(*(curve - state).T))
+        # the border of two basins is as near as its stable set
+        assert float(row["knock"]) == pytest.approx(away, rel=0.01)
+        assert float(row["knock"]) <= away * 1.002

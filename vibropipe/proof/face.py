@@ -1,4 +1,4 @@
-"""The functions `prove`, `prove_bifurcation` and `prove_all`: theorems on orbits, as labelled datasets."""
+"""The functions `prove`, `prove_bifurcation`, `prove_all`, `prove_knock`: theorems on orbits, as labelled datasets."""
 
 from __future__ import annotations
 
@@ -19,6 +19,8 @@ if TYPE_CHECKING:
 # Parts of a box, or intervals, that are examined at most.
 PARTS, PARTS_LIMITS = 2000, (1, 10**7)
 INTERVALS = 100_000
+# Cells of starts about an orbit.
+CELLS = 1000
 STRETCHES = 0, 10_000
 MAX_MULTIPLE = 100
 # Impacts on either support of the laws of which all orbits can be found.
@@ -194,6 +196,58 @@ def prove_bifurcation(orbit: Exciter | xr.Dataset, kind: str, along: str) -> xr.
         must = "must be fold or flip with soft supports or friction"
         raise ParameterError("kind", kind, must=must, got=repr(kind))
     return prove_critical(given, KINDS[kind], along)
+
+
+def prove_knock(
+    orbit: Exciter | xr.Dataset, cells: int = CELLS, progress: Progress | None = None
+) -> xr.Dataset:
+    """Prove how hard a stable orbit may be hit: within which distance all motions settle on it.
+
+    Balls, as of `prove`, enclose all motions that begin in a cell of states: their impacts, what is between them, and
+    where they are after some periods. docs/proof.md tells how. Supports are rigid or soft, without friction.
+
+    Parameters
+    ----------
+    orbit : Exciter or xarray.Dataset
+        As of `prove`; it may have no impacts.
+    cells : int
+        Cells that are examined at most, for each of both knocks, from 1 to 1e7; more of them prove more, and 1,000 take
+        some 5 s.
+    progress : callable, optional
+        Called as progress(done, total), in cells, for each of both.
+
+    Returns
+    -------
+    xarray.Dataset
+        knock_low, knock_impulse_low
+            All motions settle on the orbit that begin at the section, tau = 0, at a state nearer than `knock_low` to
+            one of the orbit there, sqrt(dx^2 + dv^2), between the supports; or at its displacement, with a velocity
+            less than `knock_impulse_low` off. Lower bounds of `knock` and `knock_impulse` of `attractors`, which are
+            sought by marching. NaN if nothing is proved.
+        proved, why
+            proved, or undecided: `why` names what is not proved.
+        parts
+            Cells examined.
+        period_multiple, impacts_per_orbit (support)
+            The law.
+
+        The attribute `statement` is what was found, as a sentence.
+
+    Raises
+    ------
+    ParameterError
+        If the motion is no orbit that `prove` takes, or not stable, or there is friction, or an argument is out of
+        range.
+    ModuleNotFoundError
+        If python-flint is not installed.
+
+    References
+    ----------
+    W. Tucker, Validated Numerics, Princeton University Press 2011.
+    """
+    from vibropipe.proof.knock import prove_knocks
+
+    return prove_knocks(orbit, check_whole("cells", cells, PARTS_LIMITS), progress)
 
 
 def prove_all(

@@ -40,8 +40,8 @@ class Given(NamedTuple):
     frees: np.ndarray
 
 
-def given_orbit(orbit: Any) -> Given:
-    """Return the settled orbit of an exciter, or the orbit of a row.
+def given_orbit(orbit: Any, strikes: bool = True) -> Given:
+    """Return the settled orbit of an exciter, or the orbit of a row; strikes : whether it has to strike a support.
 
     Raises
     ------
@@ -68,6 +68,8 @@ def given_orbit(orbit: Any) -> Given:
         raise ParameterError(
             "orbit", orbit, must=f"must have at most {MAX_IMPACTS} impacts", got=str(n)
         )
+    if n == 0 and not strikes:
+        return Given(exciter, Law(m, ()), np.empty(0), np.empty(0))
     if n == 0:
         must = "must strike a support: a motion without impacts is known in closed form"
         raise ParameterError("orbit", orbit, must=must, got="")

@@ -16,6 +16,7 @@ class Kind(IntEnum):
     TURNS = 3
     STICKS = 4
     SLIPS = 5
+    SECTION = 6  # of motions that begin or end there: nothing happens
 
     @property
     def is_at_support(self) -> bool:
@@ -37,6 +38,7 @@ class Kind(IntEnum):
             Kind.TURNS: "turn",
             Kind.STICKS: "stuck",
             Kind.SLIPS: "slip",
+            Kind.SECTION: "section",
         }[self]
 
 

@@ -65,11 +65,13 @@ class Margin(NamedTuple):
 
 
 class FlightMotion:
-    """The motion of a flight over the times since its departure, in forcing periods."""
+    """The motion of a flight over the times since its departure, in forcing periods; start : if it is at no event."""
 
-    def __init__(self, model: Flights, flight: Flight) -> None:
+    def __init__(
+        self, model: Flights, flight: Flight, start: tuple[Any, Any] | None = None
+    ) -> None:
         self.flight, self.model = flight, model.on(flight.event.after)
-        self.x, self.v = start_of(model, flight)
+        self.x, self.v = start_of(model, flight) if start is None else start
         self.least, self.longest = round_down(flight.turns), round_up(flight.turns)
         self.zero_at_start = _margin_at(flight.event, self.model.piece)
         self.zero_at_end = _margin_at(flight.next_event, self.model.piece)
@@ -182,7 +184,9 @@ class FlightMotion:
 
 
 def _margin_at(event: Event, piece: Piece) -> int | str:
-    """Return which margin of a piece is 0 at an event with which it begins or ends."""
+    """Return which margin of a piece is 0 at an event with which it begins or ends; none at the section."""
+    if event.kind is Kind.SECTION:
+        return ""
     if event.kind.is_at_support:
         return event.support
     return f"{HOLD} {event.after.way}" if piece.is_held else VELOCITY

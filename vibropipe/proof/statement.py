@@ -10,7 +10,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter
 from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
 from vibropipe.proof.bifurcation import BOTH, bifurcation_near
@@ -26,6 +25,7 @@ from vibropipe.proof.certificate import (
 from vibropipe.proof.every import all_orbits
 from vibropipe.proof.given import Given, balls_of, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
+from vibropipe.proof.proved_dataset import described, proved_scalars
 from vibropipe.proof.sentences import (
     Outcome,
     critical_statement,
@@ -34,7 +34,6 @@ from vibropipe.proof.sentences import (
 )
 from vibropipe.proof.three import three_impacts
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
-from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import Proved, ProvedStable, Why
@@ -126,11 +125,11 @@ def prove_critical(given: Given, kind: Bifurcation, along: str) -> xr.Dataset:
             }
     counts = [law.supports.count(support) for support in (1, 2)]
     verdict = Proved.PROVED if is_proved else Proved.UNDECIDED
-    variables |= _scalars(verdict, found.why, 1, (law.m, *counts))
+    variables |= proved_scalars(verdict, found.why, 1, (law.m, *counts))
     del variables["parts"]
     ends = [float(variables[f"{along}_{end}"][1]) for end in ("low", "high")]
     attrs = {"statement": critical_statement(given, kind, along, ends, found)}
-    dataset = _described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
+    dataset = described(given.exciter, variables, 0, attrs).drop_vars([along, "harmonic"])
     dataset["grazing_support"].attrs |= {
         "flag_values": np.array([0, 1, 2, BOTH], np.int8),
         "flag_meanings": "none support_1 support_2 both",
@@ -210,9 +209,9 @@ def prove_every(
         kind = np.int8 if name in ("impact_support", "proved_stable") else None
         variables[name] = (("orbit", *inner), values.astype(kind) if kind else values)
     verdict = Proved.PROVED if found.why is Why.NONE else Proved.UNDECIDED
-    variables |= _scalars(verdict, found.why, found.looked, law)
+    variables |= proved_scalars(verdict, found.why, found.looked, law)
     attrs = {"statement": every_statement(law, found)}
-    return _described(exciter, variables, harmonics, attrs, orbit=np.arange(len(orbits)))
+    return described(exciter, variables, harmonics, attrs, orbit=np.arange(len(orbits)))
 
 
 def _orbit_dataset(
@@ -243,7 +242,7 @@ def _orbit_dataset(
     variables |= {
         "proved_stable": ((), np.int8(_stable_code(claim.is_stable))),
         "uniqueness_radius": ((), radius),
-        **_scalars(outcome.proved, outcome.why, outcome.examined, (given.law.m, *counts)),
+        **proved_scalars(outcome.proved, outcome.why, outcome.examined, (given.law.m, *counts)),
     }
     coords = {}
     if within:
@@ -256,7 +255,7 @@ def _orbit_dataset(
         }
     told = statement(within, claim, counts, outcome)
     attrs = {"statement": told, "events": given.law.text}
-    return _described(given.exciter, variables, harmonics, attrs, **coords)
+    return described(given.exciter, variables, harmonics, attrs, **coords)
 
 
 def _of_orbit(part: Part, half_width: Any) -> dict[str, Any]:
@@ -297,33 +296,3 @@ def _of_orbit(part: Part, half_width: Any) -> dict[str, Any]:
 
 def _stable_code(is_stable: bool | None) -> ProvedStable:
     return ProvedStable.UNDECIDED if is_stable is None else ProvedStable(int(is_stable))
-
-
-def _scalars(proved: Proved, why: Why, examined: int, law: Sequence[int]) -> dict[str, Any]:
-    """Return the variables that all proofs have."""
-    m, *impacts = law
-    return {
-        "proved": ((), np.int8(proved)),
-        "why": ((), np.int8(why)),
-        "parts": ((), examined),
-        "period_multiple": ((), m),
-        "impacts_per_orbit": ("support", np.array(impacts, float)),
-    }
-
-
-def _described(
-    exciter: Exciter,
-    variables: Mapping[str, Any],
-    harmonics: int,
-    attrs: Mapping[str, str],
-    **coords: Any,
-) -> xr.Dataset:
-    """Return variables as a dataset with the parameters of the exciter and the words of all quantities."""
-    from flint import __version__ as flint_version
-
-    scalars = {name: ((), value) for name, value in exciter.stated().items()}
-    index = {"support": np.array([1, 2], np.int8), "harmonic": np.arange(1, harmonics + 1)}
-    origin = origin_attrs(all_effect_names(vars(exciter), pieces=True), "none: proved by balls")
-    origin["method"] = f"balls of {BITS} bits (python-flint {flint_version})"
-    dataset = xr.Dataset(dict(variables), {**scalars, **index, **coords}, {**origin, **attrs})
-    return describe(dataset)

@@ -20,6 +20,8 @@ if TYPE_CHECKING:
 STATEMENT, EVENTS, METHOD = (f"{PREFIX}{name}" for name in ("statement", "events", "method"))
 # Stretches of the tube that is drawn; parts of a box that are examined at most, some 10 s, and of that of a row.
 STRETCHES, PARTS, ROW_PARTS = 256, 1000, 200
+# Cells of starts that are examined about a motion, some 5 s for each of both knocks.
+CELLS = 1000
 
 
 def with_certificate(
@@ -79,3 +81,12 @@ def with_row_proofs(rows: xr.Dataset, prove: Prove) -> xr.Dataset:
     proved = rows.assign({str(name): values for name, values in proof.data_vars.items()})
     within = "; ".join(f"{name} +- {most!r}" for name, most in limits.items())
     return proved.assign_attrs({ROWS_WITHIN: within}) if within else proved
+
+
+def with_knock_proofs(attractors: xr.Dataset) -> xr.Dataset:
+    """Add to attractors, without units, what is proved of their knocks; where that cannot be tried, why it is not."""
+    try:
+        from vibropipe.proof.knock import with_proved_knocks
+    except ModuleNotFoundError as error:
+        return attractors.assign_attrs({REFUSED: f"{error}"})
+    return with_proved_knocks(attractors, CELLS)

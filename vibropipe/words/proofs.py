@@ -82,6 +82,7 @@ class Why(Reasoned):
     PARTS = 6, "with the parts that were allowed"
     NOT_TRIED = 7, "since only orbits that strike a support and do not rest on one are tried"
     SYMMETRY = 8, "that exciter and orbit are their own mirror images along this parameter"
+    RETURN = 9, "that motions from near the orbit settle on it"
 
 
 class Tally(NamedTuple):

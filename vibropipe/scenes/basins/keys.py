@@ -31,6 +31,7 @@ from vibropipe.scenes.keys.checks import (
 from vibropipe.scenes.keys.grids import A_GRID, Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, SweptName, figure_key
 from vibropipe.scenes.keys.problems import Problem, required
+from vibropipe.scenes.keys.proofs import check_covered
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NameRule, NumberRange
 from vibropipe.solve.checks import LEFT_OUT
@@ -39,6 +40,8 @@ from vibropipe.words.parameters import PARAMETERS, STARTS
 
 # A start costs the transient, here some thirty forcing periods, and is stored in nine bytes.
 SECONDS_PER_START, BYTES_PER_START = 3e-5, 9
+# Seconds that the proof of the knocks of a motion takes.
+PROOF_SECONDS = 10.0
 # Seconds and bytes of attractors, beside the starts that look for them: of usual ones, with states at the section.
 SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 0.05, 3, 2 * 8 * 1024
 
@@ -86,6 +89,10 @@ class BasinsScene(TiedScene):
     starts: Annotated[int, NumberRange(1, 10**7, whole=True)] = Field(
         default=4096, description="Scattered starts that look for motions beside the grid."
     )
+    prove: bool = Field(
+        default=False,
+        description="Prove how hard each motion may be hit: `knock_low` and `knock_impulse_low` (docs/proof.md).",
+    )
 
     def grids(self) -> dict[str, ValueGrid | RangeGrid]:  # noqa: D102 - as BaseScene
         return {str(name): self.over[name] for name in self._names()}
@@ -117,6 +124,21 @@ def _housing(scene: BasinsScene) -> Iterator[Problem]:
         yield Problem(("phase",), repr(scene.phase), must=LEFT_OUT)
     if scene.swept:
         yield Problem(("over", scene.swept), "", must=LEFT_OUT)
+
+
+def _prove(scene: BasinsScene) -> Iterator[Problem]:
+    """Check that proofs are asked of one exciter, and of effects that can be proved."""
+    if not scene.prove:
+        return
+    values = scene.resolved_exciter()
+    if scene.swept:
+        must = f"must be left out with {scene.swept} in over: the knocks of one exciter are proved"
+        yield Problem(("prove",), "true", must=must)
+    elif values.get("friction", 0.0) != 0.0:
+        must = "must be left out: the friction of the exciter is beyond what can be proved"
+        yield Problem(("prove",), "true", must=must)
+    else:
+        yield from check_covered(values, "true")
 
 
 def _over(scene: BasinsScene) -> Iterator[Problem]:
@@ -196,6 +218,7 @@ CHECKS = (
     Check((*SUPPORTS, ("over",)), _supports),
     Check((("figure",), ("over",)), _figure),
     Check((*EXCITER, ("over",), ("phase",)), _housing),
+    Check((*EXCITER, ("over",), ("prove",)), _prove),
 )
 
 
@@ -209,7 +232,8 @@ def plan(scene: BasinsScene) -> Work:
         rows=scene.row_count,
         method="exact",
         outputs=OF_STEADY_STATE,
-        seconds=(n_values * SEARCH_SECONDS + starts * SECONDS_PER_START) * slowness(scene),
+        seconds=(n_values * SEARCH_SECONDS + starts * SECONDS_PER_START) * slowness(scene)
+        + scene.prove * ATTRACTORS * PROOF_SECONDS,
         bytes=HEAD_BYTES + scene.row_count * BYTES_PER_START + n_values * ATTRACTORS * attractor,
         pieces=most_shards(scene),
         is_parallel=True,

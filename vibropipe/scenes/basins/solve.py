@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
+from vibropipe.scenes.certificate import with_knock_proofs
 from vibropipe.solve.basins.basin_rows import Assigned, BasinRows
 from vibropipe.solve.basins.basins import solve_basins
 from vibropipe.solve.physical import stored
@@ -26,6 +27,7 @@ def solve_rows(
 ) -> xr.Dataset:
     """Solve a scene; `assigned` is what shards know of its starts."""
     dataset = solve_basins(rows_of(scene), scene.harmonics, progress, assigned)
+    dataset = with_knock_proofs(dataset) if scene.prove else dataset
     return stored(dataset, scene.mass_and_stiffness)
 
 

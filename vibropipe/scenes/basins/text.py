@@ -8,7 +8,7 @@ from collections.abc import Collection
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import outwards
+from vibropipe.figures.claims import at_least, outwards
 from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word, way_of
 from vibropipe.figures.text import (
     digits,
@@ -29,12 +29,14 @@ from vibropipe.scenes.basins.attractors import (
     ordered,
     step_of,
 )
+from vibropipe.words.proofs import REFUSED
 from vibropipe.words.wording import capitalised, count, series
 
 # Motions whose speeds are told.
 MAX_TOLD = 3
 # Share of border starts above which lines between the basins would cover them, and above which they are many.
 MAX_BORDER, MANY = 0.25, 0.1
+PROVED = "knock_impulse_low"  # what a table tells of a proof
 NOT_FOUND = "No motion was found on which the starts settle"
 
 
@@ -234,6 +236,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
                 knock_text(knocks[index], step_of(dataset)),
+                *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
     progression = (
@@ -244,6 +247,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
         in_brackets("knock survived", speed),
+        *([in_brackets("proved", dataset[PROVED])] if PROVED in dataset else []),
     ]  # fmt: skip
     step = with_units(speed, digits(step_of(dataset)))
     note = (
@@ -253,7 +257,14 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     )
     if any(len(images_of(dataset, index)) > 1 for index in knocks):
         note += " Of mirror images, each of which is the other one half a period later, the smaller one."
-    unknown = " A dash: none, or not known by the map." if any(DASH in row for row in rows) else ""
+    if PROVED in dataset:
+        note += (
+            f" Proved: a change of {'velocity' if dataset[PROVED].attrs.get('units') == '1' else 'momentum'} at the "
+            "start of a forcing period below which all motions certainly lead back, rounded down."
+        )
+    if REFUSED in dataset.attrs:
+        note += f" Nothing was proved: {dataset.attrs[REFUSED]}."
+    unknown = " A dash: none, or not known." if any(DASH in row for row in rows) else ""
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
 
 
@@ -275,6 +286,11 @@ def knock_text(knock: float, step: float) -> str:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
     return digits(unit * math.floor(knock / unit * (1 + 1e-12)))
+
+
+def proved_text(value: xr.DataArray) -> str:
+    """Write a proved bound, rounded down; a dash if nothing is proved."""
+    return DASH if math.isnan(float(value)) else at_least(float(value))
 
 
 def largest_text(row: xr.Dataset, name: str) -> str:

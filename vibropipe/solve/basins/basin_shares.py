@@ -12,7 +12,8 @@ from vibropipe.physics.effects import all_effect_names, all_effects, has_soft_su
 from vibropipe.physics.start import within_room
 from vibropipe.solve.basins.attractor_families import Families
 from vibropipe.solve.basins.attractor_set import AttractorSet
-from vibropipe.solve.basins.attractors import shares, states_at_section
+from vibropipe.solve.basins.attractors import reachable_velocity, shares, states_at_section
+from vibropipe.solve.basins.knocks import knocks_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, coordinates, label_rows
 from vibropipe.solve.rows.many import solve_rows
@@ -90,6 +91,7 @@ def shares_dataset(
     variables = _shares(numbers, at, shape)
     variables |= _steady_states(sets, members, at, shape, harmonics)
     variables |= _visits(sets, members, at, shape)
+    variables |= _knocks(sets, members, at, shape)
     variables |= _changes(families, name)
     values = np.array([getattr(each.section.exciter, name) for each in sets])
     first = sets[0].section.exciter.stated()
@@ -179,6 +181,24 @@ def _visits(
     return {
         f"poincare_{name}": (("row", "visit"), _spread(states[:, :, column], at, shape))
         for column, name in enumerate(("displacement", "velocity"))
+    }
+
+
+def _knocks(
+    sets: Sequence[AttractorSet],
+    members: Sequence[_Member],
+    at: tuple[np.ndarray, np.ndarray],
+    shape: tuple[int, int],
+) -> Variables:
+    """Return how hard each attractor may be hit (`knocks_of`)."""
+    knocks = np.empty((len(members), 2))
+    for row, each in enumerate(members):
+        known = sets[each.value]
+        velocity = reachable_velocity(known.section.exciter)
+        knocks[row] = knocks_of(known, known.known[each.place], each.place, velocity)
+    return {
+        name: (("row",), _spread(knocks[:, column], at, shape))
+        for column, name in enumerate(("knock", "knock_impulse"))
     }
 
 

@@ -22,6 +22,7 @@ from vibropipe.solve.basins.attractors import (
 from vibropipe.solve.basins.basin_rows import Assigned, BasinRows, joined_rows
 from vibropipe.solve.basins.basin_shares import shares_dataset
 from vibropipe.solve.basins.border_orbits import border_orbits, with_border_orbits
+from vibropipe.solve.basins.knocks import sharpened
 from vibropipe.solve.basins.of_housing import settle_rows
 from vibropipe.solve.checks import LEFT_OUT, check_over, check_soft, check_whole
 from vibropipe.solve.physical import to_physical
@@ -98,10 +99,11 @@ def basins(
             The borders themselves: starts at phase 0 whose motions approach one of these orbits, along pieces of curves
             that NaN parts; `stable_set_orbit` has the orbit. Of a set without end the beginning, with friction none.
 
-        and over `attractor_id` all that `attractors` returns. With `over`, the parameter is the first dimension of all
-        these. An attractor is carried along from value to value and keeps its number while its states at the section
-        change continuously, also where its period doubles or it becomes chaotic; where it is not, its numbers are NaN
-        and its regime is unresolved. Borders have no orbits then, but there is, over `bifurcation`,
+        and over `attractor_id` all that `attractors` returns; the knocks are tried towards these borders, too. With
+        `over`, the parameter is the first dimension of all these. An attractor is carried along from value to value and
+        keeps its number while its states at the section change continuously, also where its period doubles or it
+        becomes chaotic; where it is not, its numbers are NaN and its regime is unresolved. Borders have no orbits then,
+        but there is, over `bifurcation`,
 
         bifurcation_<parameter>
             Value at which an attractor appears or vanishes, where it jumps or two merge: to 1/1000 of the distance of
@@ -198,7 +200,9 @@ def solve_basins(
     shape = xs.size, vs.size
     states = rows.starts(0).reshape(*shape, 2)
     orbits = border_orbits(attractors, states, owner.reshape(shape), turn)
-    return describe(with_border_orbits(dataset, attractors, orbits, attractor_ids(attractors)))
+    ids = attractor_ids(attractors)
+    dataset = with_border_orbits(dataset, attractors, orbits, ids)
+    return describe(sharpened(dataset, attractors, np.argsort(ids[:-1])))
 
 
 def _starts_text(rows: BasinRows) -> str:

@@ -2,15 +2,22 @@
 
 from __future__ import annotations
 
+from typing import TYPE_CHECKING
+
 import numpy as np
 
 from vibropipe.physics.limits import START_WORK
 from vibropipe.solve.basins.attractor_set import Attractor, AttractorSet
 
+if TYPE_CHECKING:
+    import xarray as xr
+
 # Sizes that are tried in each direction, the least one as a share of the largest, and the halvings that follow.
 SIZES, LEAST, HALVINGS = 96, 1e-5, 16
 # Directions of disturbances in displacement and velocity, and the most section points of an orbit that are disturbed.
 DIRECTIONS, MAX_POINTS = 24, 32
+# How far beyond a stable set it is tried, as a share of the way, and at how many of its states.
+BEYOND, CANDIDATES = 1e-3, 256
 
 
 def knocks_of(
@@ -62,14 +69,79 @@ def _least(
     else:
         return np.nan
     # Only what leaves at this size leaves at a smaller one.
-    high = float(size)
+    return _halved(attractors, points[on], ways[on], index, low, float(size))
+
+
+def _halved(
+    attractors: AttractorSet,
+    points: np.ndarray,
+    ways: np.ndarray,
+    index: int,
+    low: float,
+    high: float,
+) -> float:
+    """Return the least size, between two, of disturbances after which a motion is another, rounded down."""
     for _ in range(HALVINGS):
         middle = 0.5 * (low + high)
-        if _comes_back(attractors, points[on] + middle * ways[on], index).all():
+        if _comes_back(attractors, points + middle * ways, index).all():
             low = middle
         else:
             high = middle
     return low
+
+
+def sharpened(dataset: xr.Dataset, attractors: AttractorSet, indices: np.ndarray) -> xr.Dataset:
+    """Return a dataset of basins whose knocks are not longer than the ways to the stable sets that it has.
+
+    What lies just beyond the nearest states of the stable sets is tried, too: so no tongue of another basin is missed
+    that they bound.
+
+    indices : of each attractor among the known ones
+    """
+    curve = np.column_stack(
+        [dataset[f"stable_set_{name}"].values for name in ("displacement", "velocity")]
+    )
+    knocks, impulses = (dataset[name].values.copy() for name in ("knock", "knock_impulse"))
+    for n, index in enumerate(indices.tolist()):
+        orbit = attractors.known[index]
+        if orbit.period_multiple == 0 or len(orbit.sections) > MAX_POINTS or not len(curve):
+            continue
+        for point in orbit.sections:
+            up = np.column_stack([np.zeros(len(curve)), _crossings(curve, point[0]) - point[1]])
+            impulses[n] = _nearer(attractors, index, point, up, impulses[n])
+            knocks[n] = _nearer(attractors, index, point, curve - point, knocks[n])
+    # a change of velocity is a distance, too
+    knocks = np.fmin(knocks, impulses)
+    return dataset.assign(
+        knock=dataset["knock"].copy(data=knocks),
+        knock_impulse=dataset["knock_impulse"].copy(data=impulses),
+    )
+
+
+def _crossings(curve: np.ndarray, x: float) -> np.ndarray:
+    """Return the velocity at which each stretch of a curve passes a displacement; NaN of those that do not."""
+    (x0, v0), (x1, v1) = curve[:-1].T, curve[1:].T
+    passes = (x0 - x) * (x1 - x) < 0.0
+    velocities = np.full(len(curve), np.nan)
+    share = (x - x0[passes]) / (x1[passes] - x0[passes])
+    velocities[:-1][passes] = v0[passes] + share * (v1[passes] - v0[passes])
+    return velocities
+
+
+def _nearer(
+    attractors: AttractorSet, index: int, point: np.ndarray, ways: np.ndarray, known: float
+) -> float:
+    """Return the least size of disturbances to just beyond some states after which a motion is another, or `known`."""
+    sizes = np.hypot(*ways.T) * (1.0 + BEYOND)
+    tried = np.flatnonzero((sizes > 0.0) & (sizes < np.fmin(known, np.inf)))
+    tried = tried[np.argsort(sizes[tried])][:CANDIDATES]
+    sizes, ways = sizes[tried, None], ways[tried] / (sizes[tried, None] / (1.0 + BEYOND))
+    leaves = ~_comes_back(attractors, point + sizes * ways, index)
+    if not leaves.any():
+        return known
+    first = int(np.argmax(leaves))
+    ends = point[None], ways[first][None]
+    return _halved(attractors, *ends, index, 0.0, float(sizes[first, 0]))
 
 
 def _comes_back(attractors: AttractorSet, states: np.ndarray, index: int) -> np.ndarray:

@@ -492,7 +492,7 @@ def test_proved_knocks_stand_in_the_table(tmp_path):
     assert (low > 0.4).all()
     assert (low < dataset["knock_impulse"].values).all()
     table = safety_table("starts", dataset)
-    column = [cell.split(" ")[0] for cell in table.head].index("proved")
+    column = [cell.startswith("proved impulse") for cell in table.head].index(True)
     told = sorted(float(row[column]) for row in table.rows)
     assert told == pytest.approx(np.sort(low), rel=5e-3)
     assert (np.array(told) <= np.sort(low)).all()

@@ -247,7 +247,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
         in_brackets("knock survived", speed),
-        *([in_brackets("proved", dataset[PROVED])] if PROVED in dataset else []),
+        *([in_brackets("proved impulse", dataset[PROVED])] if PROVED in dataset else []),
     ]  # fmt: skip
     step = with_units(speed, digits(step_of(dataset)))
     note = (
@@ -259,8 +259,8 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += " Of mirror images, each of which is the other one half a period later, the smaller one."
     if PROVED in dataset:
         note += (
-            f" Proved: a change of {'velocity' if dataset[PROVED].attrs.get('units') == '1' else 'momentum'} at the "
-            "start of a forcing period below which all motions certainly lead back, rounded down."
+            " Proved impulse: at the start of a forcing period, below which all motions certainly lead back, rounded "
+            "down."
         )
     if REFUSED in dataset.attrs:
         note += f" Nothing was proved: {dataset.attrs[REFUSED]}."

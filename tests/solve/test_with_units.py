@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pint
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 
@@ -190,3 +191,37 @@ def test_tolerances_have_units_too():
         spread.displacement_mean_std, expected.displacement_mean_std, rtol=1e-9
     )
     assert spread.displacement_mean_std.attrs["units"] == "m"
+
+
+def test_motions_and_steady_states_take_starts_and_times_with_units():
+    given = {
+        "m": "2 kg",
+        "C": "200 N/m",
+        "H": "3 kg/s",
+        "F": "1.2 N",
+        "l": "5 mm",
+        "R1": 0.7,
+        "R2": 0.6,
+    }
+    exciter = vp.Exciter.from_physical(**given, omega="18 rad/s")
+    p = 10.0  # rad/s
+    plain = vp.to_physical(vp.simulate(exciter, 2 * p, 1e-3, 3e-3 / p, tau_start=0.1 * p), exciter)
+    motion = vp.simulate(exciter, "2 s", x0="1 mm", v0="3 mm/s", tau_start="100 ms")
+    xr.testing.assert_allclose(motion, plain, rtol=1e-12)
+    assert motion["displacement"].attrs["units"] == "m"
+    assert float(motion["time"][-1]) == pytest.approx(2.0, rel=1e-12)
+    # the end that is left out is that of a motion without units
+    assert float(vp.simulate(exciter, x0="1 mm")["time"][-1]) == pytest.approx(60.0 / p)
+    ramp = vp.simulate(exciter, 4.0, x0="0 mm", nu_end="25 rad/s")
+    assert float(ramp["omega_end"]) == pytest.approx(25.0)
+    row = vp.steady_state(exciter, x0="1 mm", v0="10 mm/s")
+    same = vp.to_physical(vp.steady_state(exciter, 1e-3, 0.01 / p), exciter)
+    xr.testing.assert_allclose(row, same, rtol=1e-12)
+    for name, call in (
+        ("x0", lambda: vp.simulate(exciter, x0="1 kg")),
+        ("tau_end", lambda: vp.simulate(exciter, "2 mm")),
+        ("housing_v0", lambda: vp.simulate(exciter, "2 s", housing_v0="1 mm")),
+        ("v0", lambda: vp.steady_state(exciter, v0="1 mm")),
+    ):
+        with pytest.raises(vp.ParameterError, match=f"{name}: must be"):
+            call()

@@ -80,7 +80,7 @@ def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
         si = _si(name, values)
     else:
         si = np.array([_si(name, each) for each in values])
-    m, C = (si_value(each, exciter.written[each]) for each in ("m", "C"))
+    m, C = _mass_and_stiffness(exciter)
     if name in STARTS:
         return si if name == "x0" else si / eigenfrequency(m, C)
     return non_dimensional({"m": m, "C": C, name: si})[PHYSICAL[name].non_dimensional]
@@ -99,6 +99,22 @@ def si_of_dimension(argument: str, value: Any, dimension: str) -> float:
         return to_si(value, dimension, numbers=True)
     except UnitError as error:
         raise ParameterError(argument, value, error.allowed) from None
+
+
+def plain_time(exciter: Exciter, name: str, value: Any) -> float:
+    """Return a time in 1/p, from seconds or a time with a unit; name : of its argument."""
+    return si_of_dimension(name, value, "time") * eigenfrequency(*_mass_and_stiffness(exciter))
+
+
+def plain_velocity(exciter: Exciter, name: str, value: Any) -> float:
+    """Return a velocity in m p, from m/s or one with a unit; name : of its argument."""
+    return si_of_dimension(name, value, "velocity") / eigenfrequency(*_mass_and_stiffness(exciter))
+
+
+def _mass_and_stiffness(exciter: Exciter) -> tuple[float, float]:
+    """Return m and C of an exciter of `from_physical`, in SI."""
+    m, C = (si_value(each, exciter.written[each]) for each in ("m", "C"))
+    return m, C
 
 
 def plain_mapping(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any]:

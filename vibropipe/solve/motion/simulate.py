@@ -14,17 +14,21 @@ from vibropipe.solve.checks import check_housing, check_whole, span_in_turns
 from vibropipe.solve.motion.motion_dataset import to_dataset
 from vibropipe.solve.motion.ramp import simulate_ramp
 from vibropipe.solve.motion.run import MotionRequest, run_motion
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.warn import warn_unsolved
+from vibropipe.solve.with_units import are_with_units, plain_time, plain_values, plain_velocity
 from vibropipe.words.methods import METHODS
 from vibropipe.words.progress import Progress, WorkCount
 
 if TYPE_CHECKING:
     import xarray as xr
 
+DEFAULT_END = 60.0
+
 
 def simulate(
     exciter: Exciter,
-    tau_end: float = 60.0,
+    tau_end: float | None = None,
     x0: float | None = None,
     v0: float = 0.0,
     method: str = "exact",
@@ -43,13 +47,15 @@ def simulate(
     """Compute the motion of eqs. (5), (6) from `tau_start` to `tau_end`.
 
     All numbers are non-dimensional: displacements in the unit chosen for `l`, times tau in 1/p with p = sqrt(C/m),
-    velocities in that unit times p, forces in that unit times C, energies in its square times C.
+    velocities in that unit times p, forces in that unit times C, energies in its square times C. Of an exciter of
+    `from_physical` times, start and `nu_end` may have units, as text or quantities of pint; other numbers among them,
+    and the dataset, are then in SI.
 
     Parameters
     ----------
     exciter : Exciter
-    tau_end : float
-        End; at least `tau_start`.
+    tau_end : float, optional
+        End, at least `tau_start` (default: 60).
     x0 : float, optional
         Displacement at `tau_start`. The default is the equilibrium, x = load, or, if that lies beyond a support, that
         support. A value within 4 ulps of a support is moved onto it.
@@ -146,6 +152,26 @@ def simulate(
     .. [3] L. F. Shampine, S. Thompson, Event location for ordinary differential equations, Comput. Math. Appl. 39
        (2000) 43.
     """
+    if are_with_units(exciter, tau_end, x0, v0, tau_start, housing_v0, nu_end):
+        found = simulate(
+            exciter,
+            tau_end if tau_end is None else plain_time(exciter, "tau_end", tau_end),
+            plain_values(exciter, "x0", x0),
+            plain_values(exciter, "v0", v0),
+            method,
+            steps_per_period,
+            accuracy,
+            samples_per_period,
+            tau_start=plain_time(exciter, "tau_start", tau_start),
+            max_impacts=max_impacts,
+            effects=effects,
+            energy=energy,
+            housing_v0=plain_velocity(exciter, "housing_v0", housing_v0),
+            nu_end=plain_values(exciter, "omega", nu_end),
+            progress=progress,
+        )
+        return to_physical(found, exciter)
+    tau_end = DEFAULT_END if tau_end is None else tau_end
     x, v = exciter.check_start(x0, v0)
     turns = span_in_turns(exciter, tau_start, tau_end)
     if nu_end is not None:

@@ -7,10 +7,12 @@ from typing import TYPE_CHECKING
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.stated import ties_of_call
+from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.blocks import MAX_PERIODS, assemble, solve_shard
 from vibropipe.solve.sweep.sweep import check_solver
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.solve.warn import warn_unsolved
+from vibropipe.solve.with_units import are_with_units, plain_values
 from vibropipe.words.outputs import OF_STEADY_STATE
 
 if TYPE_CHECKING:
@@ -40,7 +42,8 @@ def steady_state(
         Displacement at tau = 0. The default is the equilibrium or, if the equilibrium lies beyond a support, that
         support. A value within 4 ulps of a support is moved onto it.
     v0 : float
-        Velocity at tau = 0.
+        Velocity at tau = 0. Of an exciter of `from_physical` the start may have units, as text or quantities of pint;
+        the dataset is then in SI.
     harmonics : int
         Number of harmonics, from 1 to 1000.
     accuracy : float, optional
@@ -165,6 +168,10 @@ def steady_state(
     .. [4] G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Lyapunov characteristic exponents for smooth dynamical
        systems, Meccanica 15 (1980) 9.
     """
+    if are_with_units(exciter, x0, v0):
+        x, v = (plain_values(exciter, name, each) for name, each in (("x0", x0), ("v0", v0)))
+        found = steady_state(exciter, x, v, harmonics, accuracy, effects, patience, outputs)
+        return to_physical(found, exciter)
     exciter.check_start(x0, v0)
     exciter.check_frequency()
     exciter, ties = ties_of_call(exciter, None)

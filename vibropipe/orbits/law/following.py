@@ -38,9 +38,9 @@ from vibropipe.orbits.law.steps import GAP, GAP_FLIGHT, MARGIN, SPEED
 TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3
 # Lengths at which a branch goes on, if it keeps its margins there.
 CLOSE = (1e-6, 1e-5, 1e-4)
-# Distance in the parameter, as a share of its range, at which a march seeks the next law, how many orbits it settles,
+# Distances in the parameter, as shares of its range, at which a march seeks the next law, how many orbits it settles,
 # and the largest distance, weighted, of the orbit that it finds.
-BESIDE, SETTLING, CLOSEST = 1e-6, 32, 1e-2
+BESIDES, SETTLING, CLOSEST = (1e-6, 1e-5, 1e-4), 32, 1e-2
 # Weighted difference of orbits at which a branch begins a law, a small length from its end, that are one.
 SAME_ORBIT = 1e-6
 # Weighted difference of the halves of an orbit that are the same.
@@ -66,15 +66,20 @@ def follow_laws(
     path = follow(curve, start, closes, first_length)
     begun: list[Point] = []
     for _law in range(MAX_LAWS):
-        if path.end not in ("gap", "speed"):
+        if path.end not in ("gap", "speed", "lost"):
             return path
-        after = beyond(path.points[-1])
+        end, last = path.points[-1], len(path.points) - 1
+        if path.end == "lost":
+            # next to a cusp Newton's method may fail where a march finds the next law
+            after = _marched_beyond(end)
+            path.events += [Event("lost", "", last)] if after else []
+        else:
+            after = beyond(end)
         if after is None:
-            if _halves_beyond(path.points[-1]):
+            if path.end != "lost" and _halves_beyond(end):
                 path.events[-1], path.end = path.events[-1]._replace(reason="halved"), "halved"
             return path
-        last = len(path.points) - 1
-        if is_same_chatter(path.points[-1], after):
+        if is_same_chatter(end, after):
             path.events.pop()
         else:
             path.events[-1] = Event("change", "", last)
@@ -138,30 +143,25 @@ def _halves_beyond(point: Point) -> bool:
             ahead = whole.advance(side, TRIED[0])
             if ahead is not None and is_kept(ahead) and _repeats(ahead):
                 return True
-    return False
+    beside = (_settled_beside(point, share) for share in (BESIDES[0], -BESIDES[0]))
+    return any(first is not None and _repeats(first) for first in beside)
 
 
 def _marched_beyond(point: Point) -> Point | None:
-    """Return the orbit that a march next to the end of a law settles on, if it is close and has another law."""
+    """Return the orbit that a march next to the end of a law settles on, if it is close and has another law.
+
+    Next to a chatter laws follow each other ever faster: one of those farther on, at last that with the rest.
+    """
     curve, problem = point.curve, point.curve.problem
     m = curve.sequence.m
     begin = curve.state_at(point)
     reach = problem.high - problem.low
-    for share in (BESIDE, -BESIDE):
-        value = point.value + share * reach
-        p = curve.parameters(value)
-        state = curve.marcher.after(p, begin, float(SETTLING * m))
-        read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
-        if state is None or read is None or read.law.key == curve.sequence.key:
-            continue
-        there = curve.with_sequence(read.law)
-        first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
-        if first is None or not is_kept(first) or _repeats(first):
-            continue
-        if _is_close(there.state_at(first), begin, curve):
+    for share in (side * beside for beside in BESIDES for side in (1.0, -1.0)):
+        first = _settled_beside(point, share)
+        if first is not None and not _repeats(first):
             return first if first.tangent[-1] * share > 0.0 else first.reversed()
     # From an unstable orbit a march settles on another one: what it meets at first has the law on either side.
-    for share in (BESIDE, -BESIDE):
+    for share in (BESIDES[0], -BESIDES[0]):
         value = point.value + share * reach
         p = curve.parameters(value)
         state = curve.marcher.after(p, begin, float(m))
@@ -173,6 +173,23 @@ def _marched_beyond(point: Point) -> Point | None:
         if begun is not None and _is_close(there.state_at(begun), begin, curve):
             return begun
     return None
+
+
+def _settled_beside(point: Point, share: float) -> Point | None:
+    """Return the orbit, close to the end of a law, that a march settles on at a share of the range from it."""
+    curve, problem = point.curve, point.curve.problem
+    m, begin = curve.sequence.m, curve.state_at(point)
+    value = point.value + share * (problem.high - problem.low)
+    p = curve.parameters(value)
+    state = curve.marcher.after(p, begin, float(SETTLING * m))
+    read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
+    if read is None or read.law.key == curve.sequence.key:
+        return None
+    there = curve.with_sequence(read.law)
+    first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
+    if first is None or not is_kept(first) or not _is_close(there.state_at(first), begin, curve):
+        return None
+    return first
 
 
 def _is_close(state: np.ndarray, other: np.ndarray, curve: LawCurve) -> bool:

@@ -208,11 +208,3 @@ def test_bad_requests_are_refused(given: dict[str, Any], told: str) -> None:
     e = vp.Exciter(l=1.0, nu=1.0, f=1.0)
     with pytest.raises(vp.ParameterError, match=told):
         vp.simulate(e, **given)
-
-
-@pytest.mark.parametrize(
-    "effect", [{"k1": 50.0}, {"friction": 0.1}, {"mass_ratio": 0.2}, {"shaker": 0.1}]
-)
-def test_other_effects_are_refused(effect: dict[str, float]) -> None:
-    with pytest.raises(vp.ParameterError, match=next(iter(effect))):
-        vp.simulate(vp.Exciter(l=1.0, nu=1.0, f=1.0, **effect), nu_end=2.0)

@@ -16,6 +16,7 @@ from vibropipe.physics.flow import (
     new_basis,
     steps_for_exact,
 )
+from vibropipe.physics.frequency import Moment, Ramp, ramp_of
 from vibropipe.physics.limits import MAX_TABLE
 from vibropipe.physics.load import fastest_forcing, force_bounds, forcing_period
 from vibropipe.physics.load_steps import (
@@ -89,6 +90,18 @@ class StepGrid(NamedTuple):
     basis: np.ndarray
     second: int | None
     force_2: tuple[float, float, float, float]
+
+
+class RampGrid(NamedTuple):
+    """The exact method on a ramp for motions by pieces: each step is a "period", counted from the start of the ramp.
+
+    Attributes are those of `StepGrid`, and the ramp.
+    """
+
+    exact: int
+    steps: int
+    dt: float
+    ramp: Ramp
 
 
 @jit
@@ -297,7 +310,15 @@ def stays_between(grid, frame, departs, y, w, y1, w1, span):
 
 @jit
 def phase_at(grid, at):
-    """Return the phase, in turns, of an `Instant` or a state."""
+    """Return the phase, in turns, of an `Instant` or a state; on a `RampGrid` the `Moment`."""
+    return _phase_at(ramp_of(grid), grid, at)
+
+
+@jit_inline
+def _phase_at(ramp, grid, at):
+    """Return `phase_at`; ramp : of the grid, as an argument, so that only one of both is compiled."""
+    if ramp is not None:
+        return Moment(ramp, turns_at(grid, at) * grid.dt, grid.dt)
     return (at.step + at.theta) / grid.steps
 
 

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import grid_time, phase_at
+from vibropipe.march.grid import grid_time, phase_at, turns_at
 from vibropipe.march.piece_log import BEYOND, CONTACT, FREE, HELD, RESTING
 from vibropipe.march.state import (
     ACCELERATION_ROUNDING,
@@ -221,7 +221,7 @@ def with_housing(e, p, grid, state, housing):
 def resume(e, p, grid, at, home, y, housing):
     """Return the state of a mass without velocity at an `Instant` or state, with a `Housing` or None."""
     turn = phase_at(grid, at)
-    since = at.period + turn
+    since = turns_at(grid, at)
     if housing is None:
         mode = mode_without_velocity(e, p, grid, home, y, turn)
         return State(at.period, at.step, at.theta, home, y, 0.0, mode, since, housing)

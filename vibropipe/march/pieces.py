@@ -14,134 +14,65 @@ from vibropipe.march.contacts import (
     impact_at_end,
     support_at,
 )
-from vibropipe.march.grid import evaluate, steps_until
 from vibropipe.march.log import (
     GRAZINGS,
     IMPACTS,
     POLYNOMIALS,
     RESTS,
-    SAMPLES,
-    STEPS,
     is_full,
     is_spent,
-    record,
 )
 from vibropipe.march.piece_events import (
     ANY,
-    FAR,
-    FORCE_BEGINS,
-    FORCE_ENDS,
     MANY_PARTS,
-    MAY_MOVE,
-    NEAR,
-    NOTHING,
-    ZERO,
-    end_newmark_step,
     fill_exact,
     fill_newmark,
-    first_event,
-    follow_contact,
     force_on,
     parts_of_step,
     piece_at,
 )
 from vibropipe.march.piece_housing import (
-    SLIP_UP,
-    STOP,
-    TOUCHES,
-    first_housing_event,
-    is_about_to_move,
     is_held_a_step,
-    keep_housing,
-    largest_housing_speed,
     until_stop,
 )
 from vibropipe.march.piece_log import (
     IMPACT,
     REST_BEGINS,
-    extend_piece,
     is_full_of_pieces,
 )
 from vibropipe.march.piece_path import (
     coast,
     ensure_flow,
     flow_index,
-    instant_after,
 )
-from vibropipe.march.piece_state import is_beyond, is_unloaded
-from vibropipe.march.piece_still import advance_held, advance_resting, hold, step_end
+from vibropipe.march.piece_state import is_beyond
+from vibropipe.march.piece_step import PieceStep, finish_step, span_until
+from vibropipe.march.piece_still import advance_held, advance_resting, step_end
 from vibropipe.march.piece_transitions import (
-    after_event,
     begin,
     departed_with,
-    hold_housing,
-    housing_event,
     start,
     stop_housing,
 )
-from vibropipe.march.roots import GRAZING, NONE, STRIDE_LIMIT
+from vibropipe.march.ramp_pieces import advance_on_ramp
 from vibropipe.march.state import (
     FLIGHT,
     REST,
     STUCK,
-    UNLOADED,
-    State,
     is_before,
     is_watched,
 )
-from vibropipe.physics.contact import frame_at, to_velocity
+from vibropipe.physics.contact import frame_at
 from vibropipe.physics.decay import ALIVE, decayed_taylor
-from vibropipe.physics.housing import moved
-from vibropipe.physics.stiffness import is_soft, pull_of_support
+from vibropipe.physics.frequency import ramp_of
+from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
 
-# Time, in steps, within which a mass has not started to move if it stops again.
-SHORTEST = 2.0**-52
 # Largest number of events of a march, turning points included, which no limit of contacts bounds.
 MAX_TURNS = 100_000_000
 OK, MAX_IMPACTS, MAX_STEPS = int(Status.OK), int(Status.MAX_IMPACTS), int(Status.MAX_STEPS)
 NOT_FINITE, LOG_FULL = int(Status.NOT_FINITE), int(Status.LOG_FULL)
-SUPPORT_REACHED, ROOT_BOUND = int(Status.SUPPORT_REACHED), int(Status.ROOT_BOUND)
-
-
-@jit_inline
-def missed_event(e, p, home, frame, piece, has_friction, y, w):
-    """Return the event that the end (y, w) of a step shows to have happened within rounding of that end."""
-    if e.no_pull is not None and piece.lets_go:
-        pull = pull_of_support(p, home, y, w)
-        if piece.in_contact and pull >= 0.0:
-            return FORCE_ENDS
-        if not piece.in_contact and (y >= 0.0 or pull <= 0.0):
-            return NEAR if y >= 0.0 else FORCE_BEGINS
-    elif piece.in_contact:
-        if y >= 0.0:
-            return NEAR
-    elif frame.to_near and y <= frame.near:
-        return NEAR
-    elif frame.to_far and y >= frame.far:
-        return FAR
-    return ZERO if has_friction and piece.direction * w <= 0.0 else NOTHING
-
-
-@jit_inline
-def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
-    """Return whether a mass without velocity does not start to move the way that its mode says.
-
-    Newmark's step may begin to move later. By the exact method the force then grows beyond the friction by less than
-    rounding per step, which gives the coefficient any sign: the mass would stop at once, again and again.
-    """
-    if (
-        piece.velocity_power == 0
-        or c[min(piece.velocity_power + 1, c.size - 1)] * piece.direction > 0.0
-    ):
-        return False
-    if grid.exact is None:
-        return True
-    if event == NOTHING or theta > SHORTEST:
-        return False
-    if event == ZERO:
-        return True
-    return event < SLIP_UP and is_soft(e, p, support_at(state.home, event != FAR))
+SUPPORT_REACHED = int(Status.SUPPORT_REACHED)
 
 
 @jit_inline
@@ -170,11 +101,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     goal = end
     if grid.exact is None or is_held_a_step(state.housing):
         goal = step_end(grid, state, end)
-    left = steps_until(grid, state, goal)
-    span = left * parts
-    is_whole = span <= 1.0
-    if not is_whole:
-        span = 1.0
+    left, span, is_whole = span_until(grid, state, goal, parts)
     if not is_alive:
         decayed_taylor(c, state.y, decay, p.nu, dt, e.second_harmonic)
     elif grid.exact is not None:
@@ -182,59 +109,16 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     else:
         fill_newmark(e, p, grid, frame, piece, state, span, dt, c)
     log.counts[POLYNOMIALS] += 1
-    has_friction = e.friction is not None and p.friction > 0.0
-    theta, event, kind = first_event(
-        e, p, state.home, frame, piece, has_friction, may, c, span, dt, log.pieces.work, log.counts
-    )
-    if may & MAY_MOVE != 0 and kind != STRIDE_LIMIT:
-        other, other_event, other_kind = first_housing_event(
-            log.pieces.housing, e, p, grid, frame, piece, state, span, dt, c, log.counts
-        )
-        if other_event != NOTHING and (event == NOTHING or other < theta):
-            theta, event, kind = other, other_event, other_kind
-    if kind == STRIDE_LIMIT:
-        return state, ROOT_BOUND, False
-    if does_not_start(e, p, grid, state, piece, event, theta, c):
-        return hold(e, p, grid, state, end, log, samples, c)
-    if event == STOP and theta <= SHORTEST and is_about_to_move(state.housing):
-        return hold_housing(state.housing, e, p, grid, state, log), OK, True
-    if event == TOUCHES:
-        is_whole, event, span = False, NOTHING, theta
-    if grid.exact is None and event != NOTHING:
-        theta = end_newmark_step(
-            e, p, grid, frame, piece, state, event, theta, span, dt, c, log.pieces.housing
-        )
-    y, w = evaluate(grid, c, theta)
-    w *= parts
-    # After a contact at the end of a step no time is left in it: the mass departs in the next one.
-    if event == NOTHING and theta > 0.0:
-        event = missed_event(e, p, state.home, frame, piece, has_friction, y, w)
-        kind = NONE
-    at, waited = goal, left
-    if event != NOTHING or not is_whole:
-        waited = min(theta / parts, left)
-        if waited < left:
-            at = instant_after(grid, state, 0, waited)
-    if piece.in_contact:
-        follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
-    first = log.counts[SAMPLES]
-    record(samples, log.counts, p, grid, state, c, 0.0, waited, parts)
-    home, mode = state.home, state.mode
-    if theta > 0.0:
-        mode = UNLOADED if is_unloaded(e, state) else FLIGHT
-    housing = moved(p, state.housing, theta * dt, frame.sigma * (y - state.y), to_velocity(home, w))
-    speed = largest_housing_speed(log.pieces.housing, p, frame.sigma, state.housing, c, dt, theta)
-    keep_housing(log, samples, first, p, grid, state, housing, speed)
-    extend_piece(log.pieces, theta * dt, y, w)
-    after = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
-    if event >= SLIP_UP:
-        return housing_event(housing, e, p, grid, after, event, w, log), OK, True
-    if event != NOTHING:
-        is_grazing = kind == GRAZING
-        after = after_event(e, p, grid, after, state.w, piece, event, is_grazing, end, log)
-        return after, OK, True
-    log.counts[STEPS] += 1
-    return after, OK, False
+    step = PieceStep(frame, piece, parts, may, goal, left, span, is_whole)
+    return finish_step(e, p, grid, state, step, end, log, samples, c)
+
+
+@jit_inline
+def advance(ramp, e, p, grid, state, end, log, samples, c):
+    """Do as `advance_piece`; ramp : of the grid, as an argument, so that only one of both is compiled."""
+    if ramp is not None:
+        return advance_on_ramp(e, p, grid, state, end, log, samples, c)
+    return advance_piece(e, p, grid, state, end, log, samples, c)
 
 
 @jit
@@ -276,7 +160,9 @@ def march_pieces(e, p, grid, state, end, log, samples, c, max_events):
                 state = stop_housing(e.housing, e, p, grid, state, log)
                 is_event = True
         else:
-            state, status, is_event = advance_piece(e, p, grid, state, end, log, samples, c)
+            state, status, is_event = advance(
+                ramp_of(grid), e, p, grid, state, end, log, samples, c
+            )
         if status != OK:
             return state, status
         turns += is_event

@@ -34,13 +34,12 @@ from vibropipe.march.state import (
     is_before,
 )
 from vibropipe.physics.contact import frame_at
+from vibropipe.physics.frequency import frequency_at, turn_at
 from vibropipe.physics.load import force_at, force_value
 from vibropipe.physics.ramp import (
-    frequency_at,
     longest_step,
     release_wait_on_ramp,
     taylor_on_ramp,
-    turn_at,
 )
 from vibropipe.words.status import Status
 

@@ -8,6 +8,7 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
+from vibropipe.physics.frequency import moment_of
 from vibropipe.physics.friction import (
     chatter_with_friction,
     friction_of,
@@ -26,6 +27,7 @@ from vibropipe.physics.load import (
     release_turn,
     release_wait_of_second,
 )
+from vibropipe.physics.ramp import wait_from_moment
 
 # Modes of a state. FLIGHT: off its home, or written from the equilibrium. LEAVES_BY_*: on its support; the name is
 # the leading derivative of the gap, the number the power of time with which the gap begins to grow. DOWN_BY_*: the
@@ -144,10 +146,19 @@ def release_wait(e, p, home, turn, housing=None):
         load -= hold_of(e, p)
     if e.forcing is None:
         return 0.0 if load > 0.0 else NEVER
-    if e.second_harmonic is not None:
-        wait = release_wait_of_second(p, frame.sigma, load, turn)
+    return _forced_release_wait(moment_of(turn), e, p, frame.sigma, load, turn)
+
+
+@jit_inline
+def _forced_release_wait(moment, e, p, sigma, load, turn):
+    """Return `release_wait` under a force; moment : `moment_of` the phase, as an argument, which decides the code."""
+    if moment is not None:
+        wait = wait_from_moment(moment, e, p, sigma, load, moment.ramp.span - moment.s)
         return 0.0 if wait < TIME_TOLERANCE else wait
-    release = release_turn(p, frame.sigma, load)
+    if e.second_harmonic is not None:
+        wait = release_wait_of_second(p, sigma, load, turn)
+        return 0.0 if wait < TIME_TOLERANCE else wait
+    release = release_turn(p, sigma, load)
     if release < 0.0:
         return 0.0
     if release == NEVER:

@@ -10,7 +10,9 @@ import math
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.contact import CHATTER_TOLERANCE
+from vibropipe.physics.frequency import moment_of
 from vibropipe.physics.load import NEVER, release_turn, release_wait_of_second
+from vibropipe.physics.ramp import wait_from_moment
 
 
 @jit_inline
@@ -50,19 +52,31 @@ def slip_wait(e, p, sigma, pull, turn):
         Sign of the frame.
     pull : float
         The constant part of the force on the mass: the force is sigma F + pull.
-    turn : float
+    turn : float or Moment
         Phase in turns.
 
     Returns
     -------
     wait : float
-        Turns until then; NEVER if it does not.
+        Turns until then, from a `Moment` in its unit; NEVER if it does not.
     direction : float
         1 or -1, in the frame.
     """
-    hold = hold_of(e, p)
     if e.forcing is None:
         return NEVER, 1.0
+    return _forced_slip_wait(moment_of(turn), e, p, sigma, pull, turn)
+
+
+@jit_inline
+def _forced_slip_wait(moment, e, p, sigma, pull, turn):
+    """Return `slip_wait` under a force; moment : `moment_of` the phase, as an argument, which decides the code."""
+    hold = hold_of(e, p)
+    if moment is not None:
+        span = moment.ramp.span - moment.s
+        up = wait_from_moment(moment, e, p, sigma, pull - hold, span)
+        span = min(span, up * moment.unit)
+        down = wait_from_moment(moment, e, p, -sigma, -pull - hold, span)
+        return (down, -1.0) if down < up else (up, 1.0)
     wait, direction = NEVER, 1.0
     for way in (1.0, -1.0):
         if e.second_harmonic is not None:

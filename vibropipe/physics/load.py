@@ -16,6 +16,7 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
+from vibropipe.physics.frequency import frequency_at, moment_of, turn_at
 from vibropipe.physics.turns import TWO_PI, sincos_turns
 
 NEVER = math.inf
@@ -85,13 +86,38 @@ def force_at(p, sigma: float, u: float, second=None) -> Force:
     p : Parameters
     sigma : float
         Sign of the frame, 1 or -1.
-    u : float
+    u : float or Moment
         Phase in turns.
     second : int or None
         The effect `second_harmonic`.
     """
+    return _force_at(moment_of(u), p, sigma, u, second)
+
+
+@jit_inline
+def _force_at(moment, p, sigma, u, second) -> Force:
+    """Return `force_at`; moment : `moment_of` u, as an argument, so that only one of both is compiled."""
+    if moment is not None:
+        force = force_on_ramp(moment.ramp, p, sigma, moment.s, second)
+        # As of a force of the frequency p.nu, with the derivative of this one: `force_rate` is right.
+        share = frequency_at(moment.ramp, moment.s) / p.nu
+        return Force(force.sine, share * force.cosine, force.sine_2, share * force.cosine_2)
     s, c = sincos_turns(u)
     return force_of_angle(p, sigma, s, c, second)
+
+
+@jit
+def force_on_ramp(ramp, p, sigma, at, second) -> Force:
+    """Return the `Force` at a time after the start of a `Ramp`; `cosine` is its derivative by the phase.
+
+    The shaker has -shaker (sin(phase))'' = shaker (nu^2 sin(phase) - nu' cos(phase)).
+    """
+    s, c = sincos_turns(turn_at(ramp, at))
+    nu, bend = frequency_at(ramp, at), ramp.shaker * ramp.change
+    amplitude = ramp.f + ramp.shaker * (nu * nu)
+    other = force_of_angle(p, sigma, s, c, second)
+    sine, cosine = amplitude * s - bend * c, amplitude * c + 3.0 * bend * s
+    return Force(sigma * sine, sigma * cosine, other.sine_2, other.cosine_2)
 
 
 @jit_inline

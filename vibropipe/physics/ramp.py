@@ -7,47 +7,30 @@ a s^2/2; the second harmonic has twice that phase, plus phi2.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.flow import DEGREE, TAYLOR_FACTORS, fastest_rate
+from vibropipe.physics.frequency import frequency_at, turn_at
 from vibropipe.physics.load import (
     LOAD_ROUNDING,
     NEVER,
+    double_angle,
     fastest_forcing,
-    force_at,
     force_bounds,
+    force_on_ramp,
     force_slope,
     force_value,
     release_stride,
+    second_parts,
 )
-from vibropipe.physics.turns import TWO_PI
+from vibropipe.physics.stiffness import piece_rate
+from vibropipe.physics.turns import sincos_turns
 
 # Largest product of the fastest rate and a step, and of the root of the rate at which the highest frequency changes.
 # The powers of the force and of the motion are those of a majorant, Z' = rate Z + F exp(rate s + a s^2/2). On a circle
 # of 40 steps about the start it is at most exp(18) (|z| + 16 F / rate), so all that the polynomial leaves out is below
 # exp(18) 40^-16 / (1 - 1/40) < 1.6e-18 of (|z| + 16 F / rate): below the rounding of the polynomial.
 REACH_OF_RATE, REACH_OF_CHANGE = 0.4, 0.05
-
-
-class Ramp(NamedTuple):
-    """A frequency that changes linearly, from `nu` at s = 0; `turn` is the phase there, in turns."""
-
-    nu: float
-    change: float
-    turn: float
-
-
-@jit_inline
-def frequency_at(ramp, s):
-    """Return the frequency at a time s after the start."""
-    return ramp.nu + ramp.change * s
-
-
-@jit_inline
-def turn_at(ramp, s):
-    """Return the phase, in turns, at a time s after the start."""
-    return ramp.turn + s * (ramp.nu + 0.5 * ramp.change * s) / TWO_PI
 
 
 def longest_step(e, p, change: float) -> float:
@@ -112,7 +95,7 @@ def release_wait_on_ramp(e, p, ramp, sigma, load, s, span) -> float:
     Parameters
     ----------
     e, p : Effects, Parameters
-        p with the highest frequency of the ramp.
+        p with the highest frequency of the ramp, and a bound of its first harmonic as f.
     ramp : Ramp
     sigma, load : float
         The load on the mass is sigma times the force, plus load.
@@ -125,15 +108,90 @@ def release_wait_on_ramp(e, p, ramp, sigma, load, s, span) -> float:
     """
     second = e.second_harmonic
     force, _rate, curvature = force_bounds(p)
-    curvature += abs(ramp.change) * (abs(p.f) + 2.0 * abs(p.f2))
+    change = abs(ramp.change)
+    curvature += change * (abs(p.f) + 2.0 * abs(p.f2))
+    # The bound p.f of the first harmonic has shaker (nu^2 + change): what the curvature of that force has beside it.
+    curvature += change * abs(ramp.shaker) * (4.0 * p.nu * p.nu + 2.0 * change)
     rounding = LOAD_ROUNDING * (force + abs(load))
+    if force + load < -rounding:
+        return NEVER
     wait = 0.0
     while wait < span:
-        at = force_at(p, sigma, turn_at(ramp, s + wait), second)
+        at = force_on_ramp(ramp, p, sigma, s + wait, second)
         value = force_value(at, second) + load
         slope = frequency_at(ramp, s + wait) * force_slope(at, second)
         stride = release_stride(value, slope, curvature, rounding)
-        if stride == 0.0:
+        # Where the rounding of the time exceeds the stride, the load passes zero within it.
+        if wait + stride == wait:
             return wait
         wait += stride
     return NEVER
+
+
+@jit_inline
+def wait_from_moment(moment, e, p, sigma, load, span):
+    """Return `release_wait_on_ramp` from a `Moment`, within a time `span`, in its unit."""
+    return release_wait_on_ramp(e, p, moment.ramp, sigma, load, moment.s, span) / moment.unit
+
+
+@jit
+def parts_on_ramp(piece, dt) -> float:
+    """Return into how many parts a step dt of a ramp is divided on a piece, so that a polynomial covers one."""
+    return max(1.0, math.ceil(piece_rate(piece.stiffness, piece.damping) * dt / REACH_OF_RATE))
+
+
+@jit
+def piece_taylor_on_ramp(c, y, w, p, moment, scale, piece, dt, second) -> None:
+    """Fill c with the motion on a piece so that y(s + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, on a ramp.
+
+    Parameters
+    ----------
+    c : ndarray, shape (DEGREE + 1,)
+    y, w : float
+        Displacement and velocity at s.
+    p : Parameters
+        For the second harmonic.
+    moment : Moment
+        With s.
+    scale : float
+        Factor of the force.
+    piece : Piece
+    dt : float
+        A step over `parts_on_ramp`.
+    second : int or None
+        The effect `second_harmonic`.
+
+    Notes
+    -----
+    As `taylor_on_ramp`. The coefficients of -shaker (sin(phase))'' are those of the sine, by n and n - 1.
+    """
+    ramp, d2, hd = moment.ramp, dt * dt, piece.damping * dt
+    rate, bend = frequency_at(ramp, moment.s) * dt, ramp.change * dt * dt
+    f, shaker, stiffness = scale * ramp.f * d2, scale * ramp.shaker, piece.stiffness * d2
+    s_before, c_before = sincos_turns(turn_at(ramp, moment.s))
+    s, co = rate * c_before, -rate * s_before
+    s2_before, c2_before, s2, co2 = 0.0, 0.0, 0.0, 0.0
+    if second is not None:
+        in_phase, ahead = second_parts(p)
+        sine, cosine = double_angle(s_before, c_before)
+        s2_before = scale * d2 * (in_phase * sine + ahead * cosine)
+        c2_before = scale * d2 * (in_phase * cosine - ahead * sine)
+        s2, co2 = 2.0 * rate * c2_before, -2.0 * rate * s2_before
+    c[0], c[1], constant = y, w * dt, d2 * piece.load
+    for n in range(2, DEGREE + 1):
+        force = f * s_before + s2_before + constant
+        s, co, s_before, c_before = (
+            (rate * co + bend * c_before) / n,
+            -(rate * s + bend * s_before) / n,
+            s,
+            co,
+        )
+        s2, co2, s2_before, c2_before = (
+            2.0 * (rate * co2 + bend * c2_before) / n,
+            -2.0 * (rate * s2 + bend * s2_before) / n,
+            s2,
+            co2,
+        )
+        of_state = stiffness * c[n - 2] + hd * (n - 1) * c[n - 1]
+        c[n] = (force - of_state) * TAYLOR_FACTORS[n - 2] - shaker * s
+        constant = 0.0

@@ -106,7 +106,7 @@ class MotionScene(TiedScene, ForcedScene):
     ramp: RampKey = Field(
         default={},
         description="Change the frequency linearly through the record, whose length is `within` in place of `tau_end`: "
-        "`{nu: {from: 0.6, to: 1.6, within: 600}}`; for rigid supports without friction, a housing or a shaker. What "
+        "`{nu: {from: 0.6, to: 1.6, within: 600}}`; without a housing that slides. What "
         "the motion settles on when held at the last frequency is compared to what starts from rest there.",
     )
     solver: Solver = Field(

@@ -65,12 +65,13 @@ def contacts_of(columns: dict[str, np.ndarray], period: float) -> Contacts:
     }
 
 
-def contacts_of_pieces(columns: dict[str, np.ndarray], exciter: Exciter) -> Contacts:
+def contacts_of_pieces(columns: dict[str, np.ndarray], exciter: Exciter, period: float) -> Contacts:
     """Convert columns of a motion with soft supports or friction: `contacts_of`, and what these add to them.
 
-    A contact that lasts beyond the end has no velocity after it, duration, force and depth yet: they are NaN.
+    period : what the log counts times in. A contact that lasts beyond the end has no velocity after it, duration,
+    force and depth yet: they are NaN.
     """
-    contacts = contacts_of(columns, exciter.period)
+    contacts = contacts_of(columns, period)
     stiffness = np.array([0.0, exciter.k1, exciter.k2])
     if stiffness.any():
         soft = np.flatnonzero(stiffness[contacts["impact_support"]] > 0.0)
@@ -81,12 +82,12 @@ def contacts_of_pieces(columns: dict[str, np.ndarray], exciter: Exciter) -> Cont
             contacts[name] = np.full(contacts["impact_tau"].size, np.nan)
             contacts[name][soft] = ended[:, column]
     if exciter.friction > 0.0:
-        contacts["turn_tau"] = columns["turn"] * exciter.period
-        contacts["stick_start"] = columns["stick"] * exciter.period
+        contacts["turn_tau"] = columns["turn"] * period
+        contacts["stick_start"] = columns["stick"] * period
         contacts["stick_end"] = np.full(columns["stick"].size, np.inf)
-        contacts["stick_end"][: columns["slip"].size] = columns["slip"] * exciter.period
+        contacts["stick_end"][: columns["slip"].size] = columns["slip"] * period
     if exciter.mass_ratio > 0.0:
-        contacts |= slips_of(columns["housing_at"] * exciter.period, columns["housing_way"])
+        contacts |= slips_of(columns["housing_at"] * period, columns["housing_way"])
     return contacts
 
 

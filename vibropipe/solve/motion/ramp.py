@@ -8,22 +8,26 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.march.grid import grid_time
+from vibropipe.march.grid import RampGrid, grid_time
 from vibropipe.march.log import Samples, allow_work, new_log
+from vibropipe.march.piece_log import piece_log_of
+from vibropipe.march.piece_state import start_state
+from vibropipe.march.pieces import march_pieces
 from vibropipe.march.ramp import grid_on_ramp, march_on_ramp, steps_on_ramp
-from vibropipe.march.state import REST, initial_state
+from vibropipe.march.state import REST, STUCK, State, initial_state
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.effects import all_effects
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.effects import Effects, all_effects
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.flow import DEGREE
+from vibropipe.physics.frequency import Ramp
 from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.parameter_error import as_float
-from vibropipe.physics.ramp import Ramp
 from vibropipe.physics.stated import check_untied
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
-from vibropipe.solve.motion.contacts import contacts_of, drain_log
+from vibropipe.solve.motion.contacts import contacts_of, contacts_of_pieces, drain_log
+from vibropipe.solve.motion.housing import housing_of
 from vibropipe.solve.motion.motion_dataset import to_dataset, to_variables
 from vibropipe.solve.motion.run import EVENTS, MARCH_LOG_CAPACITY, MotionRequest, MotionResult
 from vibropipe.words.progress import Progress, WorkCount
@@ -33,7 +37,10 @@ from vibropipe.words.status import Status
 if TYPE_CHECKING:
     import xarray as xr
 
-TIMES = ("impact_tau", "rest_start", "rest_end", "grazing_tau")
+TIMES = {
+    "impact_tau", "rest_start", "rest_end", "grazing_tau", "turn_tau", "stick_start", "stick_end",
+    "housing_slip_start", "housing_slip_end",
+}  # fmt: skip
 
 
 def simulate_ramp(
@@ -48,21 +55,21 @@ def simulate_ramp(
         that is not computed on a ramp.
     """
     ramp = check_ramp(exciter, request.tau_start, request.tau_end, nu_end)
-    effects = all_effects(exciter.parameters()._asdict())
+    values = exciter.parameters()._asdict()
+    effects = all_effects(values, pieces=True, housing=True)
     request = request._replace(x=from_equilibrium(exciter, request.x), effects=effects)
     span = request.tau_end - request.tau_start
     if progress is not None:
         n_periods = int(turns_on_ramp(ramp, span)) - int(ramp.turn)
         request = request._replace(marched=WorkCount(n_periods, progress))
-    run = _march(about_equilibrium(exciter), request, ramp, span)
+    run = _march(about_equilibrium(exciter), request, ramp)
     end = float(displaced(exciter, run.end[0])), run.end[1]
     run = run._replace(displacement=displaced(exciter, run.displacement), end=end)
     request = request._replace(x=float(displaced(exciter, request.x)))
     variables = to_variables(exciter, request, run)
     if "tau" in variables:
         s = np.append(run.after * exciter.period, span)
-        force = force_values(exciter.f, turns_on_ramp(ramp, s), exciter.f2, exciter.phi2)
-        variables["force"] = ("tau", force)
+        variables["force"] = ("tau", force_of_ramp(exciter, ramp, s))
         variables["frequency"] = ("tau", np.append(ramp.nu + ramp.change * s[:-1], float(nu_end)))
     variables["nu_end"] = ((), float(nu_end))
     return to_dataset(exciter, request, run, variables=variables)
@@ -77,13 +84,11 @@ def check_ramp(exciter: Exciter, tau_start: float, tau_end: float, nu_end: Any) 
     if not tau_end > tau_start:
         raise ParameterError("tau_end", tau_end, must="must be above tau_start with nu_end")
     check_untied(exciter, "nu_end", ["nu"])
-    shaker = exciter.numbers().shaker
-    if shaker != 0.0:
-        must = (
-            "must be 0 with nu_end: a force that grows with the frequency is not computed on a ramp"
-        )
-        raise ParameterError("shaker", shaker, must=must)
-    return Ramp(exciter.nu, (end - exciter.nu) / (tau_end - tau_start), turn)
+    span, stated = tau_end - tau_start, exciter.numbers()
+    if stated.mass_ratio != 0.0:
+        must = "must be 0 with nu_end: a housing that slides is not computed on a ramp"
+        raise ParameterError("mass_ratio", stated.mass_ratio, must=must)
+    return Ramp(exciter.nu, (end - exciter.nu) / span, turn, stated.f, stated.shaker, span)
 
 
 def turns_on_ramp(ramp: Ramp, s: Any) -> Any:
@@ -91,38 +96,71 @@ def turns_on_ramp(ramp: Ramp, s: Any) -> Any:
     return ramp.turn + s * (ramp.nu + 0.5 * ramp.change * s) / (2 * math.pi)
 
 
-def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp, span: float) -> MotionResult:
+def march_effects(exciter: Exciter) -> Effects:
+    """Return the effects that motions of an exciter on a ramp are marched with.
+
+    Raises
+    ------
+    ParameterError
+        If it has an effect that is not computed.
+    """
+    effects = all_effects(exciter.parameters()._asdict(), pieces=True, housing=True)
+    # A force that grows with the frequency is one of motions by pieces.
+    is_shaken = exciter.numbers().shaker != 0.0
+    return effects._replace(soft=1, friction=1) if is_shaken else effects
+
+
+def highest_parameters(exciter: Exciter, ramp: Ramp) -> Parameters:
+    """Return the parameters at the highest frequency of a ramp, with a bound of the first harmonic as f."""
+    highest = max(ramp.nu, ramp.nu + ramp.change * ramp.span)
+    p = replace(exciter, nu=highest).parameters()
+    if ramp.shaker == 0.0:
+        return p
+    return p._replace(f=abs(ramp.f) + abs(ramp.shaker) * (highest**2 + abs(ramp.change)))
+
+
+def force_of_ramp(exciter: Exciter, ramp: Ramp, s: np.ndarray) -> np.ndarray:
+    """Return the force at times s after the start of a ramp, (n,)."""
+    turns, nu = turns_on_ramp(ramp, s), ramp.nu + ramp.change * s
+    force = force_values(ramp.f, turns, exciter.f2, exciter.phi2)
+    if ramp.shaker == 0.0:
+        return force
+    angles = 2 * math.pi * turns
+    return force + ramp.shaker * (nu**2 * np.sin(angles) - ramp.change * np.cos(angles))
+
+
+def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp) -> MotionResult:
     """March to the end; the log is emptied, and progress reported, whenever it is full."""
     check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
-    highest = max(ramp.nu, ramp.nu + ramp.change * span)
-    e, p = request.effects, replace(exciter, nu=highest).parameters()
+    e, p = march_effects(exciter), highest_parameters(exciter, ramp)
+    pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY)
     per_period = steps_on_ramp(e, p, ramp)
-    grid = grid_on_ramp(e, p, ramp, per_period)
-    steps = span / grid.dt
+    plain_grid = grid_on_ramp(e, p, ramp, per_period)
+    dt = plain_grid.dt
+    steps = ramp.span / dt
     if steps > MAX_PIECE_STEPS:
         must = f"must be reached in at most {MAX_PIECE_STEPS:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
-    state = initial_state(e, p, grid, ramp.turn % 1.0, request.x, request.v, None)
-    state = state._replace(period=0, theta=0.0, rest_start=0.0)
-    samples, after = None, np.empty(0)
-    if request.samples_per_period > 0:
-        turns = 0.0, span * highest / (2 * math.pi)
-        after = sample_times(turns, request.samples_per_period) * (exciter.nu / highest)
-        unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
-        samples = Samples(*unfilled, per_period, int(request.samples_per_period), 0, 0.0)
-    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY)
+    grid = plain_grid if pieces is None else RampGrid(1, 1, dt, ramp)
+    state = _start(e, p, grid, pieces, request, ramp)
+    is_held = state.mode == STUCK
+    samples, after = _new_samples(request, ramp, p.nu, per_period, e)
+    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
     allow_work(log, MAX_MARCH_STEPS)
     c, end = np.empty(DEGREE + 1), grid_time(steps, 1)
     parts: list[dict[str, np.ndarray]] = []
     events, marched = 0, int(ramp.turn)
     while True:
         left = request.max_impacts - events
-        state, status = march_on_ramp(e, p, ramp, grid, state, end, log, samples, c, left)
+        if pieces is None:
+            state, status = march_on_ramp(e, p, ramp, grid, state, end, log, samples, c, left)
+        else:
+            state, status = march_pieces(e, p, grid, state, end, log, samples, c, left)
         parts.append(drain_log(log))
         events += sum(len(parts[-1][name]) for name in EVENTS)
         if request.marched is not None:
-            now = int(turns_on_ramp(ramp, state.period * grid.dt))
+            now = int(turns_on_ramp(ramp, state.period * dt))
             request.marched.add(now - marched)
             marched = now
         if events > request.max_impacts:
@@ -133,8 +171,12 @@ def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp, span: float) ->
         rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
         parts.append({name: np.array([value]) for name, value in rest.items()})
     columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
-    contacts = contacts_of(columns, grid.dt)
-    for name in TIMES:
+    if is_held:
+        columns["stick"] = np.append(0.0, columns["stick"])
+    contacts = contacts_of(columns, dt)
+    if pieces is not None:
+        contacts = contacts_of_pieces(columns, exciter, dt)
+    for name in TIMES & contacts.keys():
         contacts[name] = contacts[name] + request.tau_start
     end_state = math.nan, math.nan
     if status == Status.OK:
@@ -142,7 +184,33 @@ def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp, span: float) ->
     xs, vs = (np.empty(0),) * 2 if samples is None else (samples.displacement, samples.velocity)
     # The first sample is the requested start: on a support, the state before the impact.
     xs[:1], vs[:1] = request.x, request.v
-    turns = ramp.turn, turns_on_ramp(ramp, span)
+    turns = ramp.turn, turns_on_ramp(ramp, ramp.span)
+    housing = housing_of(p, state, end_state[1], samples, request.housing_v0)
     return MotionResult(
-        Status(status), contacts, xs, vs, end_state, log.counts.copy(), turns, after
-    )
+        Status(status), contacts, xs, vs, end_state, log.counts.copy(), turns, after,
+        housing=housing,
+    )  # fmt: skip
+
+
+def _start(
+    e: Effects, p: Parameters, grid: Any, pieces: Any, request: MotionRequest, ramp: Ramp
+) -> State:
+    """Return the state at the start of a ramp; pieces : the log of a motion by pieces, or None."""
+    if pieces is not None:
+        return start_state(pieces, e, p, grid, 0.0, request.x, request.v, request.housing_v0)
+    state = initial_state(e, p, grid, ramp.turn % 1.0, request.x, request.v, None)
+    return state._replace(period=0, theta=0.0, rest_start=0.0)
+
+
+def _new_samples(
+    request: MotionRequest, ramp: Ramp, highest: float, per_period: int, e: Effects
+) -> tuple[Samples | None, np.ndarray]:
+    """Return arrays for samples, and their times in periods of the frequency at the start."""
+    if request.samples_per_period == 0:
+        return None, np.empty(0)
+    turns = 0.0, ramp.span * highest / (2 * math.pi)
+    after = sample_times(turns, request.samples_per_period) * (ramp.nu / highest)
+    unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
+    housing = None if e.housing is None else np.full((after.size, 2), np.nan)
+    every = per_period, int(request.samples_per_period), 0
+    return Samples(*unfilled, *every, 0.0, housing), after

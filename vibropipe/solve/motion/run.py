@@ -256,7 +256,7 @@ def _march(
         Status(status),
         contacts_of(columns, exciter.period)
         if pieces is None
-        else contacts_of_pieces(columns, exciter),
+        else contacts_of_pieces(columns, exciter, exciter.period),
         np.empty(0) if samples is None else samples.displacement,
         np.empty(0) if samples is None else samples.velocity,
         end_state,

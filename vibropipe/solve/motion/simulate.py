@@ -85,8 +85,9 @@ def simulate(
         Velocity of the housing at `tau_start`, where it may slide; its displacement counts from there.
     nu_end : float, optional
         Frequency at `tau_end`: the frequency changes linearly from that of the exciter at `tau_start`, a ramp. The
-        phase there is nu tau_start; the amplitudes of the force stay. Computed for rigid supports without dry friction,
-        housing or shaker; `method`, `steps_per_period`, `accuracy`, `effects` and `energy` are then left out.
+        phase there is nu tau_start; f and f2 stay, and a shaker drives with -shaker (sin(phase))'', which
+        is shaker (nu^2 sin(phase) - nu' cos(phase)). `method`, `steps_per_period`, `accuracy`, `effects` and `energy`
+        are then left out.
     progress : callable, optional
         Called repeatedly as progress(done, total), in forcing periods marched; total is 0, unknown, with `accuracy`. A
         motion in closed form never calls it.
@@ -182,8 +183,10 @@ def simulate(
             effects=effects,
             energy=energy,
         )
-        check_housing(exciter, housing_v0)
-        request = MotionRequest(tau_start, tau_end, x, v, samples_per_period, max_impacts)
+        request = MotionRequest(
+            tau_start, tau_end, x, v, samples_per_period, max_impacts,
+            housing_v0=check_housing(exciter, housing_v0),
+        )  # fmt: skip
         return warn_unsolved(simulate_ramp(exciter, request, nu_end, progress))
     values, span = exciter.parameters()._asdict(), tau_end - tau_start
     is_exact = method == "exact" and accuracy is None

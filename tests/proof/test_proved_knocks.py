@@ -89,11 +89,10 @@ def test_no_knock_is_proved_of_what_does_not_attract():
 
 
 def test_an_unstable_orbit_and_effects_that_are_not_proved_are_refused():
-    branch = vp.branch(vp.Exciter(l=1.0, nu=3.48, f=2.0, h=0.1, R1=0.8, R2=0.8), "nu", 2.0)
-    unstable = np.flatnonzero(branch["stable"].values == 0)
-    if unstable.size:
-        with pytest.raises(vp.ParameterError, match="must be stable"):
-            vp.prove_knock(branch.isel(point=int(unstable[unstable.size // 2])), cells=10)
+    orbits = vp.symmetric_orbit(vp.Exciter(l=0.5, nu=1.3, f=1.0, h=0.2, R1=0.7, R2=0.7))
+    (unstable,) = np.flatnonzero(orbits["admissible"].values & (orbits["stable"].values == 0))
+    with pytest.raises(vp.ParameterError, match="must be stable"):
+        vp.prove_knock(orbits.isel(solution=int(unstable)), cells=10)
     with pytest.raises(vp.ParameterError, match="friction: must be 0"):
         vp.prove_knock(vp.Exciter(l=0.5, nu=1.0, f=0.8, h=0.1, friction=0.05), cells=10)
     with pytest.raises(vp.ParameterError, match="cells"):

@@ -27,7 +27,6 @@ from vibropipe.physics.stated import check_untied
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.solve.motion.contacts import contacts_of, contacts_of_pieces, drain_log
-from vibropipe.solve.motion.housing import housing_of
 from vibropipe.solve.motion.motion_dataset import to_dataset, to_variables
 from vibropipe.solve.motion.run import EVENTS, MARCH_LOG_CAPACITY, MotionRequest, MotionResult
 from vibropipe.words.progress import Progress, WorkCount
@@ -39,7 +38,6 @@ if TYPE_CHECKING:
 
 TIMES = {
     "impact_tau", "rest_start", "rest_end", "grazing_tau", "turn_tau", "stick_start", "stick_end",
-    "housing_slip_start", "housing_slip_end",
 }  # fmt: skip
 
 
@@ -56,7 +54,7 @@ def simulate_ramp(
     """
     ramp = check_ramp(exciter, request.tau_start, request.tau_end, nu_end)
     values = exciter.parameters()._asdict()
-    effects = all_effects(values, pieces=True, housing=True)
+    effects = all_effects(values, pieces=True)
     request = request._replace(x=from_equilibrium(exciter, request.x), effects=effects)
     span = request.tau_end - request.tau_start
     if progress is not None:
@@ -104,7 +102,7 @@ def march_effects(exciter: Exciter) -> Effects:
     ParameterError
         If it has an effect that is not computed.
     """
-    effects = all_effects(exciter.parameters()._asdict(), pieces=True, housing=True)
+    effects = all_effects(exciter.parameters()._asdict(), pieces=True)
     # A force that grows with the frequency is one of motions by pieces.
     is_shaken = exciter.numbers().shaker != 0.0
     return effects._replace(soft=1, friction=1) if is_shaken else effects
@@ -145,7 +143,7 @@ def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp) -> MotionResult
     grid = plain_grid if pieces is None else RampGrid(1, 1, dt, ramp)
     state = _start(e, p, grid, pieces, request, ramp)
     is_held = state.mode == STUCK
-    samples, after = _new_samples(request, ramp, p.nu, per_period, e)
+    samples, after = _new_samples(request, ramp, p.nu, per_period)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
     allow_work(log, MAX_MARCH_STEPS)
     c, end = np.empty(DEGREE + 1), grid_time(steps, 1)
@@ -185,11 +183,9 @@ def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp) -> MotionResult
     # The first sample is the requested start: on a support, the state before the impact.
     xs[:1], vs[:1] = request.x, request.v
     turns = ramp.turn, turns_on_ramp(ramp, ramp.span)
-    housing = housing_of(p, state, end_state[1], samples, request.housing_v0)
     return MotionResult(
-        Status(status), contacts, xs, vs, end_state, log.counts.copy(), turns, after,
-        housing=housing,
-    )  # fmt: skip
+        Status(status), contacts, xs, vs, end_state, log.counts.copy(), turns, after
+    )
 
 
 def _start(
@@ -197,13 +193,13 @@ def _start(
 ) -> State:
     """Return the state at the start of a ramp; pieces : the log of a motion by pieces, or None."""
     if pieces is not None:
-        return start_state(pieces, e, p, grid, 0.0, request.x, request.v, request.housing_v0)
+        return start_state(pieces, e, p, grid, 0.0, request.x, request.v)
     state = initial_state(e, p, grid, ramp.turn % 1.0, request.x, request.v, None)
     return state._replace(period=0, theta=0.0, rest_start=0.0)
 
 
 def _new_samples(
-    request: MotionRequest, ramp: Ramp, highest: float, per_period: int, e: Effects
+    request: MotionRequest, ramp: Ramp, highest: float, per_period: int
 ) -> tuple[Samples | None, np.ndarray]:
     """Return arrays for samples, and their times in periods of the frequency at the start."""
     if request.samples_per_period == 0:
@@ -211,6 +207,5 @@ def _new_samples(
     turns = 0.0, ramp.span * highest / (2 * math.pi)
     after = sample_times(turns, request.samples_per_period) * (ramp.nu / highest)
     unfilled = np.full(after.size, np.nan), np.full(after.size, np.nan)
-    housing = None if e.housing is None else np.full((after.size, 2), np.nan)
     every = per_period, int(request.samples_per_period), 0
-    return Samples(*unfilled, *every, 0.0, housing), after
+    return Samples(*unfilled, *every, 0.0), after

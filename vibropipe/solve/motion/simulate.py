@@ -183,10 +183,8 @@ def simulate(
             effects=effects,
             energy=energy,
         )
-        request = MotionRequest(
-            tau_start, tau_end, x, v, samples_per_period, max_impacts,
-            housing_v0=check_housing(exciter, housing_v0),
-        )  # fmt: skip
+        check_housing(exciter, housing_v0)
+        request = MotionRequest(tau_start, tau_end, x, v, samples_per_period, max_impacts)
         return warn_unsolved(simulate_ramp(exciter, request, nu_end, progress))
     values, span = exciter.parameters()._asdict(), tau_end - tau_start
     is_exact = method == "exact" and accuracy is None

@@ -205,9 +205,28 @@ def test_a_law_has_speeds_and_what_follows_its_end_is_not_known() -> None:
     for speed in own.crossing_nu.values[own.speed_is_stable.values == 1]:
         orbit = vp.steady_state(replace(exciter, nu=float(speed)), v0=2.0, outputs=["power"])
         assert float(orbit.power_input) / speed == pytest.approx(0.4 * (1 - speed / 3), rel=1e-9)
-    assert branch_answers(own)[1].rest.endswith(", unless another law of motion keeps it.")
-    (jumps,) = (each for each in tables({"run": own}) if "or the law of motion ends" in each.title)
+    assert branch_answers(own)[1].rest.endswith(
+        ", unless a motion that is not followed here keeps it."
+    )
+    (jumps,) = (
+        each for each in tables({"run": own}) if "or motions followed here end" in each.title
+    )
     assert "and may keep the speed" in jumps.note
+
+
+def test_orbits_that_begin_at_a_pitchfork_may_keep_the_speed() -> None:
+    top = "exciter: {h: 0.2, f: 1.0, l: 0.5, R1: 0.7, R2: 0.7}\n"
+    along = "along: {nu: {from: 1.2, to: [1.16, 1.6]}}"
+    motor = "motor: {no_load: 1.5, stall: 0.8}"
+    alone = solved(study(f"{along}, {motor}", top))
+    (answer,) = (each for each in branch_answers(alone) if "the motor keeps" in each.lead)
+    assert answer.rest.endswith(", unless a motion that is not followed here keeps it.")
+    (jumps,) = (
+        each for each in tables({"run": alone}) if each.title.startswith("Where the speed jumps")
+    )
+    assert jumps.title.endswith(", or motions followed here end")
+    assert jumps.note.endswith("not among the motions followed here, and may keep the speed.")
+    assert not solved(study(f"{along}, switch: [pitchfork], {motor}", top)).sizes["jump"]
 
 
 def test_jumps_along_the_orbits_of_a_law_are_known(branch: xr.Dataset) -> None:

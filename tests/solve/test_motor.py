@@ -97,6 +97,20 @@ def test_mirror_images_are_listed_once(torque):
         np.testing.assert_allclose(found[name], one[name], rtol=1e-9)
 
 
+def test_orbits_that_begin_at_a_bifurcation_may_keep_the_speed():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7)
+    torque = {"no_load": 1.5, "stall": 0.8}
+    branches = [
+        vp.branch(exciter, "nu", (0.8, 2.0), switch=switch, outputs=OUTPUTS)
+        for switch in ([], ["pitchfork"])
+    ]
+    alone, both = (vp.motor(branch, torque) for branch in branches)
+    pitchfork = branches[0].bifurcation_nu.values[1]
+    np.testing.assert_array_equal(alone.jump_nu.values[1], pitchfork)
+    assert np.isnan(alone.jump_to_nu.values[1])
+    assert not np.isclose(both.jump_nu, pitchfork).any()  # the two orbits that begin there keep it
+
+
 def test_points_of_torque_are_joined_by_lines(linear):
     points = [(0.5, 0.4), (0.7, 0.3), (1.02, 0.4), (1.5, 0.002)]
     found = vp.motor(linear, points)

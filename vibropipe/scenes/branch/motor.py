@@ -117,7 +117,7 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
 def describe_motor(dataset: xr.Dataset, **options: Any) -> str:
     """Return the caption."""
     jumps, ties = dataset.sizes["jump"], ties_text(dataset)
-    what = "the law of motion ends or a speed" if "law" in dataset.attrs else "a speed"
+    what = "motions followed here end or a speed" if may_be_kept(dataset).any() else "a speed"
     arrows = f"Bars: where {what} is lost as the motor gives more or less torque"
     arrows += ", with an arrow to the next one that is kept where it is known"
     return sentences(
@@ -191,8 +191,8 @@ def jump_text(dataset: xr.Dataset) -> str:
     if over := swept(dataset):
         at = float(dataset[f"jump_{over}"][n])
         text += f", where {symbol_text(dataset[over])} = {value_text(dataset[over], at)},"
-    if not np.isfinite(reached[n]) and "law" in dataset.attrs:
-        return f"{text.rstrip(',')}, unless another law of motion keeps it."
+    if may_be_kept(dataset)[n]:
+        return f"{text.rstrip(',')}, unless a motion that is not followed here keeps it."
     if not np.isfinite(reached[n]):
         return f"{text.rstrip(',')}; what follows is not among these motions."
     return f"{text} for {with_units(speeds, format_number(float(reached[n])))}."
@@ -256,18 +256,25 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
         in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
     ]  # fmt: skip
     note = "Torque that is slowly added to that of the motor at all speeds; negative: taken away."
+    is_open = may_be_kept(dataset).any()
     if any(DASH in row for row in rows):
         note += " A dash: what follows is not among the motions followed here"
-        note += ", and may keep the speed." if "law" in dataset.attrs else "."
-    title = "Where the speed jumps" + (
-        ", or the law of motion ends" if "law" in dataset.attrs else ""
-    )
+        note += ", and may keep the speed." if is_open else "."
+    title = "Where the speed jumps" + (", or motions followed here end" if is_open else "")
     return Table(head, rows, note, title=title, scene=scene, picture="motor")
 
 
 def crossing_speeds(dataset: xr.Dataset) -> xr.DataArray:
     """Return the speeds at which both torques are equal."""
     return dataset[f"crossing_{followed(dataset)}"]
+
+
+def may_be_kept(dataset: xr.Dataset) -> np.ndarray:
+    """Return of each jump whether a motion that is not followed may keep the speed, as at a bifurcation it may."""
+    lost, reached, _torques = jumps_of(dataset)
+    places = dataset[f"bifurcation_{followed(dataset)}"].values
+    found: np.ndarray = np.isnan(reached) & np.isclose(lost[:, None], places, 1e-9, 0.0).any(axis=1)
+    return found
 
 
 def jumps_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

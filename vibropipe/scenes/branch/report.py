@@ -170,7 +170,11 @@ def proof_table(scene: str, dataset: xr.Dataset) -> Table | None:
         [kinds[n], format_number(float(low[n]), 10), format_number(float(high[n] - low[n]), 2)]
         for n in sorted(shown, key=lambda n: low[n])
     ]
-    head = ["bifurcation", in_brackets("at", axis), in_brackets("within", axis)]
+    head = [
+        "bifurcation",
+        in_brackets(f"at {symbol_text(axis)}", axis),
+        in_brackets("within", axis),
+    ]
     note = "Exactly one such bifurcation of the law lies within bounds so far apart; the lower one is written."
     if proved.size > len(shown):
         note += f" Left out: {amount_text(proved.size - len(shown), 'narrower one')}."
@@ -216,7 +220,7 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
         rows.append([*value, words, kind, place_text, deviation, by])
     head = [
         *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
-        "stable motion", "ends at a", in_brackets("at", axis), in_brackets("standard deviation", axis),
+        "stable motion", "ends at a", in_brackets(f"at {symbol_text(axis)}", axis), in_brackets("standard deviation", axis),
         "mostly by",
     ]  # fmt: skip
     note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."

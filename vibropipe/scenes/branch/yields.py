@@ -80,7 +80,7 @@ def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
         )  # fmt: skip
     head = [
         *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
-        "stable motion", in_brackets("at", axis), "yield", "95 % interval",
+        "stable motion", in_brackets(f"at {symbol_text(axis)}", axis), "yield", "95 % interval",
         *(["parts are good whose", "is", "sorted wrongly"] if has_rule else []),
     ]  # fmt: skip
     note = (

@@ -239,7 +239,7 @@ def branch(
     effects = problem.effects
     reached = {**values, **ends_of(problem)}
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
-    attrs |= tied.attrs
+    attrs |= tied.attrs | ({"switch": " ".join(switches)} if switches else {})
     if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
         resting = follow_rest(exciter, problem, signs, start, harmonics, requested)
         dataset = rest_dataset(problem, resting, harmonics, attrs)

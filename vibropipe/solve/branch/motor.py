@@ -75,9 +75,10 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
             Whether the speed is lost as the torque is raised or lowered.
         jump_nu, jump_to_nu
             The speed that is lost, and the next one that is kept with this torque. It is NaN where the range of the
-            branch ends before, or an orbit ends and not exactly one of the stable orbits at that frequency can follow.
-            Of branches with the argument `law` it is NaN wherever an orbit ends, since those of other laws are not
-            known, and the speed may be kept by one of them.
+            branch ends before, or where stable orbits end and not exactly one of the others at that frequency can
+            follow. It is also NaN where orbits begin that are not on the branch, one of which may keep the speed: at
+            the kinds of bifurcation that `switch` leaves out, where a law ends, and of branches with the argument `law`
+            at each bifurcation.
 
     Raises
     ------

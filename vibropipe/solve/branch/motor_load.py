@@ -23,6 +23,7 @@ from vibropipe.solve.rebuild import (
     ties_of,
     without_units,
 )
+from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.outputs import Output
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
@@ -81,15 +82,25 @@ class MotorLoad:
         """The speeds of the points."""
         return self.branch[self.name].values
 
-    @property
-    def is_of_law(self) -> bool:
-        """Whether the branches are those of one law of motion, and of no other."""
-        return "law" in self.branch.attrs
-
     @cached_property
-    def events(self) -> frozenset[int]:
-        """The points at bifurcations."""
-        return frozenset(self.branch["bifurcation_point"].values.tolist())
+    def events(self) -> dict[int, Bifurcation]:
+        """The points at bifurcations, and the kinds of these."""
+        points, kinds = (self.branch[f"bifurcation_{each}"].values for each in ("point", "kind"))
+        return {int(point): Bifurcation(kind) for point, kind in zip(points, kinds, strict=True)}
+
+    def has_all_beside(self, one: int, speed: float) -> bool:
+        """Return whether all orbits that meet at the bifurcation at a point or the next are on the branch."""
+        kinds = {
+            self.events[n] for n in (one, one + 1) if n in self.events and speed == self.speeds[n]
+        }
+        followed = [
+            Bifurcation[kind.upper()] for kind in str(self.branch.attrs.get("switch", "")).split()
+        ]
+        return "law" not in self.branch.attrs and kinds <= {
+            Bifurcation.FOLD,
+            Bifurcation.CHANGE,
+            *followed,
+        }
 
     def torque_of_row(self, row: xr.Dataset) -> float:
         """Return the mean torque that the force takes."""

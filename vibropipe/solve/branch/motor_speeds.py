@@ -182,7 +182,7 @@ def _reached(
         if onward:
             here = onward[0]
         elif stretch.at_event[end]:
-            if load.is_of_law:  # the orbits of other laws there are not known
+            if not load.has_all_beside(stretch.start, w):
                 return np.nan
             others = _others_at(load, stable, stretch, w)
             if len(others) != 1:

@@ -14,7 +14,13 @@ from textbook import Parameters, digits
 import vibropipe as vp
 from vibropipe.march.grid import newmark_grid
 from vibropipe.physics.effects import ALL_EFFECTS
-from vibropipe.solve.accuracy.method_choice import NEWMARK_PRICES, choose, cost
+from vibropipe.solve.accuracy.method_choice import (
+    NEWMARK_PRICES,
+    Choice,
+    check_accuracy,
+    choose_method,
+    cost,
+)
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.words.status import Status
@@ -187,6 +193,18 @@ def test_a_doubt_in_the_start_is_carried_on() -> None:
 
 
 # -- choice ------------------------------------------------------------------------------------
+
+
+def choose(
+    exciter: vp.Exciter,
+    tau_end: float,
+    x0: float | None = None,
+    v0: float = 0.0,
+    accuracy: float = 1e-8,
+) -> Choice:
+    """Return the method that `simulate` would take."""
+    request = MotionRequest(0.0, tau_end, *exciter.check_start(x0, v0), samples_per_period=0)
+    return choose_method(exciter, request, check_accuracy(accuracy))[0]
 
 
 def cheapest(case: Case) -> tuple[float, float]:

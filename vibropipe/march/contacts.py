@@ -96,14 +96,8 @@ def resolve_departure(e, p, grid, state, end, log):
     The chatter is summed as a geometric series. Its impacts are marched singly if the accumulation point lies beyond
     the end.
     """
-    return depart(e, p, grid, state, phase_at(grid, state), end, log)
-
-
-@jit_inline
-def depart(e, p, grid, state, turn, end, log):
-    """Do as `resolve_departure`, where the force has the phase `turn` in turns."""
-    housing = state.housing
-    mode, wait = departure_mode(e, p, grid, state.home, state.w, turn, housing)
+    housing, phase = state.housing, phase_at(grid, state)
+    mode, wait = departure_mode(e, p, grid, state.home, state.w, phase, housing)
     period, step, theta, home, w = state.period, state.step, state.theta, state.home, state.w
     if mode != REST:
         return State(period, step, theta, home, 0.0, w, mode, 0.0, housing)
@@ -129,26 +123,12 @@ def advance_rest(e, p, grid, state, end, log, samples):
     samples : `Samples` to write, or None.
     """
     wait = release_wait(e, p, state.home, phase_at(grid, state), state.housing)
-    at, released = release_before(grid, state, wait, end)
-    turn = phase_at(grid, at)
-    return leave_support(e, p, grid, state, at, released, turn, log, samples)
-
-
-@jit_inline
-def release_before(grid, state, wait, end):
-    """Return (instant, released): that of a release after `wait` turns, or the end of the march if that comes first."""
     at, released = end, False
     if wait < NEVER:
         release = advance_time(grid, state, wait)
         released = is_before(release, end)
         if released:
             at = release
-    return at, released
-
-
-@jit_inline
-def leave_support(e, p, grid, state, at, released, turn, log, samples):
-    """Skip a rest up to `at`, and log it if it is `released` there, where the force has the phase `turn` in turns."""
     waited = steps_until(grid, state, at)
     record(samples, log.counts, p, grid, state, None, 0.0, waited)
     span = waited * grid.dt
@@ -159,7 +139,7 @@ def leave_support(e, p, grid, state, at, released, turn, log, samples):
     jerk, second = 0.0, e.second_harmonic
     if e.forcing is not None:
         sigma = frame_at(e, p, state.home).sigma
-        jerk = force_rate(p, force_at(p, sigma, turn, second), second)
+        jerk = force_rate(p, force_at(p, sigma, phase_at(grid, at), second), second)
     return State(
         at.period, at.step, at.theta, home, 0.0, 0.0, release_mode(e, p, jerk), 0.0, housing
     )
@@ -168,24 +148,17 @@ def leave_support(e, p, grid, state, at, released, turn, log, samples):
 @jit_inline
 def impact_at_end(e, p, grid, state, end, log):
     """Return the state after the impact that falls on the end of a march within rounding; without one, the state."""
-    if not strikes_at_end(e, p, grid, state):
-        return state
-    at_near = state.w < 0.0
-    after = apply_impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)
-    return resolve_departure(e, p, grid, after, end, log)
-
-
-@jit_inline
-def strikes_at_end(e, p, grid, state) -> bool:
-    """Return whether an impact falls on the end of a march, where the state is, within rounding."""
     if state.mode != FLIGHT:
-        return False
+        return state
     frame = frame_at(e, p, state.home)
     at_near = state.w < 0.0
     if not (frame.to_near if at_near else frame.to_far):
-        return False
+        return state
     distance = state.y - frame.near if at_near else frame.far - state.y
     # In steps: rounding of a phase, and of the absolute time.
     steps = state.period * grid.steps + state.step + state.theta
     tolerance = TIME_TOLERANCE * min(1.0, steps) + 2.0**-50 * steps
-    return distance <= tolerance * abs(state.w) * grid.dt and state.w != 0.0
+    if state.w == 0.0 or not distance <= tolerance * abs(state.w) * grid.dt:
+        return state
+    after = apply_impact(e, p, grid, state, at_near, abs(state.w), state.theta, log)
+    return resolve_departure(e, p, grid, after, end, log)

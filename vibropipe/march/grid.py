@@ -105,12 +105,11 @@ class RampGrid(NamedTuple):
 
 
 @jit
-def margins(p, dt, of_change=0.0):
+def margins(p, dt):
     """Return margin0 and margin1: bounds of the fourth derivative over two steps, times dt^4/384.
 
     That is the error of cubic Hermite interpolation. |z| and |z'| of a motion grow in two steps by at most twice the
     force times dt; each further derivative follows by eq. (5).
-    of_change : bound of what a changing frequency adds to the second derivative of the force.
     """
     h, (force, force_rate, force_second) = p.h, force_bounds(p)
     growth = 2.0 * force * dt
@@ -118,7 +117,7 @@ def margins(p, dt, of_change=0.0):
     third0, third1 = force_rate + h * second0 + growth, h * second1 + 1.0
     fourth0, fourth1 = force_second + h * third0 + second0, h * third1 + second1
     share = 1.01 * dt**4 / 384.0
-    return share * (fourth0 + of_change), share * fourth1
+    return share * fourth0, share * fourth1
 
 
 @jit_allocating

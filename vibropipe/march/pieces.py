@@ -14,6 +14,7 @@ from vibropipe.march.contacts import (
     impact_at_end,
     support_at,
 )
+from vibropipe.march.grid import phase_at
 from vibropipe.march.log import (
     GRAZINGS,
     IMPACTS,
@@ -25,6 +26,7 @@ from vibropipe.march.log import (
 from vibropipe.march.piece_events import (
     ANY,
     MANY_PARTS,
+    MAX_PARTS,
     fill_exact,
     fill_newmark,
     force_on,
@@ -54,7 +56,6 @@ from vibropipe.march.piece_transitions import (
     start,
     stop_housing,
 )
-from vibropipe.march.ramp_pieces import advance_on_ramp
 from vibropipe.march.state import (
     FLIGHT,
     REST,
@@ -65,6 +66,7 @@ from vibropipe.march.state import (
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.frequency import ramp_of
+from vibropipe.physics.ramp import parts_on_ramp, piece_taylor_on_ramp
 from vibropipe.physics.stiffness import is_soft
 from vibropipe.words.status import Status
 
@@ -110,6 +112,37 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
         fill_newmark(e, p, grid, frame, piece, state, span, dt, c)
     log.counts[POLYNOMIALS] += 1
     step = PieceStep(frame, piece, parts, may, goal, left, span, is_whole)
+    return finish_step(e, p, grid, state, step, end, log, samples, c)
+
+
+@jit
+def fill_on_ramp(e, p, grid, frame, piece, state, dt, c) -> None:
+    """Fill c with the motion on a piece from a state, in t/dt."""
+    scale, second = frame.sigma * piece.factor, e.second_harmonic
+    moment = phase_at(grid, state)
+    piece_taylor_on_ramp(c, state.y, state.w, p, moment, scale, piece, dt, second)
+    # The derivatives that the mode declares zero are set to zero, without rounding.
+    if piece.velocity_power >= 2:
+        c[2] = 0.0
+    if piece.velocity_power >= 3:
+        c[3] = 0.0
+
+
+@jit_inline
+def advance_on_ramp(e, p, grid, state, end, log, samples, c):
+    """March a moving state to its next event, or by a step without one: `advance_piece` on a `RampGrid`."""
+    frame = frame_at(e, p, state.home, state.housing)
+    piece = piece_at(e, p, frame, state)
+    parts = 1.0
+    if piece.in_contact or piece.factor > 1.0:
+        parts = parts_on_ramp(piece, grid.dt)
+    if not parts <= MAX_PARTS:
+        return state, MAX_STEPS, False
+    fill_on_ramp(e, p, grid, frame, piece, state, grid.dt / parts, c)
+    log.counts[POLYNOMIALS] += 1
+    goal = step_end(grid, state, end) if is_held_a_step(state.housing) else end
+    left, span, is_whole = span_until(grid, state, goal, parts)
+    step = PieceStep(frame, piece, parts, ANY, goal, left, span, is_whole)
     return finish_step(e, p, grid, state, step, end, log, samples, c)
 
 

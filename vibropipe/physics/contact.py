@@ -30,6 +30,12 @@ def support_position(p, support):
     return (upper if support == 1 else lower) - p.load
 
 
+@jit
+def restitution_at(p, support):
+    """Return the coefficient of restitution of a support (1 or 2)."""
+    return p.R1 if support == 1 else p.R2
+
+
 @jit_inline
 def support_offset(p):
     """Return the displacement of the middle between the supports from the equilibrium."""

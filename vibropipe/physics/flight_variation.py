@@ -7,7 +7,7 @@ import math
 from vibropipe.compiler import jit
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, free_flow, motion, taylor
-from vibropipe.physics.free_flow_by_h import free_flow_by_h
+from vibropipe.physics.impulse import free_flow_by_h
 from vibropipe.physics.load import (
     constant_load,
     fastest_forcing,

@@ -102,6 +102,14 @@ def square_response(stiffness: float, damping: float, t: float, free: Impulse) -
 
 
 @jit
+def free_flow_by_h(h: float, t: float):
+    """Return the derivative of the matrix of `flow.free_flow` by h, as (e11, e12, e21, e22)."""
+    free = impulse_response(1.0, h, t)
+    square = square_response(1.0, h, t, free)
+    return square.s, -square.ds, square.ds, -(free.s - h * square.ds - square.s)
+
+
+@jit
 def _square_series(stiffness, damping, t):
     """Return the `Square` at a short time."""
     s, ds, g = 0.0, 0.0, 0.0

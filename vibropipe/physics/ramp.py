@@ -45,47 +45,9 @@ def longest_step(e, p, change: float) -> float:
     return step
 
 
-@jit
-def taylor_on_ramp(c, y, w, force, load, h, nu, change, dt) -> None:
-    """Fill c so that y(s + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, eq. (5) on a ramp.
-
-    Parameters
-    ----------
-    c : ndarray, shape (DEGREE + 1,)
-    y, w : float
-        Displacement and velocity at s.
-    force : Force
-        At s; without a second harmonic its parts are 0.
-    load : float
-        Constant load.
-    h, nu, change, dt : float
-        Damping, frequency at s, its change per unit of time, and the step.
-
-    Notes
-    -----
-    The sine S and the cosine C of a phase with rate W + A theta obey S' = (W + A theta) C, C' = -(W + A theta) S.
-    """
-    d2, hd = dt * dt, h * dt
-    rate, bend = nu * dt, change * dt * dt
-    s, co, s_before, c_before = force.sine, force.cosine, 0.0, 0.0
-    s2, co2, s2_before, c2_before = force.sine_2, force.cosine_2, 0.0, 0.0
-    c[0] = y
-    c[1] = w * dt
-    c[2] = 0.5 * d2 * ((s + s2 + load) - h * w - y)
-    for n in range(1, DEGREE - 1):
-        s, co, s_before, c_before = (
-            (rate * co + bend * c_before) / n,
-            -(rate * s + bend * s_before) / n,
-            s,
-            co,
-        )
-        s2, co2, s2_before, c2_before = (
-            2.0 * (rate * co2 + bend * c2_before) / n,
-            -2.0 * (rate * s2 + bend * s2_before) / n,
-            s2,
-            co2,
-        )
-        c[n + 2] = (d2 * (s + s2 - c[n]) - hd * (n + 1) * c[n + 1]) * TAYLOR_FACTORS[n]
+def steps_on_ramp(e, p, ramp) -> int:
+    """Return the fewest steps in a period of the highest frequency of a ramp, that of p."""
+    return math.ceil(2.0 * math.pi / p.nu / longest_step(e, p, ramp.change))
 
 
 @jit
@@ -163,7 +125,8 @@ def piece_taylor_on_ramp(c, y, w, p, moment, scale, piece, dt, second) -> None:
 
     Notes
     -----
-    As `taylor_on_ramp`. The coefficients of -shaker (sin(phase))'' are those of the sine, by n and n - 1.
+    The sine S and the cosine C of a phase with rate W + A theta obey S' = (W + A theta) C, C' = -(W + A theta) S. The
+    coefficients of -shaker (sin(phase))'' are those of the sine, by n and n - 1.
     """
     ramp, d2, hd = moment.ramp, dt * dt, piece.damping * dt
     rate, bend = frequency_at(ramp, moment.s) * dt, ramp.change * dt * dt

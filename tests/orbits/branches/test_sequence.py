@@ -38,7 +38,7 @@ def orbit_of(exciter):
 
 def residual_of(p, m, supports, u):
     residual = np.zeros(u.size)
-    fill_equations(p, float(m), 0, supports, u, 1.0, residual, NONE)
+    fill_equations(p, float(m), 0, supports, u, residual, NONE)
     return residual[:-1]
 
 
@@ -59,7 +59,7 @@ def test_derivative_is_that_of_differences(exciter) -> None:
     _state, m, supports, u = orbit_of(exciter)
     p, size, step = exciter.parameters(), u.size, 1e-6
     exact = np.zeros((size, size))
-    fill_equations(p, float(m), 0, supports, u, 1.0, np.zeros(size), exact)
+    fill_equations(p, float(m), 0, supports, u, np.zeros(size), exact)
     for k in range(size - 1):
         ahead, back = u.copy(), u.copy()
         ahead[k] += step

@@ -12,17 +12,17 @@ from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
 from vibropipe.orbits.boundaries.search import (
-    SWITCHED,
     Boundary,
     follow_both_ways,
     is_known,
     new_levels,
 )
-from vibropipe.orbits.boundaries.seeds import KINDS, MAX_CONTACTS, begin_at, begin_law, settled
-from vibropipe.orbits.boundaries.system import GRAZINGS
+from vibropipe.orbits.boundaries.seeds import MAX_CONTACTS, begin_at, begin_law, settled
+from vibropipe.orbits.boundaries.system import GRAZINGS, KINDS
 from vibropipe.orbits.boundaries.touches import touching
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.switching import SWITCHES
 from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
@@ -145,7 +145,7 @@ def _with_children(problem: Problem, seed: Seed, marcher: Marcher) -> Iterator[B
     (parent,) = follow_tree(problem, seed, (), LAWS).branches
     yield parent
     for event in parent.events:
-        if event.kind in SWITCHED and not limit_of_laws(parent, event):
+        if event.kind in SWITCHES and not limit_of_laws(parent, event):
             for child in seeds_of_laws(parent, event):
                 if marcher.is_spent:
                     return

@@ -12,10 +12,11 @@ from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.boundaries.curve import BoundaryCurve, BoundaryFollower, Box, followed, forms
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, LevelFollower, level_curves
-from vibropipe.orbits.boundaries.seeds import KINDS, begin, begin_law
+from vibropipe.orbits.boundaries.seeds import begin, begin_law
+from vibropipe.orbits.boundaries.system import KINDS
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.switching import seeds_at
+from vibropipe.orbits.branches.switching import SWITCHES, seeds_at
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
 from vibropipe.orbits.law.marching import Marcher
@@ -23,9 +24,6 @@ from vibropipe.orbits.law.problem import Problem
 
 # Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
 SAME_SPEEDS = 1e-6
-
-# Kinds of bifurcation at which branches begin.
-SWITCHED = ("flip", "pitchfork", "grazing")
 
 
 class Settled(NamedTuple):
@@ -118,7 +116,7 @@ def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
     (parent,) = follow_branches(problem, seed, ())
     yield parent
     for event in parent.events:
-        if event.kind in SWITCHED:
+        if event.kind in SWITCHES:
             for child in seeds_at(parent, event):
                 yield from follow_branches(problem, child, ())
 

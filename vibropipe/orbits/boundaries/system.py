@@ -19,7 +19,7 @@ from vibropipe.compiler import jit
 from vibropipe.continuation.curve import CROSSING, FOLD
 from vibropipe.continuation.newton import DONE, GOES_ON, MAX_CORRECTIONS, fill_tangent, newton_step
 from vibropipe.orbits.branches.clearance import clearance, flight_clearance
-from vibropipe.orbits.branches.sequence import fill_equations, next_impact, restitution_at
+from vibropipe.orbits.branches.sequence import fill_equations, next_impact
 from vibropipe.orbits.law.steps import (
     DETERMINANT,
     DOUBLING,
@@ -33,7 +33,7 @@ from vibropipe.orbits.law.steps import (
     UNIT,
 )
 from vibropipe.orbits.row import row_parameters
-from vibropipe.physics.contact import support_offset, support_position
+from vibropipe.physics.contact import restitution_at, support_offset, support_position
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.linear import steady_at
@@ -42,6 +42,7 @@ from vibropipe.physics.saltation import product
 
 # Kinds of boundaries, as `Bifurcation` numbers them, and curves on which a quantity has a value.
 FOLDS, FLIPS, PITCHFORKS, GRAZINGS, LEVELS = range(5)
+KINDS = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Step of the central differences by both parameters, relative. It affects the speed of convergence and the tangent.
 DIFFERENCE = 1e-5
 # Step of the central differences of a condition, weighted. It affects the speed of convergence alone.
@@ -169,7 +170,7 @@ def _fill_system(sought, u, weights, work) -> None:
     size, n = u.size, supports.size
     speed = 1.0 if n == 0 else 1.0 / weights[n]
     p = parameters_of_point(sought.values, sought.along, u)
-    fill_equations(p, span, mirrored, supports, u, 1.0, work.rhs, work.matrix)
+    fill_equations(p, span, mirrored, supports, u, work.rhs, work.matrix)
     first, second = condition(p, sought, u, speed)
     work.rhs[2 * n] = first
     if sought.kind == GRAZINGS:
@@ -183,12 +184,12 @@ def _fill_system(sought, u, weights, work) -> None:
         p = parameters_of_point(sought.values, sought.along, u)
         above, above_second = condition(p, sought, u, speed)
         if is_parameter:
-            fill_equations(p, span, mirrored, supports, u, 1.0, work.above, sought.room.none)
+            fill_equations(p, span, mirrored, supports, u, work.above, sought.room.none)
         u[k] = held - step
         p = parameters_of_point(sought.values, sought.along, u)
         below, below_second = condition(p, sought, u, speed)
         if is_parameter:
-            fill_equations(p, span, mirrored, supports, u, 1.0, work.below, sought.room.none)
+            fill_equations(p, span, mirrored, supports, u, work.below, sought.room.none)
         u[k] = held
         work.matrix[2 * n, k] = (above - below) / (2.0 * step)
         if sought.kind == GRAZINGS:

@@ -7,8 +7,8 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.orbits.branches.sequence import next_impact, restitution_at
-from vibropipe.physics.contact import support_position
+from vibropipe.orbits.branches.sequence import next_impact
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.flow import DEGREE, REACH, fastest_rate, motion, taylor
 from vibropipe.physics.load import fastest_of_row, force_at, forcing_period, has_second
 

@@ -16,7 +16,6 @@ from vibropipe.march.state import FLIGHT, State
 from vibropipe.orbits.branches.sequence import (
     eigenvalues,
     fill_equations,
-    restitution_at,
     return_derivative,
 )
 from vibropipe.orbits.closed_form import solve_linear, write_forces_of_flight
@@ -34,7 +33,7 @@ from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters, write_closin
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
 from vibropipe.orbits.shooting import motion_norm
 from vibropipe.orbits.verdict import PERIODIC
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.forced_flow import fly_freely
 
 
@@ -82,7 +81,7 @@ def orbit_multipliers(p, m, supports, u):
 def closing_residual(p, m, supports, u, residual, none):
     """Return the largest residual of the equations of an orbit, relative to its largest speed or displacement."""
     n, size = supports.size, p.l
-    fill_equations(p, float(m), 0, supports, u, 1.0, residual, none)
+    fill_equations(p, float(m), 0, supports, u, residual, none)
     largest = 0.0
     for k in range(n):
         size = max(size, abs(u[n + k]))

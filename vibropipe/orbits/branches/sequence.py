@@ -18,7 +18,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.saltation import product, saltation_matrix
@@ -61,12 +61,6 @@ class Sequence(NamedTuple):
 
 
 @jit
-def restitution_at(p, support):
-    """Return the coefficient of restitution of a support (1 or 2)."""
-    return p.R1 if support == 1 else p.R2
-
-
-@jit
 def next_impact(span, mirrored, supports, u, i):
     """Return the impact that ends flight i.
 
@@ -88,7 +82,7 @@ def next_impact(span, mirrored, supports, u, i):
 
 
 @jit
-def fill_equations(p, span, mirrored, supports, u, closure, residual, jacobian) -> None:
+def fill_equations(p, span, mirrored, supports, u, residual, jacobian) -> None:
     """Evaluate the equations of a sequence, and their derivative.
 
     Parameters
@@ -98,9 +92,6 @@ def fill_equations(p, span, mirrored, supports, u, closure, residual, jacobian) 
         As in `Sequence`.
     u : (2n,) float or longer
         Times of the impacts in forcing periods, then velocities before them.
-    closure : float
-        1; or -1 for perturbations that change sign after `span`: the derivative is singular with it where the orbit
-        doubles (or loses its symmetry).
     residual : (2n,) float or longer
         Distance of the end of each flight from the next support, and from the next velocity.
     jacobian : (2n, 2n) float or larger, or without rows
@@ -123,10 +114,9 @@ def fill_equations(p, span, mirrored, supports, u, closure, residual, jacobian) 
             jacobian[2 * i + 1, i] -= (e21 * v + e22 * a) * period
             jacobian[2 * i, n + i] -= restitution * e12
             jacobian[2 * i + 1, n + i] -= restitution * e22
-            closing = closure if i + 1 == n else 1.0
-            jacobian[2 * i, j] += closing * v1 * period
-            jacobian[2 * i + 1, j] += closing * a1 * period
-            jacobian[2 * i + 1, n + j] -= closing * sign
+            jacobian[2 * i, j] += v1 * period
+            jacobian[2 * i + 1, j] += a1 * period
+            jacobian[2 * i + 1, n + j] -= sign
 
 
 @jit

@@ -11,6 +11,8 @@ from vibropipe.orbits.law.curve import HIDDEN_LENGTH, LawCurve
 from vibropipe.orbits.law.steps import DOUBLING, SPEED
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
+# Kinds of bifurcation at which branches begin.
+SWITCHES = ("flip", "pitchfork", "grazing")
 # First step away from a parent: both branches solve the equations of the doubled sequence, which are singular there.
 DOUBLED_LENGTH = 1e-2
 

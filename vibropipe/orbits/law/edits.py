@@ -19,7 +19,7 @@ from vibropipe.march.piece_log import (
 )
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import state_within
-from vibropipe.orbits.law.happenings import Happening, happenings, reference_of
+from vibropipe.orbits.law.happenings import Happening, followed_by, happenings, reference_of
 from vibropipe.orbits.law.housing_edits import completed, housing_edits, without_push, without_slide
 from vibropipe.orbits.law.law import SECTION, Law, acts_in
 from vibropipe.orbits.law.push_edits import let_go, with_short_contact, without_slow
@@ -83,7 +83,7 @@ def edits_of_mass(
     elif margin == of.SPAN:
         yield from _without_piece(events, index)
     elif margin == of.GAP and side == of.FORCE:
-        yield _with(events, index, let_go(e, law, p, u, index, time))
+        yield followed_by(events, index, let_go(e, law, p, u, index, time))
     elif margin == of.GAP:
         # A flight that turns against friction turns at its end.
         for later, event in ((0.0, events[(index + 1) % n]), (law.span, events[0])) if n else ():
@@ -105,15 +105,17 @@ def edits_of_mass(
     elif margin == of.SLIDE:
         x = _displacement_near(e, law, p, u, index, time)
         way = _way(law, index)
-        yield _with(events, index, [Happening(STICK, 0, time, x), Happening(SLIP, way, time, 0.0)])
-        yield _with(events, index, [Happening(TURN, 0, time, x)] * 2)
+        yield followed_by(
+            events, index, [Happening(STICK, 0, time, x), Happening(SLIP, way, time, 0.0)]
+        )
+        yield followed_by(events, index, [Happening(TURN, 0, time, x)] * 2)
     elif margin == of.HOLD:
         kind = events[index].kind
         if side:
             home = int(law.codes[index, HOME])
             way = -side if home == 1 else side
             x = next(e.own for e in reversed(events[: index + 1]) if e.kind == STICK)
-            yield _with(
+            yield followed_by(
                 events, index, [Happening(SLIP, way, time, 0.0), Happening(STICK, 0, time, x)]
             )
         elif kind == STICK:
@@ -130,11 +132,6 @@ def _way(law: Law, i: int) -> int:
     """Return the direction of x' during piece i."""
     _kind, _form, home, direction = law.codes[i, :4].tolist()
     return -direction if home == 1 else direction
-
-
-def _with(events: list[Happening], index: int, new: list[Happening]) -> list[Happening]:
-    """Return events with others after one of them."""
-    return [*events[: index + 1], *new, *events[index + 1 :]]
 
 
 def _displacement_near(e: Effects, law: Law, p: Any, u: np.ndarray, i: int, time: float) -> float:
@@ -225,7 +222,7 @@ def _with_touch(
             yield from _leaving_first(events, slip, slip + 1)
     at_turn = 0 <= i < len(events) and events[i].kind in (TURN, STICK) and events[i].t == time
     if not at_turn:
-        yield _with(events, i, [begin, end] if is_soft else [begin])
+        yield followed_by(events, i, [begin, end] if is_soft else [begin])
         return
     if is_soft:
         yield [*events[:i], begin, events[i], end, *events[i + 1 :]]

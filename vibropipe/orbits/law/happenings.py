@@ -65,6 +65,11 @@ class Happening(NamedTuple):
         return Happening(self.kind, side, self.t + span, -self.own, -self.third, way)
 
 
+def followed_by(events: list[Happening], index: int, new: list[Happening]) -> list[Happening]:
+    """Return events with others after one of them."""
+    return [*events[: index + 1], *new, *events[index + 1 :]]
+
+
 def happenings(law: Law, p: Any, u: np.ndarray) -> list[Happening]:
     """Return the events of an orbit, from its unknowns (n, w)."""
     listed = []

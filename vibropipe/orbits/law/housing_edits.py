@@ -10,7 +10,7 @@ import numpy as np
 from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, IMPACT
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import momentum_within, state_within
-from vibropipe.orbits.law.happenings import Happening
+from vibropipe.orbits.law.happenings import Happening, followed_by
 from vibropipe.orbits.law.law import SECTION, Law
 from vibropipe.orbits.law.sliding import way_of
 from vibropipe.physics.contact import support_position, to_displacement, to_velocity
@@ -49,11 +49,6 @@ def _stop(time: float, way: int) -> Happening:
     return Happening(HOUSING_STOP, 0, time, np.nan, np.nan, way)
 
 
-def _after(events: list[Happening], i: int, new: list[Happening]) -> list[Happening]:
-    """Return events with others after one of them."""
-    return [*events[: i + 1], *new, *events[i + 1 :]]
-
-
 def _without(events: list[Happening], *left: int) -> list[Happening]:
     """Return events without some."""
     n = len(events)
@@ -70,21 +65,21 @@ def _of_hold(events: list[Happening], i: int, way: int, time: float) -> Iterator
     event, following = events[i], (i + 1) % len(events)
     if abs(time - event.t) < SAME_TIME:
         moved = _changed(events, i, way)
-        yield _after(moved, i, [_stop(event.t, 0)])
+        yield followed_by(moved, i, [_stop(event.t, 0)])
         if events[following].kind == HOUSING_SLIP and events[following].way == way:
             if event.kind == HOUSING_STOP:
                 yield _without(events, i, following)
             yield _without(moved, following)
         return
-    yield _after(events, i, [_slip(time, way), _stop(time, 0)])
-    slipped = _after(events, i, [_slip(time, way)])
+    yield followed_by(events, i, [_slip(time, way), _stop(time, 0)])
+    slipped = followed_by(events, i, [_slip(time, way)])
     if following == 0:
         yield [*events, _slip(time, way)]
         return
     if events[following].kind != IMPACT:
         slipped = _changed(slipped, i + 2, way)
     yield slipped
-    yield _after(slipped, i + 2, [_stop(events[following].t, 0)])
+    yield followed_by(slipped, i + 2, [_stop(events[following].t, 0)])
 
 
 def _of_push(events: list[Happening], i: int) -> Iterator[list[Happening]]:
@@ -99,7 +94,7 @@ def _of_push(events: list[Happening], i: int) -> Iterator[list[Happening]]:
     if stops:
         yield _changed(_without(events, following), i - (following < i), events[following].way)
     if event.way:
-        yield _after(held, i, [_slip(event.t, event.way)])
+        yield followed_by(held, i, [_slip(event.t, event.way)])
 
 
 def _of_speed(events: list[Happening], i: int, side: int, time: float) -> Iterator[list[Happening]]:
@@ -107,12 +102,12 @@ def _of_speed(events: list[Happening], i: int, side: int, time: float) -> Iterat
     event, following = events[i], (i + 1) % len(events)
     way = next(each.way for each in reversed([*events[i + 1 :], *events[: i + 1]]) if each.way)
     if side == of.NO_SIDE:
-        yield _after(events, i, [_stop(time, 0), _slip(time, way)])
+        yield followed_by(events, i, [_stop(time, 0), _slip(time, way)])
         return
     if side == of.LOWER:
         for new in (0, -way):
             if following:
-                yield _after(events, i, [_stop(time, new)])
+                yield followed_by(events, i, [_stop(time, new)])
             else:
                 yield [*events, _stop(time, new)]
         return
@@ -124,7 +119,7 @@ def _of_speed(events: list[Happening], i: int, side: int, time: float) -> Iterat
             yield turned
         return
     for new in (way, 0):
-        yield _after(turned, i, [_stop(event.t, new)])
+        yield followed_by(turned, i, [_stop(event.t, new)])
 
 
 def without_slide(events: list[Happening], i: int) -> Iterator[list[Happening]]:

@@ -14,9 +14,9 @@ import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
 from vibropipe.orbits.sensitivity.errors import ULP
-from vibropipe.orbits.sensitivity.flights import fill_transfer, new_flights, restitution_at
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.derivatives import DELTA, F2, LOAD, PHI2, R1, R2, F, H, L, n_parameters
+from vibropipe.orbits.sensitivity.flights import fill_transfer, new_flights
+from vibropipe.physics.contact import restitution_at, support_position
+from vibropipe.physics.derivatives import n_parameters
 from vibropipe.physics.load import (
     constant_load,
     force_at,
@@ -45,25 +45,7 @@ SECOND = 1.5
 @jit_inline
 def parameter_of(p, k):
     """Return the value of a parameter by its number in derivatives."""
-    if k == 0:
-        return p.nu
-    if k == F:
-        return p.f
-    if k == H:
-        return p.h
-    if k == L:
-        return p.l
-    if k == DELTA:
-        return p.delta
-    if k == R1:
-        return p.R1
-    if k == R2:
-        return p.R2
-    if k == LOAD:
-        return p.load
-    if k == F2:
-        return p.f2
-    return p.phi2 if k == PHI2 else 0.0
+    return (p.nu, p.f, p.h, p.l, p.delta, p.R1, p.R2, p.load, p.f2, p.phi2)[k]
 
 
 @jit_inline

@@ -15,9 +15,8 @@ import numpy as np
 from vibropipe.compiler import jit, jit_inline, jit_nogil
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import row_parameters
-from vibropipe.orbits.sensitivity.flights import restitution_at
 from vibropipe.physics.conservative import is_conservative
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.flow import free_flow
 from vibropipe.physics.linear import linear_amplitude, second_linear_amplitude
 from vibropipe.physics.load import (
@@ -79,12 +78,12 @@ def fill_record(p, position, velocity, support, j, m, record, second) -> None:
 
 
 @jit
-def follow_samples(records, n, seed, phases, speeds) -> None:
-    """Follow samples (SAMPLES,) of the errors of the last impact along n flights; seed numbers the roundings."""
+def follow_samples(records, n, phases, speeds) -> None:
+    """Follow samples (SAMPLES,) of the errors of the last impact along n flights."""
     for c in range(SAMPLES):
         turn, speed = phases[n - 1, c], speeds[n - 1, c]
         for j in range(n):
-            record, k = records[j], 2 * (seed + SAMPLES * j + c)
+            record, k = records[j], 2 * (SAMPLES * j + c)
             turn, speed = (
                 record[0] * turn + record[1] * speed + random_sign(k) * record[4],
                 record[2] * turn + record[3] * speed + random_sign(k + 1) * record[5],
@@ -130,7 +129,7 @@ def close_samples(
     last = n - 1
     for c in range(SAMPLES):
         phases[last, c] = speeds[last, c] = 0.0
-    follow_samples(records, n, 0, phases, speeds)
+    follow_samples(records, n, phases, speeds)
     if not has_rest:
         determinant = (1.0 - m11) * (1.0 - m22) - m12 * m21
         speed = abs(velocity[last])
@@ -139,7 +138,7 @@ def close_samples(
             change = speeds[last, c] + random_sign(104729 + c) * closing
             phases[last, c] = ((1.0 - m22) * turn + m12 * change) / determinant
             speeds[last, c] = (m21 * turn + (1.0 - m11) * change) / determinant
-    follow_samples(records, n, 0, phases, speeds)
+    follow_samples(records, n, phases, speeds)
     return size
 
 

@@ -14,8 +14,8 @@ from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.physics.contact import support_position
+from vibropipe.compiler import jit_allocating, jit_inline
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.derivatives import (
     distance_derivative,
     gap_acceleration_derivative,
@@ -124,12 +124,6 @@ def first_flights(flights, n):
         flights.at_end[:n], flights.transfer[:n], flights.source[:n], flights.d_start[:n],
         flights.d_end[:n], flights.d_speed[:n], flights.ends[:n], flights.before[:n],
     )  # fmt: skip
-
-
-@jit
-def restitution_at(p, support):
-    """Return the coefficient of restitution of a support (1 or 2)."""
-    return p.R1 if support == 1 else p.R2
 
 
 @jit_inline

@@ -7,8 +7,7 @@ from typing import NamedTuple
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.orbits.forces import NODES, WEIGHTS
 from vibropipe.orbits.harmonics import RESONANT, dynamic_stiffness
-from vibropipe.orbits.sensitivity.flights import restitution_at
-from vibropipe.physics.contact import support_position
+from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.derivatives import (
     NU,
     F,

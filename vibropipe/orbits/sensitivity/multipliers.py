@@ -9,7 +9,7 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit_inline
-from vibropipe.orbits.sensitivity.flights import restitution_at
+from vibropipe.physics.contact import restitution_at
 from vibropipe.physics.derivatives import (
     NU,
     H,
@@ -18,7 +18,7 @@ from vibropipe.physics.derivatives import (
     n_parameters,
     restitution_derivative,
 )
-from vibropipe.physics.free_flow_by_h import free_flow_by_h
+from vibropipe.physics.impulse import free_flow_by_h
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.saltation import product

@@ -12,7 +12,6 @@ from vibropipe.orbits.sensitivity.flights import (
     Flights,
     first_flights,
     new_flights,
-    restitution_at,
     vary_orbit,
 )
 from vibropipe.orbits.sensitivity.harmonics import (
@@ -21,6 +20,7 @@ from vibropipe.orbits.sensitivity.harmonics import (
     replace_resonant_derivatives,
 )
 from vibropipe.orbits.sensitivity.multipliers import fill_multipliers
+from vibropipe.physics.contact import restitution_at
 from vibropipe.physics.derivatives import (
     NU,
     F,

@@ -220,7 +220,8 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
         rows.append([*value, words, kind, place_text, deviation, by])
     head = [
         *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
-        "stable motion", "ends at a", in_brackets(f"at {symbol_text(axis)}", axis), in_brackets("standard deviation", axis),
+        "stable motion", "ends at a", in_brackets(f"at {symbol_text(axis)}", axis),
+        in_brackets("standard deviation", axis),
         "mostly by",
     ]  # fmt: skip
     note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."

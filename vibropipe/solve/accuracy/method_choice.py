@@ -82,38 +82,6 @@ class Choice(NamedTuple):
     nanoseconds: float
 
 
-def choose(
-    exciter: Exciter,
-    tau_end: float,
-    x0: float | None = None,
-    v0: float = 0.0,
-    accuracy: float = 1e-8,
-    *,
-    tau_start: float = 0.0,
-) -> Choice:
-    """Select the cheapest method for a motion with errors of at most `accuracy`, absolute and relative.
-
-    Parameters
-    ----------
-    exciter, tau_end, x0, v0, accuracy, tau_start
-        As for `simulate`.
-
-    Returns
-    -------
-    Choice
-        The exact method with `reached` False if double precision cannot reach the accuracy.
-
-    Raises
-    ------
-    ParameterError
-        As `simulate`.
-    """
-    x, v = exciter.check_start(x0, v0)
-    request = MotionRequest(tau_start, tau_end, x, v, samples_per_period=0)
-    choice, *_ = choose_method(exciter, request, check_accuracy(accuracy))
-    return choice
-
-
 def check_accuracy(accuracy: Any) -> float:
     """Return an accuracy as a float, or raise a ParameterError."""
     allowed, (least, most) = within_text(ACCURACY, whole=False), ACCURACY

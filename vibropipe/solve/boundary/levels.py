@@ -7,13 +7,10 @@ from functools import partial
 
 import numpy as np
 
-from vibropipe.march.piece_log import CAUSE, HOME
 from vibropipe.orbits.boundaries.level_curve import Level
-from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.law.curve import LawZeros
-from vibropipe.orbits.law.law import SECTION
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.solve.branch.branch_dataset import solve_points
+from vibropipe.solve.branch.branch_dataset import solve_orbits
 from vibropipe.solve.branch.branch_of_pieces import solve_sections
 from vibropipe.solve.design.goals import Bound
 from vibropipe.solve.rows.label import Variables, label_rows
@@ -80,20 +77,10 @@ class Quantities:
             rows = solve_sections(
                 effects, self.marcher, law.m, sections, parameters, harmonics, outputs
             )
-        elif law.codes[0, CAUSE] == SECTION:
-            none = np.zeros(0, np.int8)
-            rows = solve_points(1, none, parameters, parameters[:, :1], harmonics, outputs)
         else:
             # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
             ended = np.hstack([orbits[:, :-k], np.zeros((len(orbits), 1))])
-            wholes = [whole_orbit(law, u) for u in ended]
-            whole, unknowns = wholes[0][0], np.array([u for _law, u in wholes])
-            supports = whole.codes[:, HOME].copy()
-            if is_image:
-                n, supports = supports.size, (3 - supports).astype(np.int8)
-                unknowns[:, :n] += 0.5
-                unknowns[:, n:] *= -1.0
-            rows = solve_points(law.m, supports, parameters, unknowns, harmonics, outputs)
+            rows = solve_orbits(law, ended, parameters, harmonics, outputs, is_image)
         return label_rows(rows, parameters, outputs), parameters
 
 

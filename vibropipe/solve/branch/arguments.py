@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING
 
+from vibropipe.orbits.branches.switching import SWITCHES
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import TIED, Ties
 from vibropipe.solve.checks import check_outputs
@@ -16,8 +17,6 @@ from vibropipe.words.regimes import Regime
 if TYPE_CHECKING:
     import xarray as xr
 
-# Kinds of bifurcation at which branches begin.
-SWITCHES = ("flip", "pitchfork", "grazing")
 MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 
 

@@ -27,7 +27,6 @@ from vibropipe.solve.branch.arguments import (
 from vibropipe.solve.branch.branch_dataset import (
     branch_dataset,
     rest_dataset,
-    solver_of,
     with_scatter,
 )
 from vibropipe.solve.branch.point_yields import check_bounds, outputs_beside, with_yields
@@ -261,9 +260,7 @@ def branch(
         attrs["incomplete"] = told
         remedy = f"Follow a shorter range of {along}, or switch at fewer kinds of bifurcation."
         warnings.warn(f"{told}. {remedy}", UnsolvedWarning, stacklevel=2)
-    dataset = branch_dataset(
-        problem, tree.branches, harmonics, attrs, requested, solver_of(effects), sigma
-    )
+    dataset = branch_dataset(problem, tree.branches, harmonics, attrs, requested, sigma)
     return with_yields(dataset, problem, sigma, bounds, at)
 
 
@@ -313,7 +310,5 @@ def _branch_of_law(
             f"{attrs['incomplete']}. Follow a shorter range of {along}.",
             UnsolvedWarning, stacklevel=3,
         )  # fmt: skip
-    dataset = branch_dataset(
-        found.problem, found.branches, harmonics, attrs, outputs, solver_of(effects), sigma
-    )
+    dataset = branch_dataset(found.problem, found.branches, harmonics, attrs, outputs, sigma)
     return dataset, found.problem

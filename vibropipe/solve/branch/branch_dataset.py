@@ -2,26 +2,27 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping, Sequence
+from collections.abc import Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.march.log import new_log
-from vibropipe.march.piece_log import HOME
+from vibropipe.march.piece_log import CAUSE, HOME
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.rows import write_points
 from vibropipe.orbits.branches.symmetry import whole_orbit
+from vibropipe.orbits.law.law import SECTION, Law
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.row import LOAD
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
-from vibropipe.physics.effects import Effects, all_effects
+from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
-from vibropipe.solve.branch.branch_of_pieces import solver_of_pieces
-from vibropipe.solve.branch.places import scattered_places
+from vibropipe.solve.branch.branch_of_pieces import solve_branch_of_pieces
+from vibropipe.solve.branch.places import scattered_places, values_of
 from vibropipe.solve.branch.problem import exciter_at
 from vibropipe.solve.branch.rest_branch import RestBranch
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
@@ -46,8 +47,6 @@ if TYPE_CHECKING:
 SINGULAR = ("fold", "pitchfork", "grazing")
 # Kind of a bifurcation, why the branch ends there, and the index of its point.
 LabelledEvent = tuple[str, BranchEnd, int]
-# Returns the compacted results of the points of a branch, from it, their parameters, harmonics and outputs.
-PointSolver = Callable[[Branch, np.ndarray, int, tuple[str, ...]], RowResults]
 # Why a branch ends, by the reason of its last event.
 REASONS = {
     "": BranchEnd.GOES_ON,
@@ -67,18 +66,12 @@ REASONS = {
 }
 
 
-def solver_of(effects: Effects) -> PointSolver | None:
-    """Return what solves the points of branches of exciters with some effects; None: orbits by their impacts."""
-    return solver_of_pieces(effects) if effects.has_pieces else None
-
-
 def branch_dataset(
     problem: Problem,
     branches: Sequence[Branch],
     harmonics: int,
     attrs: Mapping[str, Any],
     outputs: tuple[str, ...] = OF_STEADY_STATE,
-    solve: PointSolver | None = None,
     sigma: Mapping[str, float] | None = None,
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
@@ -93,15 +86,12 @@ def branch_dataset(
         Attributes of the dataset.
     outputs : tuple of str
         Any of `OF_BRANCH`.
-    solve : callable, optional
-        Solves the points of a branch; the default is for orbits by their impacts.
     sigma : mapping of str to float, optional
         Standard deviations of parameters, for the scatter of the places of bifurcations.
     """
-    solve = _solve if solve is None else solve
-    rows = concatenate([_label(problem, each, harmonics, outputs, solve) for each in branches])
-    sizes = [_size(each) for each in branches]
-    values = np.concatenate([_values(each) for each in branches])
+    rows = concatenate([_label(problem, each, harmonics, outputs) for each in branches])
+    sizes = [len(values_of(each)) for each in branches]
+    values = np.concatenate([values_of(each) for each in branches])
     begins = np.cumsum([0, *sizes[:-1]])
     events: list[LabelledEvent] = [
         (event.kind, REASONS[event.reason], int(begin) + event.point)
@@ -219,39 +209,53 @@ def _parameters(problem: Problem, values: np.ndarray) -> np.ndarray:
     return np.array([exciter_at(problem, value) for value in values])
 
 
-def _size(branch: Branch) -> int:
-    """Return the number of points of a branch."""
-    return len(branch.points) + len(branch.values)
-
-
-def _values(branch: Branch) -> np.ndarray:
-    """Return the parameter at the points of a branch."""
-    return np.array(branch.values or [point.value for point in branch.points])
-
-
-def _label(
-    problem: Problem,
-    branch: Branch,
-    harmonics: int,
-    outputs: tuple[str, ...],
-    solve: PointSolver,
-) -> Variables:
+def _label(problem: Problem, branch: Branch, harmonics: int, outputs: tuple[str, ...]) -> Variables:
     """Return the steady states of the points of a branch as variables over `row`."""
-    parameters = _parameters(problem, _values(branch))
-    return label_rows(solve(branch, parameters, harmonics, outputs), parameters, outputs)
+    parameters = _parameters(problem, np.array(values_of(branch)))
+    if problem.effects.has_pieces:
+        rows = solve_branch_of_pieces(problem.effects, branch, parameters, harmonics, outputs)
+    else:
+        law = None if branch.curve is None else branch.curve.sequence
+        unknowns = np.array([point.u for point in branch.points])
+        rows = solve_orbits(law, unknowns, parameters, harmonics, outputs)
+    return label_rows(rows, parameters, outputs)
 
 
-def _solve(
-    branch: Branch, parameters: np.ndarray, harmonics: int, outputs: tuple[str, ...]
+def solve_orbits(
+    law: Law | None,
+    unknowns: np.ndarray,
+    parameters: np.ndarray,
+    harmonics: int,
+    outputs: tuple[str, ...] = OF_STEADY_STATE,
+    is_image: bool = False,
 ) -> RowResults:
-    """Return the compacted results of the points of a branch."""
-    if branch.curve is None:
+    """Return the compacted results of orbits of one law that strike rigid supports, or none.
+
+    Parameters
+    ----------
+    law : Law or None
+        Of impacts, of half an orbit if it is mirrored; None, or without events: of the motion without impacts.
+    unknowns : (points, 2n + 1) array
+        Times and velocities of the impacts, and one more number.
+    parameters : (points, parameters) array
+    harmonics : int
+        Number of harmonics.
+    outputs : tuple of str
+        Any of `OF_BRANCH`.
+    is_image : bool
+        Whether the mirror images of these orbits are meant.
+    """
+    if law is None or law.codes[0, CAUSE] == SECTION:
         none = np.zeros(0, np.int8)
         return solve_points(1, none, parameters, parameters[:, :1], harmonics, outputs)
-    wholes = [whole_orbit(branch.curve.sequence, point.u) for point in branch.points]
-    law, unknowns = wholes[0][0], np.array([u for _law, u in wholes])
-    supports = law.codes[:, HOME].copy()
-    return solve_points(law.m, supports, parameters, unknowns, harmonics, outputs)
+    wholes = [whole_orbit(law, each) for each in unknowns]
+    whole, unknowns = wholes[0][0], np.array([each for _law, each in wholes])
+    supports = whole.codes[:, HOME].copy()
+    if is_image:
+        n, supports = supports.size, (3 - supports).astype(np.int8)
+        unknowns[:, :n] += 0.5
+        unknowns[:, n:] *= -1.0
+    return solve_points(whole.m, supports, parameters, unknowns, harmonics, outputs)
 
 
 def solve_points(

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-from functools import partial
-from typing import TYPE_CHECKING, Any
+from typing import TYPE_CHECKING
 
 import numpy as np
 
@@ -131,8 +130,3 @@ def solve_sections(
     )  # fmt: skip
     add_load(rows, parameters[:, LOAD])
     return rows if "impacts" in computed(outputs) else without_impacts(rows)
-
-
-def solver_of_pieces(effects: Effects) -> Any:
-    """Return what solves the points of a branch of some effects: `branch_dataset` takes it."""
-    return partial(solve_branch_of_pieces, effects)

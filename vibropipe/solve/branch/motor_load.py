@@ -11,7 +11,7 @@ from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.branch.branch import branch as follow_branch
-from vibropipe.solve.branch.branch_dataset import branch_dataset, solver_of
+from vibropipe.solve.branch.branch_dataset import branch_dataset
 from vibropipe.solve.branch.problem import problem_of, rules_of, seed_of_steady_state
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import to_physical
@@ -200,4 +200,4 @@ def _branch_to(exciter: Exciter, nu: float, row: xr.Dataset, ties: Ties) -> xr.D
     if seed is None:
         return None
     tree = follow_tree(problem, seed, (), rules_of(problem.effects))
-    return branch_dataset(problem, tree.branches, 1, {}, OUTPUTS, solver_of(problem.effects))
+    return branch_dataset(problem, tree.branches, 1, {}, OUTPUTS)

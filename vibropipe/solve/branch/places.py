@@ -10,7 +10,7 @@ from vibropipe.continuation.path import Event
 from vibropipe.orbits.boundaries.curve import Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.seeds import linear_grazing
-from vibropipe.orbits.boundaries.system import FLIPS, FOLDS, GRAZINGS, PITCHFORKS
+from vibropipe.orbits.boundaries.system import KINDS
 from vibropipe.orbits.boundaries.touches import Grazing, grazing_at
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
@@ -25,8 +25,6 @@ from vibropipe.physics.load import has_second
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, is_symmetric
 from vibropipe.words.parameters import PARAMETERS
 
-# Bifurcations whose place has a derivative, and the boundaries that they lie on.
-BOUNDARIES = {"fold": FOLDS, "flip": FLIPS, "pitchfork": PITCHFORKS, "grazing": GRAZINGS}
 # Parameters that move the equilibrium between the supports, and all that end the symmetry of an exciter.
 OF_OFFSET = ("delta", "load", "f2", "phi2")
 ENDS_SYMMETRY = {*PARAMETERS} - {*KEEP_SYMMETRY}
@@ -85,7 +83,7 @@ def place_slopes(branch: Branch, names: Sequence[str]) -> np.ndarray:
     """
     slopes = np.full((len(branch.events), len(names)), np.nan)
     for row, event in enumerate(branch.events):
-        if event.kind not in BOUNDARIES:
+        if event.kind not in KINDS:
             continue
         found = _orbit_at(branch, event)
         if found is None:
@@ -155,7 +153,7 @@ def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
         curve = branch.points[event.point].curve or branch.curve
         scales, marcher = curve.scales, curve.marcher
     boundary = LawBoundary(
-        box, BOUNDARIES[event.kind], _contiguous(orbit.law), orbit.touch, scales, marcher
+        box, KINDS[event.kind], _contiguous(orbit.law), orbit.touch, scales, marcher
     )
     return boundary.slope_at(np.concatenate([orbit.u.T.ravel(), ends]))
 

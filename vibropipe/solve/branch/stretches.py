@@ -8,6 +8,7 @@ from typing import TYPE_CHECKING, Any, NamedTuple
 import numpy as np
 
 from vibropipe.orbits.branches.following import Branch, Seed
+from vibropipe.orbits.branches.switching import SWITCHES
 from vibropipe.orbits.branches.tree import Rules, follow_tree, seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, ParameterError
@@ -42,8 +43,6 @@ ROW_WORK = 4 * START_WORK
 MOST, FURTHER = 2, 2
 # Trees of branches that are followed.
 MAX_TREES = 64
-# Bifurcations at which branches that may have the law begin.
-SWITCHED = ("flip", "pitchfork", "grazing")
 
 
 class Stretches(NamedTuple):
@@ -102,7 +101,7 @@ def law_stretches(
         seed = seed_of(problem._replace(values=problem.values_at(own)), signs)
         if seed is None:
             continue
-        tree = follow_tree(problem, seed, SWITCHED, rules)
+        tree = follow_tree(problem, seed, SWITCHES, rules)
         trees, left = trees + 1, left + tree.n_left
         found += [with_curves(branch) for branch in tree.branches]
     kept: list[Branch] = []

@@ -9,26 +9,30 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.grid import RampGrid, grid_time
-from vibropipe.march.log import Samples, allow_work, new_log
+from vibropipe.march.log import Samples, new_log
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.march.pieces import march_pieces
-from vibropipe.march.ramp import grid_on_ramp, march_on_ramp, steps_on_ramp
-from vibropipe.march.state import REST, STUCK, State, initial_state
-from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.frequency import Ramp
-from vibropipe.physics.limits import MAX_MARCH_STEPS, MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
+from vibropipe.physics.limits import MAX_PIECE_STEPS, SAMPLES_PER_PERIOD
 from vibropipe.physics.load_harmonics import force_values
 from vibropipe.physics.parameter_error import as_float
+from vibropipe.physics.ramp import steps_on_ramp
 from vibropipe.physics.stated import check_untied
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
-from vibropipe.solve.motion.contacts import contacts_of, contacts_of_pieces, drain_log
+from vibropipe.solve.motion.contacts import contacts_of_pieces
 from vibropipe.solve.motion.motion_dataset import to_dataset, to_variables
-from vibropipe.solve.motion.run import EVENTS, MARCH_LOG_CAPACITY, MotionRequest, MotionResult
+from vibropipe.solve.motion.run import (
+    MARCH_LOG_CAPACITY,
+    MotionRequest,
+    MotionResult,
+    end_of,
+    march_to_end,
+)
 from vibropipe.words.progress import Progress, WorkCount
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.status import Status
@@ -95,17 +99,9 @@ def turns_on_ramp(ramp: Ramp, s: Any) -> Any:
 
 
 def march_effects(exciter: Exciter) -> Effects:
-    """Return the effects that motions of an exciter on a ramp are marched with.
-
-    Raises
-    ------
-    ParameterError
-        If it has an effect that is not computed.
-    """
+    """Return the effects that motions of an exciter on a ramp are marched with: always by pieces."""
     effects = all_effects(exciter.parameters()._asdict(), pieces=True)
-    # A force that grows with the frequency is one of motions by pieces.
-    is_shaken = exciter.numbers().shaker != 0.0
-    return effects._replace(soft=1, friction=1) if is_shaken else effects
+    return effects if effects.has_pieces else effects._replace(soft=1)
 
 
 def highest_parameters(exciter: Exciter, ramp: Ramp) -> Parameters:
@@ -128,74 +124,35 @@ def force_of_ramp(exciter: Exciter, ramp: Ramp, s: np.ndarray) -> np.ndarray:
 
 
 def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp) -> MotionResult:
-    """March to the end; the log is emptied, and progress reported, whenever it is full."""
+    """March one motion on a grid with one step per "period": its times count steps since the start."""
     check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
     e, p = march_effects(exciter), highest_parameters(exciter, ramp)
     pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY)
     per_period = steps_on_ramp(e, p, ramp)
-    plain_grid = grid_on_ramp(e, p, ramp, per_period)
-    dt = plain_grid.dt
+    dt = 2.0 * math.pi / p.nu / per_period
     steps = ramp.span / dt
     if steps > MAX_PIECE_STEPS:
         must = f"must be reached in at most {MAX_PIECE_STEPS:g} steps of the march"
         got = f"{request.tau_end!r} with {steps:.3g} steps"
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
-    grid = plain_grid if pieces is None else RampGrid(1, 1, dt, ramp)
-    state = _start(e, p, grid, pieces, request, ramp)
-    is_held = state.mode == STUCK
+    grid, end = RampGrid(1, 1, dt, ramp), grid_time(steps, 1)
+    state = start_state(pieces, e, p, grid, 0.0, request.x, request.v)
     samples, after = _new_samples(request, ramp, p.nu, per_period)
-    log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
-    allow_work(log, MAX_MARCH_STEPS)
-    c, end = np.empty(DEGREE + 1), grid_time(steps, 1)
-    parts: list[dict[str, np.ndarray]] = []
-    events, marched = 0, int(ramp.turn)
-    while True:
-        left = request.max_impacts - events
-        if pieces is None:
-            state, status = march_on_ramp(e, p, ramp, grid, state, end, log, samples, c, left)
-        else:
-            state, status = march_pieces(e, p, grid, state, end, log, samples, c, left)
-        parts.append(drain_log(log))
-        events += sum(len(parts[-1][name]) for name in EVENTS)
-        if request.marched is not None:
-            now = int(turns_on_ramp(ramp, state.period * dt))
-            request.marched.add(now - marched)
-            marched = now
-        if events > request.max_impacts:
-            status = Status.MAX_IMPACTS
-        if status != Status.LOG_FULL:
-            break
-    if state.mode == REST:
-        rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
-        parts.append({name: np.array([value]) for name, value in rest.items()})
-    columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
-    if is_held:
-        columns["stick"] = np.append(0.0, columns["stick"])
-    contacts = contacts_of(columns, dt)
-    if pieces is not None:
-        contacts = contacts_of_pieces(columns, exciter, dt)
+    log, c = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
+    state, status, columns = march_to_end(
+        lambda state, left: march_pieces(e, p, grid, state, end, log, samples, c, left),
+        log, state, request, lambda state: turns_on_ramp(ramp, state.period * dt),
+    )  # fmt: skip
+    contacts = contacts_of_pieces(columns, exciter, dt)
     for name in TIMES & contacts.keys():
         contacts[name] = contacts[name] + request.tau_start
-    end_state = math.nan, math.nan
-    if status == Status.OK:
-        end_state = to_displacement(p, state.home, state.y), to_velocity(state.home, state.w)
     xs, vs = (np.empty(0),) * 2 if samples is None else (samples.displacement, samples.velocity)
     # The first sample is the requested start: on a support, the state before the impact.
     xs[:1], vs[:1] = request.x, request.v
     turns = ramp.turn, turns_on_ramp(ramp, ramp.span)
     return MotionResult(
-        Status(status), contacts, xs, vs, end_state, log.counts.copy(), turns, after
+        Status(status), contacts, xs, vs, end_of(p, state, status), log.counts.copy(), turns, after
     )
-
-
-def _start(
-    e: Effects, p: Parameters, grid: Any, pieces: Any, request: MotionRequest, ramp: Ramp
-) -> State:
-    """Return the state at the start of a ramp; pieces : the log of a motion by pieces, or None."""
-    if pieces is not None:
-        return start_state(pieces, e, p, grid, 0.0, request.x, request.v)
-    state = initial_state(e, p, grid, ramp.turn % 1.0, request.x, request.v, None)
-    return state._replace(period=0, theta=0.0, rest_start=0.0)
 
 
 def _new_samples(

@@ -3,22 +3,23 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Callable
 from typing import NamedTuple
 
 import numpy as np
 
 from vibropipe.march.grid import Instant, StepGrid, exact_grid, exact_steps, grid_time
-from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Samples, allow_work, new_log
+from vibropipe.march.log import COUNTS, SHORT_FLIGHTS, Log, Samples, allow_work, new_log
 from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
-from vibropipe.march.state import REST, STUCK
+from vibropipe.march.state import REST, STUCK, State
 from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.contact import to_displacement, to_velocity
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
-from vibropipe.physics.exciter import Exciter, ParameterError
+from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import (
     MAX_MARCH_STEPS,
@@ -200,16 +201,72 @@ def _check_steps(request: MotionRequest, periods: float, per_period: int) -> Non
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
 
 
+def march_to_end(
+    march: Callable[[State, int], tuple[State, int]],
+    log: Log,
+    state: State,
+    request: MotionRequest,
+    period_of: Callable[[State], float],
+) -> tuple[State, int, dict[str, np.ndarray]]:
+    """March a motion; the log is emptied, and progress reported, whenever it is full.
+
+    Parameters
+    ----------
+    march : callable
+        From a state, with the contacts that are left, until the end or a full log: returns (state, status).
+    log : Log
+    state : State
+    request : MotionRequest
+    period_of : callable
+        The time of a state in forcing periods.
+
+    Returns
+    -------
+    state : State
+    status : int
+    columns : dict
+        What `drain_log` returned, of the whole motion.
+    """
+    allow_work(log, MAX_MARCH_STEPS)
+    held_since = state.rest_start if state.mode == STUCK else None
+    parts: list[dict[str, np.ndarray]] = []
+    events, reported_period = 0, int(period_of(state))
+    while True:
+        state, status = march(state, request.max_impacts - events)
+        parts.append(drain_log(log))
+        events += sum(len(parts[-1][name]) for name in EVENTS)
+        if request.marched is not None:
+            request.marched.add(int(period_of(state)) - reported_period)
+            reported_period = int(period_of(state))
+        if events > request.max_impacts:
+            status = Status.MAX_IMPACTS
+        if status != Status.LOG_FULL:
+            break
+    if state.mode == REST:
+        rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
+        parts.append({name: np.array([value]) for name, value in rest.items()})
+    columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
+    if held_since is not None:
+        columns["stick"] = np.append(held_since, columns["stick"])
+    return state, status, columns
+
+
+def end_of(p: Parameters, state: State, status: int) -> tuple[float, float]:
+    """Return (x, x') at the end of a march; NaN if it was stopped."""
+    if status not in (Status.OK, Status.SHORT_FLIGHTS):
+        return math.nan, math.nan
+    return to_displacement(p, state.home, state.y), to_velocity(state.home, state.w)
+
+
 def _march(
     exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
 ) -> MotionResult:
-    """March to the end; the log is emptied, and progress reported, whenever it is full."""
+    """March one motion."""
     e, p = request.effects, exciter.parameters()
     degree = 2 if grid.exact is None else DEGREE
     pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
     start = request.x, request.v, request.housing_v0
     state = start_state(pieces, e, p, grid, turns[0], *start)
-    held_since = state.rest_start if state.mode == STUCK else None
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)
@@ -218,39 +275,22 @@ def _march(
         every = 1, int(request.samples_per_period), state.period * grid.steps + state.step
         samples = Samples(*unfilled, *every, state.theta, housing)
     log = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain)
-    allow_work(log, MAX_MARCH_STEPS)
     c = np.empty(degree + 1)
     end: Instant = grid_time(turns[1], grid.steps)
-    parts: list[dict[str, np.ndarray]] = []
     n_terms = 5 if e.housing is None else N_ENERGIES - 1
     terms = None if pieces is None or not request.energy else np.zeros(n_terms)
-    events, reported_period = 0, int(state.period)
-    while True:
-        events_left = request.max_impacts - events
-        state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, events_left, 1)
+
+    def march(state: State, left: int) -> tuple[State, int]:
+        state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, left, 1)
         if terms is not None:
             add_energies(e, p, log, Integrals(terms, np.zeros(0)))
-        parts.append(drain_log(log))
-        events += sum(len(parts[-1][name]) for name in EVENTS)
-        if request.marched is not None:
-            request.marched.add(int(state.period) - reported_period)
-            reported_period = int(state.period)
-        if events > request.max_impacts:
-            status = Status.MAX_IMPACTS
-        if status != Status.LOG_FULL:
-            break
+        return state, status
+
+    state, status, columns = march_to_end(march, log, state, request, lambda state: state.period)
     if grid.exact is None and status == Status.OK and log.counts[SHORT_FLIGHTS] > 0:
         status = Status.SHORT_FLIGHTS
-    if state.mode == REST:
-        rest = {"rest_start": state.rest_start, "rest_end": math.inf, "rest_support": state.home}
-        parts.append({name: np.array([value]) for name, value in rest.items()})
-    columns = {name: np.concatenate([q[name] for q in parts if name in q]) for name in parts[0]}
-    if held_since is not None:
-        columns["stick"] = np.append(held_since, columns["stick"])
-    end_state = (to_displacement(p, state.home, state.y), to_velocity(state.home, state.w))
-    if status not in (Status.OK, Status.SHORT_FLIGHTS):
-        end_state = math.nan, math.nan
-    if terms is not None and status not in (Status.OK, Status.SHORT_FLIGHTS):
+    end_state = end_of(p, state, status)
+    if terms is not None and math.isnan(end_state[0]):
         terms[:] = math.nan
     return MotionResult(
         Status(status),

@@ -117,7 +117,11 @@ def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) 
     )
     texts += [series(text for text in commits if text)]
     seconds = [float(car["seconds"]) for car in sidecars.values() if car.get("seconds")]
-    texts += [f"computed in {format_number(sum(seconds), 2)} s"] if seconds else []
+    texts += (
+        [f"computed in {format_number(sum(seconds), 2)} s, with what was compiled"]
+        if seconds
+        else []
+    )
     return Line("Again", "; ".join(filter(None, texts)))
 
 

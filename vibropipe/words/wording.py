@@ -17,8 +17,8 @@ def capitalised(text: str) -> str:
 
 
 def share(part: int, whole: int, noun: str) -> str:
-    """Write a part of an amount with its verb: `2 of 3 checks are`, `0 of 1 check is`."""
-    return f"{part:,} of {count(whole, noun)} {'is' if whole == 1 else 'are'}"
+    """Write a part of an amount with its verb: `2 of 3 checks are`, `1 of 3 checks is`, `0 of 1 check is`."""
+    return f"{part:,} of {count(whole, noun)} {'is' if 1 in (part, whole) else 'are'}"
 
 
 def series(words: Iterable[str]) -> str:

@@ -28,11 +28,21 @@ def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
     NaN without an orbit, which has more states than are stored, where a state lies beyond the map, and if the starts
     are at another phase.
     """
+    return {index: knock for index, (knock, _at_end) in _knocks(dataset).items()}
+
+
+def beyond_map(dataset: xr.Dataset) -> set[int]:
+    """Return the attractors whose knock is that to the end of the map: no start there settles elsewhere."""
+    return {index for index, (_knock, at_end) in _knocks(dataset).items() if at_end}
+
+
+def _knocks(dataset: xr.Dataset) -> dict[int, tuple[float, bool]]:
+    """Return the knock of each attractor, and whether it ends at the end of the map."""
     ordered = dataset.sortby(["x0", "v0"])
     x0, v0 = ordered["x0"].values, ordered["v0"].values
     attractor = ordered["attractor"].transpose("x0", "v0").values
     at_section = float(dataset["start_phase"]) == 0.0
-    found = {}
+    found: dict[int, tuple[float, bool]] = {}
     for index in dataset["attractor_id"].values.tolist():
         states = states_of(dataset, index)
         knocks = [
@@ -42,10 +52,13 @@ def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
         ]
         is_orbit = int(dataset["period_multiple"].sel(attractor_id=index)) > 0
         known = at_section and is_orbit and len(knocks) == len(states) > 0
-        found[int(index)] = float(np.min(knocks)) if known else math.nan  # NaN if one is
-    return {
-        index: float(np.min([found[each] for each in images_of(dataset, index)])) for index in found
-    }
+        found[int(index)] = _least(knocks) if known else (math.nan, False)
+    return {index: _least([found[each] for each in images_of(dataset, index)]) for index in found}
+
+
+def _least(knocks: Sequence[tuple[float, bool]]) -> tuple[float, bool]:
+    """Return the least of some knocks; NaN if one is."""
+    return knocks[int(np.argmin([knock for knock, _at_end in knocks]))]
 
 
 def images_of(dataset: xr.Dataset, index: int) -> list[int]:
@@ -85,20 +98,23 @@ def beside(values: np.ndarray, value: float) -> np.ndarray:
     return np.array([after] if values[after] == value else [after - 1, after])
 
 
-def reach(v0: np.ndarray, own: np.ndarray, v: float) -> float:
+def reach(v0: np.ndarray, own: np.ndarray, v: float) -> tuple[float, bool]:
     """Return the distance from a velocity within which all starts of some columns (columns, v0) are own ones.
+
+    The second says whether it leads to the end of the map.
 
     It ends at the last own start before the first other one, and at the nearer end of the map; NaN beyond the map, and
     where that end is nearer than a step.
     """
     edge = min(v - v0[0], v0[-1] - v)
     if edge < 0.0:
-        return math.nan
+        return math.nan, False
     distance, is_own = np.abs(v0 - v), own.all(axis=0)
     first = distance[~is_own].min(initial=np.inf)
     if first > edge:
-        return float(edge) if edge >= np.diff(v0).max(initial=0.0) > 0.0 else math.nan
-    return float(distance[distance < first].max(initial=0.0))
+        is_known = edge >= np.diff(v0).max(initial=0.0) > 0.0
+        return (float(edge), True) if is_known else (math.nan, False)
+    return float(distance[distance < first].max(initial=0.0)), False
 
 
 def step_of(dataset: xr.Dataset) -> float:

@@ -157,8 +157,8 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | No
 
 
 def spot_beside_mark(basin: NDArray[np.bool_], away: NDArray[np.float64]) -> tuple[int, int] | None:
-    """Return where the letter of a motion stands with a narrow basin: beside a mark, most starts its own."""
-    near = (away > 0.75 * MARK_CM) & (away < 1.5 * MARK_CM)
+    """Return where the letter of a motion stands with a narrow basin: beside a mark, on a start of its own."""
+    near = basin & (away > 0.75 * MARK_CM) & (away < 1.5 * MARK_CM)
     share = np.where(near, uniform_filter(basin.astype(float), max(3, basin.shape[0] // 20)), 0.0)
     row, column = np.unravel_index(int(share.argmax()), share.shape)
     return (int(row), int(column)) if share[row, column] > 0.0 else None

@@ -8,7 +8,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
-from vibropipe.figures.motion_words import amount_text, aperiodic_text
+from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text, value_text
@@ -27,7 +27,6 @@ from vibropipe.scenes.basins.text import (
     NOT_FOUND,
     basin_answers,
     missing_text,
-    percent,
     safety_table,
     start_text,
 )
@@ -171,7 +170,7 @@ def change_answer(dataset: xr.Dataset) -> Answer | None:
     if not changes:
         return Answer(f"No motion appears or vanishes as {symbol_text(axis)} changes.")
     places = len({change.value for change in changes})
-    lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)}."
+    lead = f"Motions appear or vanish at at least {amount_text(places, 'value')} of {symbol_text(axis)}."
     ends = [change for change in changes if not change.appears and change.other >= 0]
     if not ends:
         return Answer(lead)
@@ -195,8 +194,15 @@ def rare_answer(dataset: xr.Dataset) -> Answer | None:
     place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
     return Answer(
         "A small basin is easily missed.",
-        f"At {place}, {percent(float(least))} of the starts settle on {letters_of(dataset)[int(index)]}.",
+        f"At {place}, {starts_text(dataset, float(least))} {letters_of(dataset)[int(index)]}.",
     )
+
+
+def starts_text(dataset: xr.Dataset, share: float) -> str:
+    """Write that so many of the starts settle on."""
+    total = dataset.sizes["x0"] * dataset.sizes["v0"]
+    settled = round(share * total)
+    return f"{number_word(settled)} of {count(total, 'start')} {'settles' if settled == 1 else 'settle'} on"
 
 
 def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -224,7 +230,8 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
     head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
     note = (
         f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
-        "Beyond: the motions that settle below and above instead. Share of the starts, at the values of the grid."
+        "Beyond: the motions that settle below and above instead. Motions, and shares of the starts: at the values of "
+        "the grid."
     )
     return Table(
         head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene

@@ -22,6 +22,7 @@ from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table
 from vibropipe.scenes.basins.attractors import (
     at_rest,
     attractor_words,
+    beyond_map,
     images_of,
     knocks_of,
     letters_of,
@@ -189,16 +190,20 @@ def border_answer(dataset: xr.Dataset) -> Answer:
 def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     """Write which motions survive the smallest knock, among those of which it is known, and when they are hit."""
     knocks = {index: knock for index, knock in knocks_of(dataset).items() if not math.isnan(knock)}
-    if not knocks:
+    ended = {index: knock for index, knock in knocks.items() if index not in beyond_map(dataset)}
+    if not ended:
         return []
-    least, step, letters = min(knocks.values()), step_of(dataset), letters_of(dataset)
+    n = dataset.sizes["attractor_id"]
+    least, step, letters = min(ended.values()), step_of(dataset), letters_of(dataset)
     # A knock is known to a step of the map.
     limit = step if least < step else least + step
-    lost = sorted(letters[index] for index, knock in knocks.items() if knock < limit)
+    lost = sorted(letters[index] for index, knock in ended.items() if knock < limit)
+    # Up to the end of the map a motion may survive more than it shows.
+    are_known = len(knocks) == n and all(knocks[index] >= limit for index in knocks.keys() - ended)
     who, are = (f"motion {lost[0]}", "is") if len(lost) == 1 else (f"motions {series(lost)}", "are")
-    when, n = start_text(dataset), dataset.sizes["attractor_id"]
+    when = start_text(dataset)
     lead = f"A knock{when} may end {who}."
-    if len(knocks) == n:
+    if are_known:
         how = "about equally" if len(lost) == n else "most"
         lead = f"Knocked{when}, {who} {are} lost {how} easily."
     steps = f"steps of {with_units(dataset['v0'], digits(step))}"
@@ -219,7 +224,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     is_soft = "support_force_max" in dataset
     hardest = "support_force_max" if is_soft else "impact_velocity_max"
     has_housing = "housing_velocity_mean" in dataset
-    knocks, speed = knocks_of(dataset), dataset["v0"]
+    knocks, speed, beyond = knocks_of(dataset), dataset["v0"], beyond_map(dataset)
     rows = []
     for index in ordered(dataset):
         row = dataset.sel(attractor_id=index)
@@ -235,7 +240,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
-                knock_text(knocks[index], step_of(dataset)),
+                "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step_of(dataset)),
                 *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
@@ -255,8 +260,10 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         f"period. Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states "
         f"of the motion lead back, rounded down, 0 for less than a step of the map, {step}."
     )
+    if beyond:
+        note += " With ≥: to the end of the map."
     if any(len(images_of(dataset, index)) > 1 for index in knocks):
-        note += " Of mirror images, each of which is the other one half a period later, the smaller one."
+        note += " Mirror images have one knock, the smaller: each is the other half a period later."
     if PROVED in dataset:
         note += (
             " Proved impulse: at the start of a forcing period, below which all motions certainly lead back, rounded "

@@ -26,12 +26,12 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
         return None
     x, y = plane(dataset)
     ids, ends = dataset["curve_id"].values, ends_of(dataset)
-    curves, lengths = np.unique(ids, return_counts=True)
-    longest = np.sort(curves[np.argsort(-lengths, kind="stable")[:MAX_ROWS]])
+    lengths = lengths_of(dataset)
+    longest = sorted(sorted(lengths, key=lambda number: -lengths[number])[:MAX_ROWS])
     rows = []
     for number in longest:
         first, last = np.flatnonzero(ids == number)[[0, -1]].tolist()
-        names = ends.get(int(number), ["closed", "closed"])
+        names = ends.get(number, ["closed", "closed"])
         rows.append(
             [
                 kind_text(dataset, first),
@@ -45,11 +45,21 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
     where = f"({in_brackets(symbol_text(dataset[x]), dataset[x])}, {in_brackets(symbol_text(dataset[y]), dataset[y])})"
     note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets"
     note += f"{change_text(dataset)}."
-    if curves.size > longest.size:
-        note += f" Left out: {amount_text(curves.size - longest.size, 'shorter curve')}."
+    if len(lengths) > len(longest):
+        note += f" Left out: {amount_text(len(lengths) - len(longest), 'shorter curve')}."
     head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]
     title = "From where to where each curve leads"
     return Table(head, rows, note, left=2, title=title, scene=scene)
+
+
+def lengths_of(dataset: xr.Dataset) -> dict[int, float]:
+    """Return the length of each curve in the plane, of which each axis has the length 1."""
+    ids = dataset["curve_id"].values
+    plotted = [
+        dataset[name].values / (np.ptp(dataset[name].values) or 1.0) for name in plane(dataset)
+    ]
+    steps = np.where(np.diff(ids) == 0, np.hypot(*np.diff(plotted)), 0.0)
+    return {int(number): float(steps[ids[1:] == number].sum()) for number in np.unique(ids)}
 
 
 def kind_text(dataset: xr.Dataset, point: int) -> str:

@@ -264,9 +264,7 @@ def kinds_answer(dataset: xr.Dataset) -> Answer | None:
     if not places:
         return None
     texts = series(amount_text(at.size, kind, PLURALS[kind]) for kind, at in places.items())
-    is_one = sum(at.size for at in places.values()) == 1
-    lead = f"The motion changes its law at {'a bifurcation' if is_one else 'bifurcations'}."
-    return Answer(lead, f"The branches have {texts}.")
+    return Answer(f"The branches have {texts}.")
 
 
 def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:

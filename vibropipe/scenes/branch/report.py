@@ -34,6 +34,7 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
 
 MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
+SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
 STEP_DIGITS = 3  # of a step of a cascade
 
 
@@ -121,16 +122,27 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 
 def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
-    """Write the motions that are stable in an interval, the widest first, in words; of equal ones, how many."""
+    """Write the motions that are stable in all of an interval and in parts of it, the widest first, in words."""
     inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
     widest = sorted(inside, key=lambda s: max(s.values[0], low) - min(s.values[-1], high))
-    found = Counter(s.words for s in widest)
+    near = SAME_END * (high - low)
+    whole = [s for s in widest if s.values[0] <= low + near and s.values[-1] >= high - near]
+    parts = [s for s in widest if s not in whole]
+    texts = _listed(whole, MAX_WORDS)
+    if parts:
+        texts.append("in parts of it: " + "; ".join(_listed(parts, max(1, MAX_WORDS - len(texts)))))
+    return "; ".join(texts)
+
+
+def _listed(stretches: Sequence[Stretch], most: int) -> list[str]:
+    """Write motions in words, of equal ones how many, and of what is beyond the most how many more."""
+    found = Counter(s.words for s in stretches)
     texts = [
         words if amount == 1 else f"{number_word(amount)} with {words}"
         for words, amount in found.items()
     ]
-    left_out = sum([*found.values()][MAX_WORDS:])
-    return "; ".join(texts[:MAX_WORDS] + ([f"{number_word(left_out)} more"] if left_out else []))
+    left_out = sum([*found.values()][most:])
+    return texts[:most] + ([f"{number_word(left_out)} more"] if left_out else [])
 
 
 def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -82,7 +82,7 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
         ax.plot(sign * first[order], place, "|", color=INK, markersize=11, markeredgewidth=1.0)
     zero_line(ax, axis="x")
     names = [str(best["parameter"].values[n]) for n in order]
-    ax.set_yticks(place, [deviation_text(best, name) for name in names], fontsize=8)
+    ax.set_yticks(place, [deviation_text(best, name, WORST) for name in names], fontsize=8)
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
@@ -91,14 +91,14 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))
 
 
-def deviation_text(dataset: xr.Dataset, name: str) -> str:
-    """Write a parameter with its standard deviation."""
-    return f"{symbol_of(dataset[name])} ± {std_text(dataset, name)}"
+def deviation_text(dataset: xr.Dataset, name: str, times: float = 1.0) -> str:
+    """Write a parameter with its standard deviation, or some times that."""
+    return f"{symbol_of(dataset[name])} ± {std_text(dataset, name, times)}"
 
 
-def std_text(dataset: xr.Dataset, name: str) -> str:
-    """Write the standard deviation of a parameter with its unit."""
-    return with_units(dataset[name], format_number(float(dataset[f"{name}_std"]), 2))
+def std_text(dataset: xr.Dataset, name: str, times: float = 1.0) -> str:
+    """Write the standard deviation of a parameter, or some times that, with its unit."""
+    return with_units(dataset[name], format_number(times * float(dataset[f"{name}_std"]), 2))
 
 
 def draw_sensitivities(dataset: xr.Dataset) -> Figure:
@@ -184,8 +184,8 @@ def describe_tornado(dataset: xr.Dataset) -> str:
     if not has_spread(dataset):
         return sentences(NO_SPREAD)
     return sentences(
-        "Design 1, marched anew with one parameter alone off by three of its standard deviations (at the axis): light, "
-        "hatched below its value, dark above; ticks: first order"
+        "Design 1, marched anew with one parameter alone off by three of its standard deviations, as at the axis: "
+        "light, hatched below its value, dark above; ticks: first order"
     )
 
 

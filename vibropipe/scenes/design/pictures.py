@@ -265,7 +265,7 @@ PICTURES = (
         describe_designs,
         has_designs,
         titled=title_designs,
-        heading="How do the designs compare?",
+        heading="What does each design reach?",
     ),
     TORNADO,
     SENSITIVITIES,

@@ -233,7 +233,7 @@ def draw_yields(ax: Axes, dataset: xr.Dataset) -> None:
             ha="right" if inside else "left", color="white" if inside else INK, fontsize=SMALL, weight="bold",
         )  # fmt: skip
     ax.set_xticks([0, 50, 100], ["0", "50", "100 %"])
-    over(ax, "yield", "rounded down")
+    over(ax, "yield", "of parts tried")
 
 
 def draw_verdicts(ax: Axes, dataset: xr.Dataset, x: float) -> None:

@@ -165,9 +165,9 @@ def answers_of_designs(dataset: xr.Dataset) -> list[Answer]:
     # Targets are met: what is bounded or least tells more.
     parts, limit = shown_parts(dataset), nearest_limit_text(dataset)
     if parts and not np.isfinite(parts[0].end(dataset, "target")):
-        which = "design" if dataset.sizes["design"] == 1 else "best design"
+        which = "the design" if dataset.sizes["design"] == 1 else "design 1"
         value = parts[0].value_text(dataset, 0)
-        lead = f"The {parts[0].words(dataset)} of the {which} is {value}."
+        lead = f"The {parts[0].words(dataset)} of {which} is {value}."
         found.append(Answer(lead, limit))
     elif limit:
         found.append(Answer(limit))

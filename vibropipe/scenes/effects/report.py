@@ -38,7 +38,9 @@ def group_answer(group: str, entries: list[Price]) -> Answer:
     """Return the answer of one group: what costs most, or least, and what costs nothing."""
     dear = dearest(entries)[:MAX_NAMED]
     free = [name(price) for price in entries if price.is_nothing]
-    title = f"{group}: " if group else ""
+    more = max((price.ratio for price in entries), default=0.0)
+    alike = dear and more > dear[0].ratio
+    title = f"{group}{', with as many impacts' * bool(alike)}: " if group else ""
     if dear:
         lead = f"{title}{series(f'{ratio_text(p.ratio)} times for {name(p)}' for p in dear)}."
     else:

@@ -106,6 +106,16 @@ def draw_shares(ax: Axes, share: np.ndarray, row: float, solver: str) -> None:
     ax.plot([np.sqrt(RIGHT)] * broken, [row] * broken, marker="x", color=FAILED, mew=1.0, **style)
 
 
+def marks_text(dataset: xr.Dataset) -> str:
+    """Write of how many cases a mark stands, by each method if they differ."""
+    held = (dataset["passed"] != Passed.NOT_ASKED).sum("case")
+    total, amounts = dataset.sizes["case"], zip(dataset["solver"].values, held.values, strict=True)
+    fewer = series([f"{SOLVERS[str(each)][2]}, in {n}" for each, n in amounts if n < total])
+    return f"A mark for each of {count(total, 'case')} and method" + (
+        f" ({fewer} of them)" if fewer else ""
+    )
+
+
 def describe_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption: what a mark is, and which cases do not pass by the solvers drawn."""
     dataset = by_solvers(dataset, show)
@@ -114,7 +124,7 @@ def describe_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     verb = "exceeds its bound" if len(names) == 1 else "exceed their bounds"
     steps = any(solver != "exact" for solver in dataset["solver"].values)
     return sentences(
-        f"A mark for each of {count(int(dataset.sizes['case']), 'case')} and method",
+        marks_text(dataset),
         "“none”: no deviation, or less than 6 × 10⁻⁸ of the bound; questions of yes or no have only that",
         f"Cross: {series(names)} {verb}" if names else "",
         "Newmark's method is held to the square of its step where the truth is the exact motion, to its own discrete "

@@ -83,7 +83,9 @@ def on_energy(dataset: xr.Dataset) -> Answer:
     error = errors_of(dataset, "energy", "exact")[0]
     if not np.isfinite(error[-1]):
         return Answer("A million impacts: the exact method does not finish them.")
-    lead = f"A million impacts: the energy is off by {size_text(error[-1])} of it if marched."
+    lead = (
+        f"A million impacts: the energy is off by at most {size_text(error[-1])} of it if marched."
+    )
     closed = errors_of(dataset, "energy", "closed")[0]
     rest = "The closed form, used without losses and force, does not drift."
     return Answer(lead, rest if closed.max() <= np.finfo(float).eps else "")

@@ -8,7 +8,7 @@ from vibropipe.figures.claims import rising_text
 from vibropipe.figures.motion_words import way_of
 from vibropipe.report.findings import largest, point_text, value_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.sweep.neighbours import NO_ORBIT
+from vibropipe.scenes.sweep.neighbours import NO_ORBIT, is_followed
 
 DIGITS = 3
 
@@ -30,7 +30,9 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
     way, dims = way_of(float(top), float(speed)), dataset["regime"].dims
     if way is None:
         return Answer("In no orbit does the housing creep.")
-    lead = f"In orbits the housing creeps with at most {value_text(top, abs(top), DIGITS)}, {way}."
+    orbits = "that are followed" if is_followed(dataset) else "on which the starts settle"
+    most = value_text(top, abs(top), DIGITS)
+    lead = f"In the orbits {orbits} the housing creeps with at most {most}, {way}."
     back = largest(values.where(values * float(top) < 0))
     rises = rising_text(values, top, dims)
     other = None if back is None else way_of(float(back), float(speed))

@@ -43,7 +43,7 @@ def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
 
 
 def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
-    """Return the most frequent orbits with impacts, and their shares; none without them."""
+    """Return the most frequent orbits with impacts and without rest, and their shares; none without them."""
     regime = dataset["regime"]
     has_counts = "impacts_per_orbit" in dataset or "impacts_per_period" in dataset
     strikes = np.isin(regime.values, (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED))
@@ -57,7 +57,7 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
     ]
     left = sum(n for _, n in found[MAX_ROWS:])
     note = (
-        f"{count(len(found) - MAX_ROWS, 'more orbit')}: {share_text(left, regime.size)}."
+        f"{count(len(found) - MAX_ROWS, 'more kind')} of orbit: {share_text(left, regime.size)}."
         if left
         else ""
     )
@@ -67,7 +67,10 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
         "impacts on support 2",
         "share of all points",
     ]
-    title = "The most frequent orbits with impacts, and after how many periods they repeat"
+    resting = " and without rest" if (regime == Regime.WITH_REST).any() else ""
+    title = (
+        f"The most frequent orbits with impacts{resting}, and after how many periods they repeat"
+    )
     return Table(head, rows, note, title=title, scene=label, left=0)
 
 

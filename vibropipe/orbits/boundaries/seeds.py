@@ -2,13 +2,14 @@
 
 from __future__ import annotations
 
+import math
 from typing import Any
 
 import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
-from vibropipe.march.piece_log import CAUSE, HOME
+from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.boundaries.curve import NO_TOUCH, BoundaryCurve, Box, Touch
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.system import FLIPS, GRAZINGS, KINDS, PITCHFORKS
@@ -16,15 +17,18 @@ from vibropipe.orbits.boundaries.touches import Grazing, grazing_at, in_least_pe
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.linear import linear_state, linear_touch
 from vibropipe.orbits.branches.sequence import Sequence
-from vibropipe.orbits.branches.symmetry import halved
+from vibropipe.orbits.branches.symmetry import SAME_PARTS, halved, halves_agree, repeats
 from vibropipe.orbits.law.curve import NO_TOUCH as BY_LAW
-from vibropipe.orbits.law.law import SECTION, Law, without_events
+from vibropipe.orbits.law.law import Law, without_events
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
+from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, GAP_TIME
 from vibropipe.orbits.row import row_parameters
 
 # Orbits with more contacts are left out: towards chatter, and in cascades of flips, there are any number of them.
 MAX_CONTACTS = 24
+# Weighted speed below which an impact has none.
+NO_SPEED = 1e-6
 # Distance of a seed from the bifurcation that it begins at, weighted.
 SEED_REACH = 1e-3
 
@@ -42,35 +46,31 @@ def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point]
     if branch.curve is None:
         values = branch.problem.values_at(branch.values[event.point])
         return begin_linear(box, values[box.along], values)
-    kind, values = KINDS[event.kind], branch.problem.values_at(branch.points[event.point].value)
-    ends, orbit = values[box.along], _orbit_at(branch, event, kind)
-    if orbit is None:
-        return None
-    if orbit.law.codes[0, CAUSE] == SECTION:
-        return begin_linear(box, ends, values)
+    point, kind = branch.points[event.point], KINDS[event.kind]
+    values = branch.problem.values_at(point.value)
+    ends = values[box.along]
+    law, u, speed = branch.curve.sequence, point.u, branch.curve.speed
+    sequence: Any = Sequence(law.m, law.mirrored, law.codes[:, HOME].copy())
+    touch, time = NO_TOUCH, math.nan
+    if event.reason == "gap":
+        touch, time = (
+            Touch(int(point.tests[GAP_FLIGHT]), int(point.tests[GAP_SIDE])),
+            point.tests[GAP_TIME],
+        )
+    elif event.reason == "speed":
+        sequence, u, touch, time = _without_slow(sequence, u, speed)
+        if len(sequence.supports) == 0:
+            return begin_linear(box, ends, values)
+    elif event.reason == "doubled":
+        sequence, u = halved(sequence, u, event.kind)
     if kind == GRAZINGS:
-        weights = np.repeat([1.0, 1.0 / branch.curve.speed], len(orbit.u))
-        orbit = in_least_periods(orbit, weights, box.symmetric) or orbit
-    law, u, (flight, side, time) = orbit
-    sequence = Sequence(law.m, law.mirrored, law.codes[:, HOME].copy())
-    touch, timed = NO_TOUCH, []
-    if kind == GRAZINGS:
-        touch, timed = Touch(int(flight), int(side)), [time]
+        sequence, u, touch, time = _primitive(box, sequence, u, touch, time, speed)
+    n = len(sequence.supports)
+    timed = [time] if kind == GRAZINGS else []
     # Velocities of the orbit itself: a branch may have begun with others.
-    curve = BoundaryCurve(box, kind, sequence, touch, float(np.abs(u[:, 1]).max()))
-    return settled(curve, np.concatenate([u.T.ravel(), timed, ends]))
-
-
-def _orbit_at(branch: Branch, event: Event, kind: int) -> Grazing | None:
-    """Return the orbit of a bifurcation of a branch; None where it should touch a support and does not."""
-    point = branch.points[event.point]
-    curve: Any = branch.curve if point.curve is None else point.curve
-    if kind == GRAZINGS:
-        return grazing_at(point._replace(curve=curve))
-    law, u = curve.sequence, point.u
-    if event.reason == "doubled":
-        law, u = halved(law, u, event.kind)
-    return Grazing(law, u[: law.width * len(law.codes)].reshape(law.width, -1).T, BY_LAW)
+    speed = float(np.abs(u[n : 2 * n]).max())
+    curve = BoundaryCurve(box, kind, sequence, touch, speed)
+    return settled(curve, np.concatenate([u[: 2 * n], timed, ends]))
 
 
 def begin_law(
@@ -92,12 +92,19 @@ def begin_law(
         law, u, touch = linear_grazing(p)
         scales = Scales(p.l, p.l * p.nu)
         return begin_at(box, kind, law, u.ravel(), touch, values[box.along], scales, marcher)
-    orbit, point = _orbit_at(branch, event, kind), branch.points[event.point]
-    if orbit is None:
-        return None
-    scales = (point.curve or branch.curve).scales
+    point = branch.points[event.point]
+    curve = branch.curve if point.curve is None else point.curve
+    law, u, touch = curve.sequence, point.u, BY_LAW
     ends = branch.problem.values_at(point.value)[box.along]
-    return begin_at(box, kind, orbit.law, orbit.u.T.ravel(), orbit.touch, ends, scales, marcher)
+    if kind == GRAZINGS:
+        grazing = grazing_at(point._replace(curve=curve))
+        if grazing is None:
+            return None
+        law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
+    elif event.reason == "doubled":
+        law, u = halved(law, u, event.kind)
+    u = u[: law.width * len(law.codes)]
+    return begin_at(box, kind, law, u, touch, ends, curve.scales, marcher)
 
 
 def linear_grazing(p: Any) -> Grazing:
@@ -123,12 +130,8 @@ def begin_at(
     if sum(curve.contacts()) > MAX_CONTACTS:
         return None
     begun = settled(curve, np.concatenate([u, ends]))
-    if begun is None or kind != GRAZINGS or law.has_contacts:
-        return begun
-    last = law.width * len(law.codes)
-    orbit = Grazing(law, begun[1].u[:last].reshape(law.width, -1).T, curve.touched)
-    least = in_least_periods(orbit, curve.weights[:last], box.symmetric)
-    if least is None:
+    least = in_least_periods(*begun) if begun is not None and kind == GRAZINGS else None
+    if begun is None or least is None:
         return begun
     again = LawBoundary(box, kind, least.law, least.touch, scales, marcher)
     return settled(again, np.concatenate([least.u.T.ravel(), begun[1].u[-2:]]))
@@ -151,3 +154,49 @@ def begin_linear(
     sequence = Sequence(1, 0, np.zeros(0, np.int8))
     curve = BoundaryCurve(box, GRAZINGS, sequence, Touch(0, side), 1.0)
     return settled(curve, np.array([time, *ends]))
+
+
+def _without_slow(
+    sequence: Sequence, u: np.ndarray, speed: float
+) -> tuple[Sequence, np.ndarray, Touch, float]:
+    """Return a sequence without the impacts that have no speed, the flight that touches instead, and when."""
+    n = len(sequence.supports)
+    slow = np.abs(u[n : 2 * n]) < NO_SPEED * speed
+    at = int(np.abs(u[n : 2 * n]).argmin())
+    slow[at] = True
+    kept = np.flatnonzero(~slow)
+    shorter = Sequence(sequence.m, sequence.mirrored, sequence.supports[kept].copy())
+    without = np.concatenate([u[:n][kept], u[n : 2 * n][kept], u[-1:]])
+    side, time = int(sequence.supports[at]), float(u[at])
+    if kept.size == 0:
+        return shorter, without, Touch(0, side), time
+    flight = int(np.count_nonzero(kept < at)) - 1
+    if flight < 0:
+        # Before the first impact: in the last flight, which leads to that impact or to its mirror image.
+        flight, time = kept.size - 1, time + sequence.span
+        side = 3 - side if sequence.mirrored else side
+    return shorter, without, Touch(flight, side), time
+
+
+def _primitive(
+    box: Box, sequence: Any, u: np.ndarray, touch: Touch, time: float, speed: float
+) -> tuple[Sequence, np.ndarray, Touch, float]:
+    """Return the orbit that repeats or mirrors itself in a sequence, if it does, and where its flight touches."""
+    n = len(sequence.supports)
+    weights = np.concatenate([np.ones(n), np.full(n, 1.0 / speed), [0.0]])
+    parts = next(
+        (q for q in range(n, 1, -1) if not sequence.mirrored and repeats(sequence, u, weights, q)),
+        1,
+    )
+    size, m = n // parts, sequence.m // parts
+    if parts > 1:
+        laps, flight = divmod(touch.flight, size)
+        u = np.concatenate([u[:size], u[n : n + size], u[-1:]])
+        sequence = Sequence(m, sequence.mirrored, sequence.supports[:size].copy())
+        touch, time = Touch(flight, touch.side), time - laps * m
+    if box.symmetric and halves_agree(sequence, u, np.ones(u.size), SAME_PARTS) == "pitchfork":
+        half, laps = size // 2, touch.flight // (size // 2)
+        sequence, u = halved(sequence, u, "pitchfork")
+        if laps:
+            touch, time = Touch(touch.flight - half, 3 - touch.side), time - 0.5 * sequence.m
+    return sequence, u, touch, time

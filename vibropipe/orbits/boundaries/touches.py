@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
+from typing import TYPE_CHECKING, NamedTuple
 
 import numpy as np
 
@@ -22,6 +22,9 @@ from vibropipe.orbits.law.steps import (
     SLOW_EVENT,
     SPEED,
 )
+
+if TYPE_CHECKING:
+    from vibropipe.orbits.boundaries.law_curve import LawBoundary
 
 # Least margin of an orbit at the end of a law, and difference of the times of a turn and a touch that are one.
 AT_END, SAME_TURN = 1e-6, 1e-4
@@ -79,28 +82,21 @@ def grazing_at(point: Point) -> Grazing | None:
     return touching(law, u, int(side), float(time))
 
 
-def in_least_periods(orbit: Grazing, weights: np.ndarray, symmetric: bool) -> Grazing | None:
-    """Return an orbit that touches a support in its least number of periods; None if it is written so already.
+def in_least_periods(curve: LawBoundary, point: Point) -> Grazing | None:
+    """Return a motion that touches a support in its least number of periods; None if it is written so already.
 
-    Laws of any number of periods end in such orbits.
-
-    Parameters
-    ----------
-    orbit : Grazing
-    weights : (w n,) array
-        Of the unknowns of its events, one kind after the other.
-    symmetric : bool
-        Whether it may be its own mirror image.
+    Motions without contacts: laws of any number of periods end in them.
     """
-    law = orbit.law
-    if law.codes[0, CAUSE] == SECTION:
+    law, kinds = curve.sequence, curve.sequence.codes[:, CAUSE]
+    if kinds[0] == SECTION or law.has_contacts:
         return None
+    last = law.width * len(kinds)
     # A number in place of the parameter that ends the unknowns of a branch.
-    u = np.append(orbit.u.T.ravel(), 0.0)
-    least, events = primitive(law, u, np.append(weights, 0.0), symmetric)
+    u, weights = np.append(point.u[:last], 0.0), np.append(curve.weights[:last], 0.0)
+    least, events = primitive(law, u, weights, curve.box.symmetric)
     if least is law:
         return None
-    _turn, side, time = orbit.touch
+    _turn, side, time = curve.touched
     return touching(least, events[:-1].reshape(law.width, -1).T, int(side), float(time))
 
 

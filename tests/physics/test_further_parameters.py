@@ -143,9 +143,17 @@ def test_a_study_with_units_knows_the_slope() -> None:
     with pytest.raises(StudyError, match="gravity: must be left out unless slope stands beside it"):
         study_of_text(text, "s")
     swept = STUDY.replace("motion, tau_end: 0.5 s", "sweep, over: {load: [0 N, 5 N]}")
-    swept = swept.replace("5 N]}}", "5 N]}, physical: {slope: 30 deg}}")
-    with pytest.raises(StudyError, match="slope: must be left out, since load is swept"):
-        study_of_text(swept, "s")
+    for text in (
+        swept.replace("5 N]}}", "5 N]}, physical: {slope: 30 deg}}"),
+        swept.replace("}\nscenes", ", slope: 30 deg}\nscenes"),
+    ):
+        with pytest.raises(
+            StudyError, match=r"over\.load: must be left out beside slope, whose share"
+        ):
+            study_of_text(text, "s")
+    level = swept.replace("}\nscenes", ", slope: 30 deg}\nscenes")
+    level = level.replace("5 N]}}", "5 N]}, physical: {slope: 0 deg}}")
+    assert study_of_text(level, "s").scenes["motion"].row_count == 2
 
 
 def test_gravity_pulls_at_what_stands_in_a_study_or_in_its_scene() -> None:
@@ -169,6 +177,12 @@ def test_gravity_pulls_at_what_stands_in_a_study_or_in_its_scene() -> None:
     heavier = level.replace("motion, tau_end: 0.5 s", "sweep, over: {M: [1 kg, 5 kg]}")
     with pytest.raises(StudyError, match="M: must be left out beside slope: gravity pulls"):
         study_of_text(heavier, "s")
+    for keys in (
+        "sweep, over: {P: [1 N, 5 N]}",
+        "design, vary: {P: [1 N, 5 N]}, target: {displacement_mean: 0 mm}",
+    ):
+        with pytest.raises(StudyError, match="P: must be left out beside slope, whose share"):
+            study_of_text(level.replace("motion, tau_end: 0.5 s", keys), "s")
 
 
 def _faces(name: str, value: float) -> dict[str, Callable[[], object]]:

@@ -20,6 +20,7 @@ from vibropipe.study.quantities import (
     LEVELS,
     MEASURED,
     NAMES,
+    ON_SLOPE,
     OTHERS,
     RAMP,
     STAND_IN,
@@ -131,13 +132,12 @@ class _Reader(QuantityReader):
                     must = f"must be left out, since {by.get(name, name)} is {verb}"
                     self.refuse((*path, "physical", name), physical[name], must=must)
         beside = {**self.above(path), **(physical if isinstance(physical, dict) else {})}
-        for key in VARIED if "slope" in beside else ():
+        for key in VARIED if "slope" in beside and si_of("slope", beside["slope"]) != 0.0 else ():
             varied = scene.get(key)
-            if isinstance(varied, dict) and "M" in varied:
-                must = (
-                    "must be left out beside slope: gravity pulls at the housing in proportion to M"
-                )
-                self.refuse((*path, key, "M"), varied["M"], must=must)
+            if isinstance(varied, dict):
+                refused = ON_SLOPE.keys() if key in VARIES else {"M"}
+                for name in sorted(refused & varied.keys()):
+                    self.refuse((*path, key, name), varied[name], must=ON_SLOPE[name])
         if isinstance(over, dict) and isinstance(follow, dict) and "along" in follow:
             swept = follow["along"]
             if swept not in over:

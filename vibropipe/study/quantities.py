@@ -36,7 +36,16 @@ TOGETHER = {
     "e": (OF_UNBALANCE, ("shaker",)),
 }
 # Keys that stand for a parameter that varies.
-HIDDEN = {"load": {"slope", "gravity"}, "shaker": {"m_e", "e"}}
+HIDDEN = {"shaker": {"m_e", "e"}}
+# What may not vary on a slope, and why.
+ON_SLOPE = {
+    "M": "must be left out beside slope: gravity pulls at the housing in proportion to M",
+    **dict.fromkeys(
+        ("load", "P"),
+        "must be left out beside slope, whose share it has: with `slope: 0 deg` in `physical` of this scene it is the "
+        "whole force",
+    ),
+}
 # Keys of scenes that take a quantity: dimension and range.
 KEYS: dict[str, tuple[str, Range]] = {
     **{name: PHYSICAL[name][:2] for name in NAMES},

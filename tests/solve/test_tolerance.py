@@ -233,3 +233,13 @@ def test_one_sided_bounds_of_phases_count_parts(spread):
 def test_wrong_bounds_are_told(bounds, message):
     with pytest.raises(vp.ParameterError, match=message):
         vp.tolerance(EXCITER, SIGMA, samples=64, subject_to=bounds)
+
+
+@pytest.mark.parametrize("name", ["impact_velocity_max_1", "impulse_per_period_1"])
+def test_parts_that_never_strike_exceed_no_largest_velocity(name: str) -> None:
+    exciter = vp.Exciter(l=1.0, nu=0.5, f=0.3, h=0.1, R1=0.7, R2=0.7)
+    found = vp.tolerance(exciter, {"f": 0.01}, samples=64, subject_to={name: "< 0.8"})
+    assert float(found["yield"]) == 1.0
+    if name == "impact_velocity_max_1":
+        none = vp.tolerance(exciter, {"f": 0.01}, samples=64, subject_to={name: "> 0.1"})
+        assert float(none["yield"]) == 0.0

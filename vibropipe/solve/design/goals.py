@@ -14,6 +14,7 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.named import STD, Named, named
+from vibropipe.solve.rows.points import Points
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.units import MINUS
 from vibropipe.words.vocabulary import OF_SOFT, PLACES, STEADY
@@ -81,6 +82,15 @@ class Bound(NamedTuple):
             kept &= self.quantity.difference(values, self.high) <= room
         if math.isfinite(self.low):
             kept &= self.quantity.difference(values, self.low) >= -room
+        return kept
+
+
+    def kept_at(self, points: Points, half: float, room: float = 0.0) -> np.ndarray:
+        """Return which points (n,) keep the bound, as `kept_by`; what never strikes exceeds no largest value."""
+        values = self.quantity.values(points.variables, points.parameters)
+        kept = self.kept_by(values, half, room)
+        if not math.isfinite(self.low):
+            kept |= self.quantity.is_without_contact(points.variables)
         return kept
 
 

@@ -134,8 +134,7 @@ def kept_goals(problem: Problem, points: Points, law: np.ndarray) -> np.ndarray:
         if name.derived or np.isinf(room):
             kept.append(np.ones(len(has_law), bool))
             continue
-        values = name.values(points.variables, points.parameters)
-        kept.append(bound.kept_by(values, problem.exciter.l, room))
+        kept.append(bound.kept_at(points, problem.exciter.l, room))
     return np.array(kept)
 
 

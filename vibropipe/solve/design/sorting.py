@@ -137,12 +137,7 @@ def kept_parts(
     bounds: Sequence[Bound], points: Points, law: np.ndarray, n: int, half: float
 ) -> tuple[np.ndarray, np.ndarray]:
     """Return which of the first n points keep each bound (bounds, n), and which all of them and a law (n,)."""
-    each = np.array(
-        [
-            bound.kept_by(bound.quantity.values(points.variables, points.parameters), half)[:n]
-            for bound in bounds
-        ]
-    )
+    each = np.array([bound.kept_at(points, half)[:n] for bound in bounds])
     return each, points.has_law(law)[:n] & each.all(axis=0)
 
 

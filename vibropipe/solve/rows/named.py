@@ -31,6 +31,10 @@ LENGTHS = dict.fromkeys(("length", "velocity", "force", "impulse"), 1) | dict.fr
 )
 
 
+# Largest values over the contacts of a support: a motion that never strikes it has none.
+OF_CONTACTS = ("impact_velocity_max", "contact_duration_max", "support_force_max", "support_depth_max")
+
+
 class Named(NamedTuple):
     """A number of a steady state.
 
@@ -114,6 +118,14 @@ class Named(NamedTuple):
         column = values if self.number is None else values[:, self.number - 1]
         real: np.ndarray = column.imag if self.part == "im" else column.real
         return real.astype(float)
+
+    def is_without_contact(self, variables: Variables) -> np.ndarray:
+        """Return in which rows (rows,) the motion never strikes the support over whose contacts it is the largest."""
+        struck = variables["impacts_per_period"][1]
+        if self.variable not in OF_CONTACTS or self.number is None or self.derived:
+            return np.zeros(len(struck), bool)
+        is_struck_never: np.ndarray = struck[:, self.number - 1] == 0.0
+        return is_struck_never
 
     def slopes(self, variables: Variables, parameter: int) -> np.ndarray:
         """Return its derivatives (rows,) by one of the parameters of the output `sensitivity`."""

@@ -82,7 +82,9 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
     assert data.attrs[STATEMENT] == alone.attrs["statement"]
     report = report_data(study, {"s": data}, {})
     texts = {answer["lead"]: answer["rest"] for answer in report["answers"]}
-    told = texts["Proved: every exciter within the stated limits keeps the orbit (1; 1, 1)."]
+    told = texts[
+        "Proved: every exciter within the stated limits keeps the orbit (both supports, once a period)."
+    ]
     assert told == "The limits are R₁, R₂ ± 0.01 and δ ± 0.002; all else is exact."
     (group,) = [each for each in report["groups"] if each["heading"] == "What is certain?"]
     assert [item["type"] for item in group["items"]][:2] == ["figure", "table"]
@@ -122,7 +124,7 @@ def test_a_motion_with_a_soft_support_and_friction_has_its_events_and_its_depth(
     assert proof is not None
     assert (
         title_certificate(dataset)
-        == "Proved: every exciter within the stated limits keeps the orbit (1; 1, 1)"
+        == "Proved: every exciter within the stated limits keeps the orbit (both supports, once a period)"
     )
     caption = describe_certificate(dataset)
     assert "it is a motion of just these events (" in caption

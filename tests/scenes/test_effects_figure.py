@@ -75,7 +75,7 @@ def test_every_entry_is_a_bar_with_words_impacts_and_bytes(costs):
 
 def test_the_answers_are_of_the_same_motion(costs):
     physics, less, outputs = answers(costs)
-    assert physics.lead == "Physics: 39 times for dry friction."
+    assert physics.lead == "Physics, with as many impacts: 39 times for dry friction."
     assert physics.rest == "Offset costs nothing."
     assert less.lead == "Less: nothing costs more."
     assert outputs.lead == "Outputs: 1.6 times for energy."

@@ -47,7 +47,10 @@ def test_a_sweep_tells_the_largest_speed_and_its_way(sweep):
     assert (np.diff(speeds) > 0).all()
     found = progress_answer(sweep)
     told = format_number(float(speeds[2]), 3)
-    assert found.lead == f"In orbits the housing creeps with at most {told}, along x."
+    assert (
+        found.lead
+        == f"In the orbits on which the starts settle the housing creeps with at most {told}, along x."
+    )
     assert found.rest == "Its speed still rises at the end of the range of ν."
 
 
@@ -55,7 +58,10 @@ def test_a_sweep_tells_both_ways(sweep):
     speeds = sweep.housing_velocity_mean
     turned = sweep.assign(housing_velocity_mean=speeds.copy(data=[-0.02, 0.0, 0.01]))
     found = progress_answer(turned)
-    assert found.lead == "In orbits the housing creeps with at most 0.02, against x."
+    assert (
+        found.lead
+        == "In the orbits on which the starts settle the housing creeps with at most 0.02, against x."
+    )
     assert (
         found.rest == "Its speed still rises at the end of the range of ν; along x it reaches 0.01."
     )

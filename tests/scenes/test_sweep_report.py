@@ -339,7 +339,8 @@ def test_the_fastest_creep_is_told_with_its_power():
         )
     )
     assert said(creeps)[:2] == [
-        "In orbits the housing creeps with at most 0.3, against x. It reaches 0.2 along x.",
+        "In the orbits on which the starts settle the housing creeps with at most 0.3, against x. "
+        "It reaches 0.2 along x.",
         "With the fastest creep of an orbit, the mean power of the force is 1.",
     ]
     creeps["regime"][1] = Regime.APERIODIC

@@ -18,15 +18,16 @@ from vibropipe.words.regimes import Regime
 
 # Difference of what mirror images have alike, relative to their amplitude.
 SAME_VALUES = 1e-6
+KNOCK = "knock_impulse"
 
 
 def knocks_of(dataset: xr.Dataset) -> dict[int, float]:
-    """Return for each attractor the change of velocity within which the starts of the map lead back to it.
+    """Return for each attractor the least impulse that ends it, as the dataset has it, or else as the map shows.
 
-    All starts of the map in the columns beside a state at the section, within this change of its velocity, settle on
-    the attractor; of several states the least change, and of mirror images, which are each other half a period later.
-    NaN without an orbit, which has more states than are stored, where a state lies beyond the map, and if the starts
-    are at another phase.
+    Of a map: the change of velocity within which starts lead back to it. All starts in the columns beside a state at
+    the section, within this change of its velocity, settle on the attractor; of several states the least change, and of
+    mirror images, which are each other half a period later. NaN without an orbit, which has more states than are
+    stored, where a state lies beyond the map, and if the starts are at another phase.
     """
     return {index: knock for index, (knock, _at_end) in _knocks(dataset).items()}
 
@@ -38,11 +39,17 @@ def beyond_map(dataset: xr.Dataset) -> set[int]:
 
 def _knocks(dataset: xr.Dataset) -> dict[int, tuple[float, bool]]:
     """Return the knock of each attractor, and whether it ends at the end of the map."""
+    found: dict[int, tuple[float, bool]] = {}
+    if KNOCK in dataset:
+        values = zip(dataset["attractor_id"].values, dataset[KNOCK].values, strict=True)
+        found = {int(index): (float(value), False) for index, value in values}
+        return {
+            index: _least([found[each] for each in images_of(dataset, index)]) for index in found
+        }
     ordered = dataset.sortby(["x0", "v0"])
     x0, v0 = ordered["x0"].values, ordered["v0"].values
     attractor = ordered["attractor"].transpose("x0", "v0").values
     at_section = float(dataset["start_phase"]) == 0.0
-    found: dict[int, tuple[float, bool]] = {}
     for index in dataset["attractor_id"].values.tolist():
         states = states_of(dataset, index)
         knocks = [
@@ -118,7 +125,9 @@ def reach(v0: np.ndarray, own: np.ndarray, v: float) -> tuple[float, bool]:
 
 
 def step_of(dataset: xr.Dataset) -> float:
-    """Return the largest step of the velocities of the map, 0 for a single one."""
+    """Return to what knocks are known by the map, its largest step of velocities; 0 where the dataset has them."""
+    if KNOCK in dataset:
+        return 0.0
     return float(np.diff(np.sort(dataset["v0"].values)).max(initial=0.0))
 
 

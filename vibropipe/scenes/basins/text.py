@@ -20,6 +20,7 @@ from vibropipe.figures.text import (
 )
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table
 from vibropipe.scenes.basins.attractors import (
+    KNOCK,
     at_rest,
     attractor_words,
     beyond_map,
@@ -37,6 +38,8 @@ from vibropipe.words.wording import capitalised, count, series
 MAX_TOLD = 3
 # Share of border starts above which lines between the basins would cover them, and above which they are many.
 MAX_BORDER, MANY = 0.25, 0.1
+# Relative difference of knocks that are about equal.
+ALIKE = 0.05
 PROVED = "knock_impulse_low"  # what a table tells of a proof
 NOT_FOUND = "No motion was found on which the starts settle"
 
@@ -195,8 +198,8 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
         return []
     n = dataset.sizes["attractor_id"]
     least, step, letters = min(ended.values()), step_of(dataset), letters_of(dataset)
-    # A knock is known to a step of the map.
-    limit = step if least < step else least + step
+    # By a map a knock is known to a step of it.
+    limit = step if least < step else least + max(step, ALIKE * least)
     lost = sorted(letters[index] for index, knock in ended.items() if knock < limit)
     # Up to the end of the map a motion may survive more than it shows.
     are_known = len(knocks) == n and all(knocks[index] >= limit for index in knocks.keys() - ended)
@@ -206,6 +209,11 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     if are_known:
         how = "about equally" if len(lost) == n else "most"
         lead = f"Knocked{when}, {who} {are} lost {how} easily."
+    if KNOCK in dataset:
+        least_text = with_units(dataset[KNOCK], knock_text(least, step))
+        which = "it" if len(lost) == 1 else "one of them"
+        rest = f"Of the impulses tried, the least that ended {which} is {least_text}."
+        return [Answer(lead, rest)]
     steps = f"steps of {with_units(dataset['v0'], digits(step))}"
     if least < step:
         whose = "its" if len(lost) == 1 else "their"
@@ -224,7 +232,8 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     is_soft = "support_force_max" in dataset
     hardest = "support_force_max" if is_soft else "impact_velocity_max"
     has_housing = "housing_velocity_mean" in dataset
-    knocks, speed, beyond = knocks_of(dataset), dataset["v0"], beyond_map(dataset)
+    knocks, beyond = knocks_of(dataset), beyond_map(dataset)
+    speed = dataset[KNOCK if KNOCK in dataset else "v0"]
     rows = []
     for index in ordered(dataset):
         row = dataset.sel(attractor_id=index)
@@ -251,15 +260,21 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "", "motion", *progression, "share of the starts", "multiplier",
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
-        in_brackets("knock survived", speed),
+        in_brackets("least impulse that ends it" if KNOCK in dataset else "knock survived", speed),
         *([in_brackets("proved impulse", dataset[PROVED])] if PROVED in dataset else []),
     ]  # fmt: skip
-    step = with_units(speed, digits(step_of(dataset)))
     note = (
         "Share with its 95 % interval for as many random starts. Multiplier: largest modulus, over the motion's own "
-        f"period. Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states "
-        f"of the motion lead back, rounded down, 0 for less than a step of the map, {step}."
+        "period. "
     )
+    if KNOCK in dataset:
+        note += f"Impulse{start_text(dataset)}, of those tried, rounded down."
+    else:
+        note += (
+            f"Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states of "
+            "the motion lead back, rounded down, 0 for less than a step of the map, "
+            f"{with_units(speed, digits(step_of(dataset)))}."
+        )
     if beyond:
         note += " With ≥: to the end of the map."
     if any(len(images_of(dataset, index)) > 1 for index in knocks):
@@ -289,7 +304,7 @@ def knock_text(knock: float, step: float) -> str:
     """
     if math.isnan(knock):
         return DASH
-    if knock < step:
+    if knock < step or knock == 0.0:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
     return digits(unit * math.floor(knock / unit * (1 + 1e-12)))

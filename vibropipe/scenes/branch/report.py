@@ -126,8 +126,9 @@ def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
     inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
     widest = sorted(inside, key=lambda s: max(s.values[0], low) - min(s.values[-1], high))
     near = SAME_END * (high - low)
-    whole = [s for s in widest if s.values[0] <= low + near and s.values[-1] >= high - near]
-    parts = [s for s in widest if s not in whole]
+    is_whole = [s.values[0] <= low + near and s.values[-1] >= high - near for s in widest]
+    whole = [s for s, all_of_it in zip(widest, is_whole, strict=True) if all_of_it]
+    parts = [s for s, all_of_it in zip(widest, is_whole, strict=True) if not all_of_it]
     texts = _listed(whole, MAX_WORDS)
     if parts:
         texts.append("in parts of it: " + "; ".join(_listed(parts, max(1, MAX_WORDS - len(texts)))))

@@ -84,7 +84,6 @@ class Bound(NamedTuple):
             kept &= self.quantity.difference(values, self.low) >= -room
         return kept
 
-
     def kept_at(self, points: Points, half: float, room: float = 0.0) -> np.ndarray:
         """Return which points (n,) keep the bound, as `kept_by`; what never strikes exceeds no largest value."""
         values = self.quantity.values(points.variables, points.parameters)

@@ -32,7 +32,12 @@ LENGTHS = dict.fromkeys(("length", "velocity", "force", "impulse"), 1) | dict.fr
 
 
 # Largest values over the contacts of a support: a motion that never strikes it has none.
-OF_CONTACTS = ("impact_velocity_max", "contact_duration_max", "support_force_max", "support_depth_max")
+OF_CONTACTS = (
+    "impact_velocity_max",
+    "contact_duration_max",
+    "support_force_max",
+    "support_depth_max",
+)
 
 
 class Named(NamedTuple):

@@ -111,6 +111,27 @@ def test_orbits_that_begin_at_a_bifurcation_may_keep_the_speed():
     assert not np.isclose(both.jump_nu, pitchfork).any()  # the two orbits that begin there keep it
 
 
+def test_a_speed_that_hunts_is_kept_nowhere():
+    exciter = vp.Exciter(l=0.5, nu=0.8, f=0.7, h=0.1, delta=0.1, R1=0.6, R2=0.7)
+    branch = vp.branch(exciter, "nu", (0.5, 2.0), switch=["grazing"], outputs=OUTPUTS)
+    for stall in (0.2, 0.4):
+        found = vp.motor(branch, {"no_load": 2.5, "stall": stall})
+        assert not np.isclose(found.jump_to_nu, found.jump_nu).any()
+
+
+def test_unstable_orbits_that_cannot_be_followed_are_left_out():
+    exciter = vp.Exciter(l=0.5, nu=0.8, f=0.7, h=0.1, delta=0.1, R1=0.6, R2=0.7)
+    branch = vp.branch(exciter, "nu", (0.5, 2.0), switch=["flip", "grazing"], outputs=OUTPUTS)
+    found = vp.motor(branch, {"no_load": 2.5, "stall": 0.4})
+    for n in np.flatnonzero(found.speed_is_stable):
+        speed = float(found.nu[n])
+        row = branch.isel(point=int(found.crossing_point[n]))
+        start = [float(row[name]) for name in ("displacement_strobe", "velocity_strobe")]
+        at = vp.Exciter(**{**vars(exciter), "nu": speed})
+        orbit = vp.steady_state(at, *start, outputs=["power"])
+        assert float(orbit.power_input) / speed == pytest.approx(0.4 * (1 - speed / 2.5), rel=1e-6)
+
+
 def test_points_of_torque_are_joined_by_lines(linear):
     points = [(0.5, 0.4), (0.7, 0.3), (1.02, 0.4), (1.5, 0.002)]
     found = vp.motor(linear, points)

@@ -50,6 +50,8 @@ KEPT: dict[str, Any] = {
     "markeredgecolor": INK,
 }
 COLOURS = {True: INK, False: "white"}  # of a speed that is kept, and of one that is not
+WAYS = ("lowered", "raised")  # by `jump_way`
+SAME, NEAR = 1e-9, 0.3  # of a speed that is lost; of the range of torques, at neighbouring points
 BESIDE = 0.02  # of the range, between the axis and the name of the line
 MAX_LISTED = 3  # speeds of an answer
 
@@ -179,11 +181,11 @@ def motor_answer(dataset: xr.Dataset) -> Answer | None:
 
 def jump_text(dataset: xr.Dataset) -> str:
     """Write the jump that the least change of torque brings about; empty without one."""
-    torques = dataset["jump_torque"]
-    if not torques.size:
+    torques, (lost, reached, changes) = dataset["jump_torque"], jumps_of(dataset)
+    ahead = [n for n in range(torques.size) if is_ahead(dataset, n)]
+    if not ahead:
         return ""
-    lost, reached, changes = jumps_of(dataset)
-    n = int(np.abs(changes).argmin())
+    n = min(ahead, key=lambda each: abs(changes[each]))
     speeds = dataset[followed(dataset)]
     change = with_units(torques, format_number(abs(float(changes[n])), 3))
     which = "more" if changes[n] > 0 else "less"
@@ -246,16 +248,20 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
     speeds, torques = dataset[followed(dataset)], dataset["jump_torque"]
     rows = [
         [
-            *values_beside(dataset, "jump", n), format_number(float(torque), 3), format_number(float(lost), 5),
+            *values_beside(dataset, "jump", n), format_number(float(torque), 3), WAYS[int(dataset["jump_way"][n])],
+            format_number(float(lost), 5),
             format_number(float(reached), 5) if np.isfinite(reached) else DASH,
         ]
         for n, (lost, reached, torque) in enumerate(zip(*jumps_of(dataset), strict=True))
     ]  # fmt: skip
     head = [
-        *head_beside(dataset), in_brackets("torque added", torques),
+        *head_beside(dataset), in_brackets("torque added", torques), "as it is",
         in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
     ]  # fmt: skip
-    note = "Torque that is slowly added to that of the motor at all speeds; negative: taken away."
+    note = (
+        "Torque added to that of the motor at all speeds (negative: taken away), at which a speed is lost as it is "
+        "slowly raised or lowered."
+    )
     is_open = may_be_kept(dataset).any()
     if any(DASH in row for row in rows):
         note += " A dash: what follows is not among the motions followed here"
@@ -267,6 +273,40 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
 def crossing_speeds(dataset: xr.Dataset) -> xr.DataArray:
     """Return the speeds at which both torques are equal."""
     return dataset[f"crossing_{followed(dataset)}"]
+
+
+def is_ahead(dataset: xr.Dataset, n: int) -> bool:
+    """Return whether a jump is the next one of a speed that is kept, as torque is added or taken away.
+
+    From that speed its branch is stable up to the speed that is lost.
+    """
+    is_up = int(dataset["jump_way"][n]) == 1
+    if (float(dataset["jump_torque"][n]) > 0.0) != is_up:
+        return False
+    over, sign = swept(dataset), 1.0 if is_up else -1.0
+    speeds, ids = dataset[followed(dataset)].values, dataset["branch_id"].values
+    steady = dataset["stable"].values == 1
+    steady[dataset["bifurcation_point"].values] = True
+    excess = dataset["load_torque"].values - dataset["available_torque"].values
+    lost = sign * float(dataset[f"jump_{followed(dataset)}"][n])
+    if over:
+        ids = np.where(dataset[over].values == float(dataset[f"jump_{over}"][n]), ids, -1)
+    kept = dataset["crossing_point"].values[dataset["speed_is_stable"].values == 1]
+    for point in kept[ids[kept] >= 0].tolist():
+        step = 1 if sign * (speeds[point + 1] - speeds[point]) > 0.0 else -1
+        at = point + (step > 0)
+        while 0 <= at < len(speeds) and ids[at] == ids[point] and steady[at]:
+            if sign * speeds[at] >= lost - SAME * abs(lost):
+                torque = float(dataset["jump_torque"][n])
+                return bool(
+                    np.abs(excess[[at, at - step]] - torque).min()
+                    <= NEAR * np.nanmax(np.abs(excess))
+                )
+            after = at + step
+            if not (0 <= after < len(speeds) and sign * (speeds[after] - speeds[at]) > 0.0):
+                break
+            at = after
+    return False
 
 
 def may_be_kept(dataset: xr.Dataset) -> np.ndarray:

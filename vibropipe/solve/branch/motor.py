@@ -58,7 +58,7 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
         images of each other, as beyond a pitchfork, the one of the first branch:
 
         nu, motor_torque
-            Speed, and torque of both.
+            Speed, and torque of both; unstable orbits that cannot be followed, beside a grazing, are left out.
         speed_is_stable
             Whether the motor keeps that speed.
         branch_id, stable, power_input, regime, period_multiple, impacts_per_period (support)
@@ -78,7 +78,7 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
             branch ends before, or where stable orbits end and not exactly one of the others at that frequency can
             follow. It is also NaN where orbits begin that are not on the branch, one of which may keep the speed: at
             the kinds of bifurcation that `switch` leaves out, where a law ends, and of branches with the argument `law`
-            at each bifurcation.
+            at each bifurcation; and where the speed hunts, back to the one that is lost.
 
     Raises
     ------

@@ -8,6 +8,7 @@ from itertools import pairwise
 
 import numpy as np
 
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.solve.branch.motor_load import INSIDE, MotorLoad
 
 # Relative distance, of speeds and of torques, of ends of stretches that meet.
@@ -68,12 +69,17 @@ def speed_at(load: MotorLoad, stretch: Stretch, level: float) -> float:
 def stretches_of(load: MotorLoad) -> list[Stretch]:
     """Return all stretches in the order of the branch."""
     ids = load.branch["branch_id"].values
-    return [
-        stretch
-        for one in range(len(ids) - 1)
-        if ids[one] == ids[one + 1] and load.speeds[one] != load.speeds[one + 1]
-        for stretch in _between(load, one)
-    ]
+    found: list[Stretch] = []
+    for one in range(len(ids) - 1):
+        if ids[one] != ids[one + 1] or load.speeds[one] == load.speeds[one + 1]:
+            continue
+        try:
+            found += _between(load, one)
+        except ParameterError:
+            # An unstable orbit beside a grazing: no motor keeps its speed.
+            if (load.branch["stable"].values[[one, one + 1]] == 1).any():
+                raise
+    return found
 
 
 def _between(load: MotorLoad, one: int) -> Iterator[Stretch]:
@@ -151,7 +157,9 @@ def jumps_of(
             if is_kept or not (onward or stretch.at_event[end]):
                 continue
             w, level = stretch.w[end], stretch.s[end]
-            jump = level, float(end), w, _reached(load, stable, stretch, end, level)
+            reached = _reached(load, stable, stretch, end, level)
+            # What returns to where it is lost keeps no speed: it hunts.
+            jump = level, float(end), w, np.nan if abs(reached - w) <= MEET * w else reached
             # Mirror images jump alike.
             if not any(np.allclose(jump, other, MEET, 0.0, equal_nan=True) for other in found):
                 found.append(jump)

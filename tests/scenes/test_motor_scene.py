@@ -116,7 +116,8 @@ def test_picture_answers_and_tables_say_what_is_kept(dataset: xr.Dataset) -> Non
     assert f"for {float(dataset.jump_to_nu[n]):.4g}." in answer.rest
     speeds, jumps = tables({"run": dataset})[:2]
     assert [row[-1] for row in speeds.rows] == ["yes", "no", "yes"]
-    assert [row[1] for row in jumps.rows] == [f"{float(v):.5g}" for v in dataset.jump_nu]
+    assert [row[2] for row in jumps.rows] == [f"{float(v):.5g}" for v in dataset.jump_nu]
+    assert [row[1] for row in jumps.rows] == ["lowered", "raised"]
     assert not any("–" in row for row in jumps.rows)
 
 

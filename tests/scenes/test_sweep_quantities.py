@@ -219,6 +219,10 @@ def test_titles_of_maps_say_what_is_seen():
     dataset = sweep(60, f=f)
     kept = dataset.isel(nu=dataset["nu"].values < 2.5)
     assert map_title(kept) == "Above one border in f the mass strikes a support, below it none"
+    few = kept.isel(f=kept["f"].values > 1.2)  # most columns have no border
+    few["regime"][0, 0] = Regime.NO_IMPACT
+    assert (few["regime"] == Regime.NO_IMPACT).any("f").mean() < 0.5
+    assert "kinds of motion share" in map_title(few)
     apart = kept.copy(deep=True)  # a border in nu alone, between two others
     apart["regime"][:] = np.where(
         (kept.nu > 1) & (kept.nu < 2), Regime.NO_IMPACT, Regime.WITH_REST
@@ -237,6 +241,9 @@ def test_titles_of_maps_say_what_is_seen():
     ways = xr.concat([kept, kept], xr.Variable("direction", ["up", "down"]))
     ways = ways.assign_coords(direction=["up", "down"])
     assert quantities_title(ways) == f"On the grid, orbits strike hardest at {place}"
+    everywhere = kept.copy(deep=True)  # as of many starts that settle on one motion
+    everywhere["impact_velocity_max"][:] = 1.0 + 1e-15 * np.arange(f.size)
+    assert "at" not in quantities_title(everywhere)
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][:, 0, 0] = 9.0

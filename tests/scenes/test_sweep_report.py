@@ -195,6 +195,14 @@ def test_a_step_without_steps_on_both_sides_is_no_jump():
     assert not jumps_of(line.isel(nu=[0, 11]), "nu")
     assert not jumps_of(line.isel(nu=slice(11, 14)), "nu")
     assert len(jumps_of(line.isel(nu=slice(10, 14)), "nu")) == 1
+    beside = line.copy(deep=True)  # another jump in the row before
+    amplitude = beside["displacement_amplitude"].values
+    first = int(np.abs(np.diff(amplitude[:, 0])).argmax())
+    amplitude[first] = 0.9
+    beside = beside.assign(
+        displacement_amplitude=(beside["displacement_amplitude"].dims, amplitude)
+    )
+    assert len(jumps_of(beside, "nu")) == 2
     lost = line["regime"].copy()
     lost[10] = Regime.UNRESOLVED  # the row before the one in front of the jump
     assert not jumps_of(line.assign(regime=lost), "nu")

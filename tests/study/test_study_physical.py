@@ -134,9 +134,9 @@ SWEPT = "scenes.sweep.over.omega"
          "wear_exponent (with its unit, nu is "
          "omega)"),
         ("delta: [0, 1 mm]", "m: [1 kg]",
-         "scenes.sweep.over.m: is an unknown key; must be one of omega, F, H, l, delta, C1, C2, H1, H2, load, "
-         "friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, contact_1, contact_2, friction_ratio, "
-         "wear_exponent (did you mean 'M'?)"),
+         "scenes.sweep.over.m: has one value, under `physical`, and does not vary; must be one of omega, F, H, l, "
+         "delta, C1, C2, H1, H2, load, friction, F2, phi2, M, D1, D2, P, shaker, R1, R2, contact_1, contact_2, "
+         "friction_ratio, wear_exponent"),
         ("[0, 1 mm]", "[1 mm, 0]",
          "scenes.sweep.over.delta: must be increasing numbers, each once, got 0 after 1 mm"),
         ("start: 20 rad/s, stop: 200 rad/s", "start: 30 Hz, stop: 3 Hz",

@@ -9,7 +9,7 @@ from dataclasses import replace
 from typing import Any
 
 from vibropipe.physics.si import BESIDE, WITHIN_MASS, non_dimensional
-from vibropipe.scenes.keys.problems import KeyPath, Problem, unknown
+from vibropipe.scenes.keys.problems import KeyPath, Problem, one_of, unknown
 from vibropipe.scenes.keys.ties import own_names
 from vibropipe.solve.with_units import plain_objectives
 from vibropipe.study.quantities import (
@@ -35,7 +35,7 @@ from vibropipe.study.quantities import (
     last_key,
     si_of,
 )
-from vibropipe.words.parameters import STARTS
+from vibropipe.words.parameters import PHYSICAL, STARTS
 from vibropipe.words.vocabulary import PLACES_IN_SI
 
 
@@ -171,6 +171,9 @@ class _Reader(QuantityReader):
             elif (own := last_key(path)) in VARIED and key not in (*SWEPT, *STARTS, *self.own):
                 hint = f"with its unit, {key} is {WRITTEN[key]}" if key in WRITTEN else ""
                 problem = unknown((*path, key), SWEPT)
+                if key in PHYSICAL:
+                    must = f"has one value, under `physical`, and does not vary; must be {one_of(SWEPT)}"
+                    problem = replace(problem, must=must, hint="")
                 self.problems.append(replace(problem, hint=hint or problem.hint))
                 plain.setdefault("nu", STAND_INS[own])
             elif key in KEYS and key not in OTHERS:

@@ -11,7 +11,16 @@ from vibropipe.physics.si import NO_HOUSING, WITHOUT_MASS
 from vibropipe.scenes.keys.problems import KeyPath, Problem, describe, unknown
 from vibropipe.scenes.keys.values import UnitRule
 from vibropipe.study.key_text import entry, quoted
-from vibropipe.study.quantities import GOALS, KEYS, MEASURED, NAMES, QUANTITIES, VARIED, WRITTEN
+from vibropipe.study.quantities import (
+    GOALS,
+    KEYS,
+    MEASURED,
+    NAMES,
+    QUANTITIES,
+    RAMP,
+    VARIED,
+    WRITTEN,
+)
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.spelling import nearest
@@ -58,10 +67,11 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
         return replace(problem, path=path, hint=f"{name} has no units: it stands under exciter")
     is_quantity = len(path) > 1 and name in QUANTITIES and path[-2] in KEYS
     if is_quantity and problem.must.startswith("is required ("):
-        key = "tau_end" if name == "within" else str(path[-2])
-        return replace(
-            problem, path=path, must=f"is required ({UnitRule(key, *KEYS[key]).allowed})"
-        )
+        of_ramp = path[-3:-2] == (RAMP,)
+        key = "tau_end" if name == "within" and of_ramp else str(path[-2])
+        allowed = UnitRule(key, *KEYS[key]).allowed
+        both = "a pair [low, high], each " if name == "within" and not of_ramp else ""
+        return replace(problem, path=path, must=f"is required ({both}{allowed})")
     if path[-2:-1] == ("exciter",) and name not in PARAMETERS:
         told = unknown(path, [each for each in PARAMETERS if each not in WRITTEN])
         hint = f"{name} has units: it stands under physical"

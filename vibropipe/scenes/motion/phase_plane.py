@@ -29,6 +29,8 @@ from vibropipe.words.wording import count
 
 PORTRAIT_CM, SECTION_CM = 10.0, 8.0
 SECTION_TOLERANCE = 1e-6  # forcing periods by which a sample at the section may be off
+# Share of the fastest motion within which states are one, and that is shown on either side of it.
+ONE_STATE, AROUND = 1e-6, 0.1
 
 
 def draw_phase_portrait(dataset: xr.Dataset, periods: float | None = None) -> Figure:
@@ -73,6 +75,8 @@ def draw_section(dataset: xr.Dataset) -> Figure:
         draw_points(ax, x, v)
         fastest = float(np.abs(dataset["velocity"].values).max())
         keep_zero_scale(ax, float(np.abs(v).max()), fastest)
+        if np.ptp(v) < ONE_STATE * fastest < np.abs(v).max():
+            ax.set_ylim(float(v.mean()) - AROUND * fastest, float(v.mean()) + AROUND * fastest)
         draw_walls(ax, float(x.min()), float(x.max()), walls_of(dataset))
         ax.set(xlabel=axis_label(dataset["displacement"]), ylabel=axis_label(dataset["velocity"]))
         panel(ax, "a", "states, once per forcing period")

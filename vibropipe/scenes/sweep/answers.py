@@ -283,7 +283,9 @@ def jumps_answer(dataset: xr.Dataset) -> Answer | None:
     where = between_text(line[axis], jump.before, jump.after)
     if len(found) == 1:
         return Answer(f"The first harmonic jumps {where}.")
-    return Answer("The first harmonic jumps in several places.", f"The largest jump lies {where}.")
+    return Answer(
+        "The first harmonic jumps in several places.", f"The largest of these lies {where}."
+    )
 
 
 def unresolved_answer(dataset: xr.Dataset) -> Answer | None:

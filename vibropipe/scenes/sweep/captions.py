@@ -41,11 +41,13 @@ from vibropipe.scenes.sweep.quantities import (
     series_words,
     with_impacts_per_period,
 )
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised, count, series
 
 MAX_TITLE = 85  # letters
+SAME_VALUE = 1e-9  # relative difference of values that are one
 
 
 def describe_sweep(
@@ -106,6 +108,10 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "lyapunov_exponent":
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
+    alike = abs(values - float(top)) <= SAME_VALUE * abs(float(top))
+    places = {*dataset["regime"].dims} - {DIRECTION}
+    if int(alike.any(dim=[dim for dim in values.dims if dim not in places]).sum()) > 1:
+        return plain  # many starts, one motion
     subject = plain.removeprefix("Largest ")
     if own.name == "displacement_amplitude":
         subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
@@ -236,7 +242,7 @@ def map_title(dataset: xr.Dataset) -> str:
         for axis in (y, x):
             steps = np.diff(strikes.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
             for sign, side in ((1, ("above", "below")), (-1, ("below", "above"))):
-                if steps.any() and (sign * steps >= 0).all():
+                if steps.any(axis=0).mean() >= 0.5 and (sign * steps >= 0).all():
                     where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"
                     return f"{where} the mass strikes a support, {side[1]} it none"
     ways = len([each for each in regions_of(dataset)[1] if each.name != "unresolved"])

@@ -39,7 +39,7 @@ ABSENT = dict.fromkeys(("h", "delta", "load", "f2", "friction", "shaker"), 0.0) 
 # steps on either side: a resonance curve is steep over several rows, a jump is not. A step without another one on
 # either side, at an end of a line or beside a row without an orbit, cannot be told from steepness; motions without
 # impacts do not jump.
-JUMP_SHARE, JUMP_FACTOR = 0.1, 5.0
+JUMP_SHARE, JUMP_FACTOR, MAX_BESIDE = 0.1, 5.0, 3
 MIN_DOUBLINGS = 2  # of the period, that are told as a way to chaos
 NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
 
@@ -77,10 +77,16 @@ def jump_steps(
     pairs = known[:-1] & known[1:]
     steps = np.where(pairs, np.abs(np.diff(np.where(known, values, 0.0))), np.inf)
     slopes = steps / np.abs(np.diff(x))
-    padded = np.concatenate([[np.inf], slopes, [np.inf]])
-    beside = np.maximum(padded[:-2], padded[2:])
+    is_large = pairs & (steps > JUMP_SHARE * np.abs(values[known]).max())
+    # Jumps may lie side by side: each is compared with what lies beside them all.
+    starts = np.flatnonzero(np.diff(np.concatenate([[0], is_large.astype(int)])) == 1)
+    ends = np.flatnonzero(np.diff(np.concatenate([is_large.astype(int), [0]])) == -1)
+    padded, is_jump = np.concatenate([[np.inf], slopes, [np.inf]]), np.zeros(len(steps), bool)
+    for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
+        beside = max(padded[first], padded[last + 2])
+        if last - first < MAX_BESIDE:
+            is_jump[first : last + 1] = slopes[first : last + 1] > JUMP_FACTOR * beside
     struck = regime != Regime.NO_IMPACT
-    is_jump = (steps > JUMP_SHARE * np.abs(values[known]).max()) & (slopes > JUMP_FACTOR * beside)
     return np.flatnonzero(is_jump & pairs & (struck[:-1] | struck[1:]))
 
 
@@ -141,7 +147,9 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     if not touches:
         return f"The kind of motion first changes {between_text(line[axis], low, high)}."
     verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
-    return f"Impacts {verb} {between_text(line[axis], low, high)}."
+    alike = [each for each in touches if (codes[each] == Regime.NO_IMPACT) == (verb == "begin")]
+    first = "first " if len(alike) > 1 else ""
+    return f"Impacts {first}{verb} {between_text(line[axis], low, high)}."
 
 
 def _gap(numbers: Mapping[str, float]) -> float:

@@ -31,6 +31,7 @@ from vibropipe.words.wording import count, series
 MAX_ROWS = 8  # of a table
 DIGITS = 3
 MAX_QUESTION = 110  # letters, a line of the report
+OF_OWN = {"its phase": "phase of the second harmonic"}  # words of a parameter by itself
 
 
 def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
@@ -223,7 +224,7 @@ def question(datasets: Datasets) -> str:
     names = dict.fromkeys(
         WORDS[str(name)] for data in datasets.values() for name in data.dims if name in WORDS
     )
-    over = series(f"the {words}" for words in names) or "its start"
+    over = series(f"the {OF_OWN.get(words, words)}" for words in names) or "its start"
     text = f"How does the motion change with {over}?"
     return text if len(text) <= MAX_QUESTION else "How does the motion change with its parameters?"
 

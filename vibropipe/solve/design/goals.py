@@ -6,7 +6,7 @@ import math
 import re
 from collections.abc import Mapping, Sequence
 from dataclasses import dataclass
-from typing import Any, NamedTuple
+from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
@@ -14,10 +14,12 @@ from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.parameter_error import as_float, number_within
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.rows.named import STD, Named, named
-from vibropipe.solve.rows.points import Points
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.units import MINUS
 from vibropipe.words.vocabulary import OF_SOFT, PLACES, STEADY
+
+if TYPE_CHECKING:
+    from vibropipe.solve.rows.points import Points
 
 # A target is met, and a bound is kept, within this share of its scale.
 MET = 1e-9

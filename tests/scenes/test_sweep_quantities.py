@@ -242,7 +242,7 @@ def test_titles_of_maps_say_what_is_seen():
     ways = ways.assign_coords(direction=["up", "down"])
     assert quantities_title(ways) == f"On the grid, orbits strike hardest at {place}"
     everywhere = kept.copy(deep=True)  # as of many starts that settle on one motion
-    everywhere["impact_velocity_max"][:] = 1.0 + 1e-15 * np.arange(f.size)
+    everywhere["impact_velocity_max"].values[:] = 1.0 + 1e-15 * np.arange(f.size)[:, None]
     assert "at" not in quantities_title(everywhere)
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]

@@ -246,7 +246,7 @@ def test_titles_of_maps_say_what_is_seen():
     assert "at" not in quantities_title(everywhere)
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
-    corner["impact_velocity_max"][:, 0, 0] = 9.0
+    corner["impact_velocity_max"][0, 0, 0] = 9.0
     ends = f"ν = {corner['nu'].values[0]:.4g}, f = {f[0]:.4g}, the ends of their ranges"
     assert quantities_title(corner.transpose(*kept.dims)).endswith(ends)
     assert "White is 0, orange positive, towards support 1" in describe_quantities(kept)

@@ -24,7 +24,12 @@ from vibropipe.report.parts import DASH
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
 from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
-from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
+from vibropipe.scenes.design.ranking import (
+    describe_designs,
+    draw_designs,
+    least_miss,
+    title_designs,
+)
 from vibropipe.scenes.design.workshop import (
     held_too_wide,
     no_tolerance,
@@ -224,7 +229,7 @@ def dimension(ax: Axes, x1: float, x2: float, y: float, text: str) -> None:
 
 def title_sketch(dataset: xr.Dataset) -> str:
     """Return the title of the sketch."""
-    if not is_met(dataset)[0]:
+    if not is_met(dataset)[0] and least_miss(dataset) == 0:
         return "The design that misses least, drawn to scale"
     if dataset.sizes["design"] == 1:
         return "The design, drawn to scale"

@@ -266,11 +266,17 @@ def verdict(dataset: xr.Dataset, row: int) -> str:
     return "can be made" if dataset["yield_low"].values[row] >= MADE else "not known"
 
 
+def least_miss(dataset: xr.Dataset) -> int:
+    """Return the design whose largest miss is the least."""
+    return int(dataset["design_miss"].values.argmin())
+
+
 def title_designs(dataset: xr.Dataset) -> str:
     """Return the title: which designs lose parts, how many keep all that is wanted, or how many there are."""
     n, met = dataset.sizes["design"], is_met(dataset)
     if not met.any():
-        return "No design was found that keeps all that is wanted; design 1 misses least"
+        least = f"; design {least_miss(dataset) + 1} misses least" * (n > 1)
+        return f"No design was found that keeps all that is wanted{least}"
     if has_yield(dataset):
         if lost := lost_text(dataset):
             return lost.rstrip(".")

@@ -47,7 +47,7 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
 )
 from vibropipe.scenes.design.front import leading
-from vibropipe.scenes.design.ranking import shown_parts
+from vibropipe.scenes.design.ranking import least_miss, shown_parts
 from vibropipe.scenes.design.workshop import (
     NOMINAL_DIGITS,
     lost_answer,
@@ -202,10 +202,15 @@ def certificate(dataset: xr.Dataset) -> Answer | None:
 
 
 def missed(dataset: xr.Dataset) -> Answer:
-    """Return by how much the nearest design misses, and why."""
-    miss = format_number(float(dataset["design_miss"].values[0]), 2)
-    reason = DesignResult(int(dataset["design_result"].values[0])).reason
-    rest = f"The nearest that was found misses by {miss} of what is wanted: {reason}."
+    """Return by how much the design misses that misses least, and why."""
+    nearest = least_miss(dataset)
+    miss = format_number(float(dataset["design_miss"].values[nearest]), 2)
+    reason = DesignResult(int(dataset["design_result"].values[nearest])).reason
+    which = (
+        "The one found" if dataset.sizes["design"] == 1 else f"Of those found, design {nearest + 1}"
+    )
+    of = "of what is wanted, or of l where that is 0"
+    rest = f"{which} misses {'' if dataset.sizes['design'] == 1 else 'least, '}by {miss} {of}: {reason}."
     return Answer("No design was found that keeps all that is wanted.", rest)
 
 

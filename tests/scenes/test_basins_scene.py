@@ -471,7 +471,7 @@ def test_pictures_where_attractors_are_absent(over):
         assert tables({"over": data}) == []
     else:
         assert ((data.bifurcation_h > 0) & (data.bifurcation_h < 1e-3)).all()
-        assert found[1].lead == "Motions appear or vanish at at least one value of h."
+        assert found[1].lead == "Motions appear or vanish at one value of h or more."
 
 
 def test_the_letter_of_a_narrow_basin_stands_beside_its_mark_and_not_on_it():

@@ -134,7 +134,7 @@ def test_the_answers_count_curves_and_meetings(datasets):
     number = np.unique(dataset["curve_id"]).size
     assert curves.lead == f"{amount_text(number, 'curve').capitalize()} part the motions."
     assert curves.rest.startswith(("Among them are ", "They are "))
-    assert re.fullmatch(r"Curves meet at [a-z-]+ points?\.", meet.lead)
+    assert re.fullmatch(r"Curves meet in at least [a-z-]+ points?\.", meet.lead)
     assert re.fullmatch(
         r"(At [a-z-]+ of them|There) .* (meet|twice|begins|rest|direction)\.", meet.rest
     )

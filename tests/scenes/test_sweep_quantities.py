@@ -316,6 +316,9 @@ def test_outlines_lie_between_regions_and_leave_speckles_out():
     assert set(x[np.isfinite(x)]) == {4.0}
     assert sorted(set(y[np.isfinite(y)])) == list(np.arange(7.0))
     assert borders(np.zeros((4, 4), int), np.arange(5.0), np.arange(5.0)) is None
+    codes[:, 6] = 2  # a region one cell wide has both borders
+    x, _y = borders(codes, np.arange(9.0), np.arange(7.0))
+    assert set(x[np.isfinite(x)]) == {4.0, 6.0, 7.0}
 
 
 @pytest.mark.parametrize("count", sampled([2, 3, 4, 9, 30], 9))

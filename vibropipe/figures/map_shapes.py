@@ -154,8 +154,14 @@ def borders(
 
     codes : (ny, nx); edges : (nx + 1,) and (ny + 1,). Speckles of one cell have no outline.
     """
-    upright = _between(codes)
-    level = _between(codes.T).T
+    rows, columns = np.diff(codes, axis=0) == 0, np.diff(codes, axis=1) == 0
+    together = np.zeros(codes.shape, bool)
+    together[1:] |= rows
+    together[:-1] |= rows
+    together[:, 1:] |= columns
+    together[:, :-1] |= columns
+    upright = ~columns & together[:, 1:] & together[:, :-1]
+    level = ~rows & together[1:] & together[:-1]
     row, column = np.nonzero(upright)
     x = [x_edges[column + 1], x_edges[column + 1]]
     y = [y_edges[row], y_edges[row + 1]]
@@ -166,15 +172,6 @@ def borders(
         return None
     breaks = np.full(x[0].size, np.nan)
     return np.stack([*x, breaks], axis=1).ravel(), np.stack([*y, breaks], axis=1).ravel()
-
-
-def _between(codes: NDArray[np.int64]) -> NDArray[np.bool_]:
-    """Return where neighbours along a row differ, while each is in a region wider than one cell."""
-    differ = codes[:, 1:] != codes[:, :-1]
-    wide = np.ones_like(differ)
-    wide[:, 1:] &= ~differ[:, :-1]
-    wide[:, :-1] &= ~differ[:, 1:]
-    return differ & wide
 
 
 def widest_spot(mask: NDArray[np.bool_]) -> tuple[int, int] | None:

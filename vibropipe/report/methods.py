@@ -66,10 +66,12 @@ def largest_error(dataset: xr.Dataset) -> float:
 
 
 def largest_residual(dataset: xr.Dataset) -> float:
-    """Return the largest residual of an orbit, nan if there is none."""
+    """Return the largest residual of a stable orbit, nan if there is none: a march off an unstable one grows."""
     if "residual" not in dataset:
         return float("nan")
     residual = dataset["residual"].values
+    if "stable" in dataset and dataset["stable"].dims == dataset["residual"].dims:
+        residual = residual[dataset["stable"].values == 1]
     closed = residual[np.isfinite(residual)]
     return float(closed.max()) if closed.size else float("nan")
 

@@ -170,7 +170,7 @@ def change_answer(dataset: xr.Dataset) -> Answer | None:
     if not changes:
         return Answer(f"No motion appears or vanishes as {symbol_text(axis)} changes.")
     places = len({change.value for change in changes})
-    lead = f"Motions appear or vanish at at least {amount_text(places, 'value')} of {symbol_text(axis)}."
+    lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)} or more."
     ends = [change for change in changes if not change.appears and change.other >= 0]
     if not ends:
         return Answer(lead)

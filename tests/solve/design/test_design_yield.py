@@ -276,3 +276,34 @@ def test_designs_keep_their_law_in_most_parts():
         part = vp.steady_state(replace(BASE, delta=float(delta), R1=float(R1)))
         assert part.impacts_per_orbit.values.tolist() == [1, 1]
         assert int(part.period_multiple) == 1
+
+
+def test_a_design_off_its_bounds_is_as_good_as_the_room_allows():
+    """A point found by hand, more than four deviations off each bound, is no better."""
+    exciter = vp.Exciter.from_physical(
+        m=0.35, C=2200.0, H=3.0, l=4e-3, load=-0.7, omega=2 * np.pi * 14, F=9.0, R1=0.65, R2=0.6
+    )
+    bounds = {"impact_velocity_max_2": "< 0.3 m/s", "displacement_mean": "> -0.3 mm"}
+    scatter = {"F": "0.2 N", "delta": "0.02 mm", "R2": 0.01}
+    found = vp.design(
+        exciter,
+        vary={"F": ("4 N", "20 N"), "delta": ("-1 mm", "1 mm"), "R2": (0.4, 0.8)},
+        target={"period_multiple": 1, "impacts_per_orbit_1": 1, "impacts_per_orbit_2": 1},
+        subject_to=bounds, minimise=["-impact_velocity_max_1"], tolerance=scatter, samples=128,
+    )  # fmt: skip
+    by_hand = vp.Exciter.from_physical(
+        m=0.35,
+        C=2200.0,
+        H=3.0,
+        l=4e-3,
+        load=-0.7,
+        omega=2 * np.pi * 14,
+        F=6.555,
+        delta=-0.275e-3,
+        R1=0.65,
+        R2=0.8,
+    )
+    parts = vp.tolerance(by_hand, scatter, samples=1024, subject_to=bounds)
+    assert float(parts["yield"]) == 1.0
+    assert float(found["yield"][0]) == 1.0
+    assert found.impact_velocity_max.values[0, 0] > parts.impact_velocity_max.values[0]

@@ -28,6 +28,7 @@ PARTS, HARMONICS, QUANTILES = 4096, 3, (0.025, 0.5, 0.975)
 # Distances from a bound that a design is moved to, in standard deviations of its quantity: the first that can be had.
 INSIDE = (4.0, 2.0, 1.0)
 # Moves to one of them, since the deviation changes on the way.
+SAME_COST = 1e-4  # relative difference of objectives that are one
 MAX_MOVES = 4
 # Nearer than this to a limit, in standard deviations, nearly half of the parts break it.
 ON_LIMIT = 0.1
@@ -172,7 +173,8 @@ def moved_inside(
 ) -> Candidate:
     """Return a design moved off its bounds, by as many of `reaches` standard deviations as can be had.
 
-    A bound that is met exactly is broken by half of the parts. The law, the targets and other limits are kept.
+    A bound that is met exactly is broken by half of the parts. The law, the targets and other limits are kept. With an
+    objective the room is taken anew from where the last one led, as long as that gains.
     """
     if not problem.scatter or not candidate.is_met or problem.goals.of_yield:
         return candidate
@@ -181,17 +183,31 @@ def moved_inside(
         limits = {1: float(problem.costs(candidate.values)[1])}
     for reach in reaches:
         found: Candidate | None = candidate
+        inside: Candidate | None = None
         for _ in range(MAX_MOVES):
             assert found is not None
             if is_inside(problem, found, reach):
-                return found
+                if found is candidate or not problem.goals.objectives:
+                    return found
+                if inside is not None and not _is_cheaper(problem, found, inside):
+                    break
+                # Deviations may be smaller here: less room is needed.
+                inside = found
             # A little more, so that a deviation that grows on the way does not undo the move.
             needed = 1.01 * reach * deviations(problem, found)
             aimed = replace(problem, margins=needed, reach=candidate.reach)
             found = _led_to(aimed, found, limits)
             if found is None:
                 break
+        if inside is not None:
+            return inside
     return candidate
+
+
+def _is_cheaper(problem: Problem, one: Candidate, other: Candidate) -> bool:
+    """Return whether the first objective of a design is less than that of another."""
+    costs = [float(problem.costs(each.values)[0]) for each in (one, other)]
+    return costs[0] < costs[1] - SAME_COST * abs(costs[1])
 
 
 def _led_to(problem: Problem, candidate: Candidate, limits: dict[int, float]) -> Candidate | None:

@@ -69,7 +69,13 @@ def _followed(scene: BranchScene, change: dict[str, float]) -> xr.Dataset:
     exciter = Exciter(**{**scene.untied_exciter(), **stated})
     branches = _branches(scene, exciter, {**ties.texts, **own})
     if scene.motor is not None:
-        branches = with_motor(branches, scene.motor.given())
+        try:
+            branches = with_motor(branches, scene.motor.given())
+        except ParameterError as error:
+            if error.name != "branch":
+                raise
+            got = f"{error.got}: follow a shorter range, or leave out a kind of switch"
+            raise ParameterError("motor", error.value, must=error.must, got=got) from error
     coords = {name: ((), value, own_attributes(name)) for name, value in own.items()}
     return branches.assign_coords(coords).assign_attrs(ties.attrs)
 

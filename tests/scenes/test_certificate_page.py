@@ -95,6 +95,15 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
     assert float(alone.displacement_mean_high) <= high
 
 
+def test_the_first_figure_of_a_later_scene_stands_under_its_title() -> None:
+    keys = "tau_end: 20, prove: {within: {delta: 0.001}}, figure: {pictures: [certificate, portrait]}"
+    later = f"  t: {{kind: motion, title: Another look, {keys}}}\n"
+    study = study_of_text(MOTION + later, "study")
+    data = {name: kind_of(scene).solve(scene) for name, scene in study.scenes.items()}
+    headings = [group["heading"] for group in report_data(study, data, {})["groups"]]
+    assert headings == ["What is certain?", "Another look"]
+
+
 def test_limits_have_the_units_of_their_parameters() -> None:
     text = """
 title: T

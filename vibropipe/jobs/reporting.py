@@ -235,9 +235,11 @@ def _groups(
         own_tables = [table for table in tables if table.scene == label]
         group = Group(answers=answers.get(label, []))
         groups.append(group)
-        for figure in (entry for entry in figures if entry["scene"] == scene):
+        own_figures = [entry for entry in figures if entry["scene"] == scene]
+        for figure in own_figures:
             if figure is not hero:
-                if (heading := _heading(study, figure)) and (heading != group.heading):
+                begins = scene != first and figure is own_figures[0]
+                if (heading := _heading(study, figure, begins)) and (heading != group.heading):
                     group = group if not group.items else Group()
                     group.heading = heading
                     if group not in groups:
@@ -248,12 +250,16 @@ def _groups(
     return [group for group in groups if group.items]
 
 
-def _heading(study: Study, figure: Mapping[str, str]) -> str:
-    """Return the heading of a figure: its question, else the title of its scene unless the figure has or names that."""
+def _heading(study: Study, figure: Mapping[str, str], begins: bool) -> str:
+    """Return the heading of a figure: its question, else the title of its scene unless the figure has or names that.
+
+    One that begins a scene has its title first.
+    """
     scene = study.scenes[figure["scene"]]
     title = scene.title or words_of(scene.name)
     is_said = title == figure["title"] or scene.figure.drawn_together()
-    return figure["heading"] or ("" if is_said or len(study.scenes) == 1 else title)
+    of_scene = "" if is_said or len(study.scenes) == 1 else title
+    return (begins and of_scene) or figure["heading"] or of_scene
 
 
 def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table]:

@@ -13,7 +13,7 @@ from matplotlib.contour import ContourSet
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.scenes.boundary.pictures import draw_boundaries, ends_of_axis
-from vibropipe.scenes.boundary.report import answers, end_text, tables
+from vibropipe.scenes.boundary.report import answers, end_text, far_text, lengths_of, tables
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.boundary.text import UNMARKED, meetings_text
 from vibropipe.scenes.registry import kind_of
@@ -107,6 +107,22 @@ def test_the_table_lists_each_curve(datasets):
     )
     assert any(row[0] == "grazing" and row[1] == "no impact" for row in table.rows)
     assert end_text("box") == "end of the range"
+    one = dataset.isel(point=dataset["curve_id"].values == dataset["curve_id"].values[0])
+    n = one.sizes["point"]
+    back = one.isel(point=[*range(n), *range(n - 2, -1, -1)])
+    turned = f"({float(one['nu'][-1]):.4g}, {float(one['f'][-1]):.4g}) and back"
+    assert far_text(back, 0, 2 * n - 2) == turned
+    assert far_text(one, 0, n - 1) == turned.removesuffix(" and back")
+
+
+def test_the_curves_left_out_are_the_shortest_in_the_plane():
+    nu = np.concatenate([np.linspace(1.0, 2.0, 3), np.linspace(1.0, 1.1, 50)])
+    dataset = xr.Dataset(
+        {"curve_id": ("point", [0] * 3 + [1] * 50)}, {"nu": ("point", nu), "f": ("point", 0 * nu)}
+    )
+    lengths = lengths_of(dataset.assign_attrs(boundary="nu f"))
+    assert lengths[0] == pytest.approx(1.0)
+    assert lengths[1] == pytest.approx(0.1)
 
 
 def test_a_box_without_curves_is_drawn():

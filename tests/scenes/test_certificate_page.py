@@ -96,7 +96,9 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
 
 
 def test_the_first_figure_of_a_later_scene_stands_under_its_title() -> None:
-    keys = "tau_end: 20, prove: {within: {delta: 0.001}}, figure: {pictures: [certificate, portrait]}"
+    keys = (
+        "tau_end: 20, prove: {within: {delta: 0.001}}, figure: {pictures: [certificate, portrait]}"
+    )
     later = f"  t: {{kind: motion, title: Another look, {keys}}}\n"
     study = study_of_text(MOTION + later, "study")
     data = {name: kind_of(scene).solve(scene) for name, scene in study.scenes.items()}

@@ -14,7 +14,9 @@ from vibropipe.scenes.boundary.text import boundary_answers, change_text, meetin
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
-MAX_ROWS = 10
+MAX_ROWS = 12
+# Distance of both ends of a curve that turns back, as a share of the plane.
+SAME_PLACE = 1e-6
 # Of the largest value of a parameter: what is nearer to 0 is rounding.
 ROUNDING = 1e-9
 KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
@@ -38,7 +40,7 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 words_at(dataset, first),
                 place_text(dataset, first),
                 end_text(names[0]),
-                place_text(dataset, last),
+                far_text(dataset, first, last),
                 end_text(names[-1]),
             ]
         )
@@ -76,6 +78,16 @@ def place_text(dataset: xr.Dataset, point: int) -> str:
         value, size = float(dataset[name][point]), float(np.abs(dataset[name].values).max())
         texts.append(format_number(value if abs(value) > ROUNDING * size else 0.0))
     return f"({', '.join(texts)})"
+
+
+def far_text(dataset: xr.Dataset, first: int, last: int) -> str:
+    """Write the place of the last point of a curve; of one that turns and ends where it began, where it turns."""
+    scales = [float(np.ptp(dataset[name].values)) or 1.0 for name in plane(dataset)]
+    points = np.stack([dataset[name].values[first : last + 1] for name in plane(dataset)])
+    away = np.hypot(*((points - points[:, :1]) / np.array(scales)[:, None]))
+    if first == last or away[-1] > SAME_PLACE:
+        return place_text(dataset, last)
+    return f"{place_text(dataset, first + int(away.argmax()))} and back"
 
 
 def end_text(name: str) -> str:

@@ -142,7 +142,7 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     answers = [Answer(f"{lead} {verb} the motions.", rest)]
     met, rest = meetings_text(dataset)
     if met:
-        answers.append(Answer(f"Curves meet in {met}.", rest))
+        answers.append(Answer(f"Curves meet in at least {met}.", rest))
     return [*answers, *levels]
 
 
@@ -184,7 +184,7 @@ def meetings_text(dataset: xr.Dataset) -> tuple[str, str]:
     total, kind = np.unique(places).size, flag_texts("meeting_kind")[code]
     what = changing_text(dataset) if kind == "change" else MET.get(kind, f"a {kind} is met")
     where = "There" if amount == total else f"At {number_word(amount)} of them"
-    return f"at least {amount_text(total, 'point')}", f"{where} {what}."
+    return amount_text(total, "point"), f"{where} {what}."
 
 
 def meeting_places(dataset: xr.Dataset) -> NDArray[np.intp]:

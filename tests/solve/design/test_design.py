@@ -333,3 +333,15 @@ def test_a_bound_keeps_the_digits_that_a_unit_needs():
     name, sign, number = goals.texts["subject_to"].split()
     assert (name, sign) == ("impact_velocity_max_1", "<")
     assert f"{float(number) * math.sqrt(4000):g}" == "0.8"
+
+
+def test_a_motion_that_never_strikes_keeps_a_bound_of_its_velocity() -> None:
+    exciter = vp.Exciter(l=1.0, nu=0.5, f=0.3, h=0.1, R1=0.7, R2=0.7)
+    found = vp.design(
+        exciter, vary={"f": (0.1, 0.6)}, target={"displacement_amplitude_1": 0.5},
+        subject_to={"impact_velocity_max_1": "< 0.8"}, samples=64,
+    )  # fmt: skip
+    # the linear motion: 0.5 sqrt((1 - nu^2)^2 + h^2 nu^2)
+    assert float(found.f[0]) == pytest.approx(0.5 * np.hypot(0.75, 0.05), rel=1e-9)
+    assert np.isnan(found.impact_velocity_max.values[0]).all()
+    assert found.design_miss.values[0] <= 1e-9

@@ -176,16 +176,29 @@ class Problem:
         self, parameters: np.ndarray, state: np.ndarray, columns: list[int]
     ) -> tuple[Points, np.ndarray, np.ndarray]:
         """Return the motion near a state, its quantities as `read` returns them, and their derivatives (q, columns)."""
-        return values_and_jacobian(
+        points, values, jacobian = values_and_jacobian(
             parameters, state, columns, self.near, self.read, self.difference, STEP,
             None if self.goals.curve or any(name.derived for name in self.names) else self.names,
         )  # fmt: skip
+        for name in self.at_most:
+            if name.is_without_contact(points.variables)[0]:
+                jacobian[self.names.index(name)] = 0.0
+        return points, values, jacobian
+
+    @cached_property
+    def at_most(self) -> list[Named]:
+        """Quantities that are only bounded above: 0 stands for what a motion that never strikes does not have."""
+        sought = [each.quantity for each in self.goals.objectives]
+        sought += [bound.quantity for bound in self.goals.bounds if np.isfinite(bound.low)]
+        return [name for name in self.names if name not in sought]
 
     def read(self, points: Points) -> np.ndarray:
         """Return the wanted quantities (n, names) and then the misses of the curve, if one is wanted."""
         plain = [name.plain() for name in self.names if not name.derived]
         values = np.empty((len(points.parameters), len(self.names)))
         values[:, [not name.derived for name in self.names]] = points.values(plain)
+        for name in self.at_most:
+            values[name.is_without_contact(points.variables), self.names.index(name)] = 0.0
         for column, name in enumerate(self.names):
             if name.derived == YIELD:
                 values[:, column] = -self._log_loss(points)

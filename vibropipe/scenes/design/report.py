@@ -99,7 +99,8 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         head, widths = [*head, "from rest"], (*widths, "1.2cm")
         rows = [[*row, text] for row, text in zip(rows, texts, strict=True)]
         note += " From rest: whether the mass, started at rest, settles on this motion."
-    return Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
+    title = f"The design{'s' * (dataset.sizes['design'] > 1)} in numbers"
+    return Table(head, rows, note, widths, title=title, scene=scene)
 
 
 def units_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -324,6 +324,8 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
         parts.append(f"{count(found.not_tried, 'row')} {which}, not tried")
     rest = f"{series(parts)}." if parts else ""
     within = rows_within_text(dataset)
+    if not found.tried:
+        return Answer("No row was tried.", rest)
     where = f", of all exciters within {within}" if within else ""
     return Answer(f"{share(found.proved, found.tried, 'orbit')} proved{where}.", rest)
 

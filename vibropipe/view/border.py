@@ -106,9 +106,14 @@ class Borders:
         """Write between which rows the nearest border of a row lies, and the way to it along other axes."""
         border = self.nearest(at)
         if border is None:
-            return (
-                f"All {'starts have one attractor' if self._of_starts else 'rows have one regime'}."
+            if np.unique(self._codes).size > 1 or (self._of_starts and self._codes.flat[0] < 0):
+                return "No border is known."
+            what = (
+                "starts shown have one attractor"
+                if self._of_starts
+                else "rows shown have one regime"
             )
+            return f"All {what}."
         ways = [between_text(self._arrays[border.axis], *border.rows)]
         ways += [
             f"{symbol(array)} = {value_of(array, there, 4)} "

@@ -22,6 +22,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
+from vibropipe.scenes.basins.text import percent
 from vibropipe.solve.motion.contacts import log_of
 from vibropipe.solve.rebuild import Motion, mass_and_stiffness
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
@@ -84,7 +85,7 @@ def times_text(amount: int) -> str:
 def motion_name(row: xr.Dataset) -> str:
     """Return the name of an attractor in a menu: its number, its law and its share of the starts."""
     words, share = REGIME_TEXT[regime_name(int(row["regime"]))], float(row["basin_share"])
-    return f"attractor {int(row['attractor_id'])}: {words}, {share:.0%} of the starts"
+    return f"attractor {int(row['attractor_id'])}: {words}, {percent(share)} of the starts"
 
 
 def is_same_motion(row: xr.Dataset, attractor: xr.Dataset) -> bool:

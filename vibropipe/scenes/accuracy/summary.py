@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 
 import numpy as np
 import xarray as xr
@@ -56,12 +56,11 @@ def error_text(error: float) -> str:
     return at_most(error, 2).removeprefix("1 × ")
 
 
-def multiple_text(ratio: float) -> str:
-    """Write a multiple to two digits, with commas: 1.1, 54, 4,400."""
-    if ratio < 10:
-        return f"{ratio:.2g}"
-    digits = int(np.floor(np.log10(ratio))) - 1
-    return f"{round(ratio, -digits):,.0f}"
+def multiple_text(ratio: float, rounded: Callable[[float], float] = np.round) -> str:
+    """Write a multiple to two digits, with commas: 1.1, 54, 4,400; rounded as a function does."""
+    unit = 10.0 ** (int(np.floor(np.log10(ratio))) - 1)
+    value = unit * float(rounded(ratio / unit * (1 + 1e-12)))
+    return f"{value:.2g}" if ratio < 10 else f"{value:,.0f}"
 
 
 def error_axis(ax: Axes, exponents: Iterable[int], worst: float, best: float = LEAST_ERROR) -> None:

@@ -186,7 +186,7 @@ def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
     if not runs:
         return Answer("")
     name, (time, error) = min(runs.items(), key=lambda item: item[1])
-    lead = f"{capital(NAMES[name])}: at least {multiple_text(time / exact_time)} times as long."
+    lead = f"{capital(NAMES[name])}: at least {multiple_text(time / exact_time, np.floor)} times as long."
     others = [m for m in runs if m != name]
     tail = f"; no run of {names_text(others)} is faster" if others else ""
     return Answer(lead, f"That run leaves an error of {error_text(error)}{tail}.")

@@ -109,7 +109,7 @@ def together_answer(dataset: xr.Dataset) -> Answer:
     axis = dataset[str(swept_name(dataset))]
     symbol, ranges = symbol_text(axis), together_ranges(dataset)
     if not ranges:
-        return Answer(f"At no value of {symbol} do the starts settle on two motions.")
+        return Answer("At no value of the grid do the starts settle on two motions.")
     places = [
         _place(axis, border, rounded)
         for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
@@ -168,7 +168,9 @@ def change_answer(dataset: xr.Dataset) -> Answer | None:
     """Write how many changes there are, and where the motion ends that lasts longest."""
     changes, axis = changes_of(dataset), dataset[swept_name(dataset)]
     if not changes:
-        return Answer(f"No motion appears or vanishes as {symbol_text(axis)} changes.")
+        return Answer(
+            f"The same motions are found at all values of {symbol_text(axis)} on the grid."
+        )
     places = len({change.value for change in changes})
     lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)} or more."
     ends = [change for change in changes if not change.appears and change.other >= 0]

@@ -52,6 +52,8 @@ def percent(share: float) -> str:
     """
     value = 100 * share
     text = format_number(value, 2) if value < 1 else f"{value:.{1 if value >= 10 else 2}f}"
+    if share < 1.0 and float(text) >= 100.0:
+        text = "99.9"
     return f"{'100' if share == 1.0 else text}\u00a0%"
 
 

@@ -138,7 +138,9 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     if not kinds:
         return [Answer(f"{lead} within the ranges that were searched.")]
     verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
-    rest = f"{they} {kinds}." if "," not in kinds else f"Among them are {kinds.partition(',')[0]}."
+    first = kinds.partition(",")[0]
+    are = "is" if first.startswith("one ") else "are"
+    rest = f"{they} {kinds}." if "," not in kinds else f"Among them {are} {first}."
     answers = [Answer(f"{lead} {verb} the motions.", rest)]
     met, rest = meetings_text(dataset)
     if met:

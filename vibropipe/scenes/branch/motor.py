@@ -145,7 +145,7 @@ def title_motor(dataset: xr.Dataset, **options: Any) -> str:
     if number == 1:
         which = "keeps the one speed" if kept else "does not keep the one speed"
     elif kept == number:
-        which = f"keeps all {speeds}"
+        which = f"keeps {'both speeds' if number == 2 else f'all {speeds}'}"
     return f"The motor {which} at which its torque is that of the load"
 
 

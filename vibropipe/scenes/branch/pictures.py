@@ -22,6 +22,7 @@ from vibropipe.scenes.branch.lines import (
 )
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
 from vibropipe.scenes.kind import Picture
+from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import series
 
 MAX_TITLE = 85  # letters
@@ -47,8 +48,14 @@ def title_branches(
 def _alone(dataset: xr.Dataset, symbol: str) -> str:
     """Return the title where no two orbits are stable at a time."""
     stable = dataset["stable"] == 1
-    if stable.all() or not stable.any():
-        return f"All orbits along {symbol} are {'stable' if stable.any() else 'unstable'}"
+    neutral = is_neutral(dataset)
+    unstable = ~(stable.values | neutral)
+    kinds = {"stable": stable.values, "neutral": neutral, "unstable": unstable}
+    for name, of_kind in kinds.items():
+        if of_kind.all():
+            return f"All orbits along {symbol} are {name}"
+    if not stable.any():
+        return f"No orbit along {symbol} is stable"
     passed = f"Orbits along {symbol} pass {bifurcations_text(dataset)}"
     if kinds_present(dataset) and len(passed) <= MAX_TITLE:
         return passed

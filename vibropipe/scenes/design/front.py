@@ -168,15 +168,22 @@ def leading(dataset: xr.Dataset) -> list[str]:
     return texts
 
 
+# Relative difference of deviations that are one.
+SAME_MOVE = 1e-6
+
+
 def title_tornado(dataset: xr.Dataset) -> str:
     """Return the title of the bars: which parameter moves the first quantity most."""
     if not has_spread(dataset) or not (parts := spread_parts(dataset)):
         return "What each parameter alone does is not known"
     best = dataset.isel(design=0)
-    moved = abs(parts[0].of(best, "_deviation")).fillna(0.0).max("side")
-    name = plain_symbol_of(best[str(best["parameter"].values[int(moved.argmax("parameter"))])])
-    title = f"{name} moves the {parts[0].words(dataset)} most"
-    return title if float(moved.max()) > 0 else "No parameter alone moves the wanted quantities"
+    deviations = abs(parts[0].of(best, "_deviation"))
+    moved = deviations.fillna(0.0).max("side")
+    most = moved.values >= (1.0 - SAME_MOVE) * float(moved.max())
+    names = [plain_symbol_of(best[str(name)]) for name in best["parameter"].values[most]]
+    if not float(moved.max()) > 0.0 or bool(deviations.isnull().any()):
+        return f"How each parameter moves the {parts[0].words(dataset)}"
+    return f"{series(names)} {'moves' if len(names) == 1 else 'move'} the {parts[0].words(dataset)} most"
 
 
 def describe_tornado(dataset: xr.Dataset) -> str:

@@ -171,8 +171,9 @@ def makeable(dataset: xr.Dataset) -> Answer:
         lead = f"None of {n} designs can be made." if n > 1 else "The design cannot be made."
         return Answer(lead, f"Fewer than {percent(MADE)} of the parts of each, {keep}")
     if not made:
-        lead = f"Whether any of {n} designs can be made is not known."
-        return Answer(lead, f"It is not shown of any that {parts}, {keep}")
+        which, it = (f"any of {n} designs", "of any ") if n > 1 else ("the design", "")
+        lead = f"Whether {which} can be made is not known."
+        return Answer(lead, f"It is not shown {it}that {parts}, {keep}")
     if made == n:
         lead = f"All {n} designs can be made." if n > 1 else "The design can be made."
     else:

@@ -115,6 +115,8 @@ def energy_title(dataset: xr.Dataset) -> str:
     if work <= 0.0 or not losses:
         return ""
     top = max(losses, key=lambda text: losses[text])
+    if losses[top] > work:
+        return ""
     verb = "take" if top.startswith("impacts") else "takes"
     return f"{capitalised(top)} {verb} {100 * losses[top] / work:.3g} % of the work of the force"
 
@@ -158,6 +160,8 @@ def spectrum_title(dataset: xr.Dataset) -> str:
     if not np.isfinite(amplitude).any():
         return ""
     order = int(np.nanargmax(amplitude.values))
+    if float(amplitude.values[order]) == 0.0:
+        return ""
     words = f"The {ORDINALS[order]} harmonic" if order < len(ORDINALS) else f"Harmonic {order + 1}"
     size = with_units(amplitude, format_number(float(amplitude.values[order])))
     return f"{words} of the displacement is the largest, {size}"

@@ -194,7 +194,8 @@ def steady_text(dataset: xr.Dataset) -> str:
     regime = REGIME_TEXT[regime_name(int(dataset["regime"]))]
     multiple = int(dataset["period_multiple"])
     if multiple == 0:
-        return f"No periodic steady state was found: the motion is {regime} {window_text(dataset)}"
+        window = window_text(dataset)
+        return f"No periodic steady state was found: the motion is {regime} {window}".rstrip()
     stability = ""
     if "stable" in dataset:
         stability = f", and {stability_text(dataset)}"

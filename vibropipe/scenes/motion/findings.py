@@ -218,7 +218,9 @@ def steady_answer(datasets: Datasets) -> Answer | None:
     (text, first), *others = sorted(by_text.items(), key=lambda item: -len(item[1]))
     if others:
         rest = f"{text}: {names_text(first)}; others stand in the table."
-        return Answer("The motions have different steady states.", rest)
+        known = {orbit_text(data) for data in steady.values() if int(data["period_multiple"]) > 0}
+        differ = "The motions have different steady states."
+        return Answer(differ if len(known) > 1 else "Not all motions have one steady state.", rest)
     if len(steady) < len(datasets):
         return Answer(f"{text}.", f"This is known of {names_text(steady)}.")
     words = {stability_text(data) for data in steady.values()}
@@ -242,7 +244,13 @@ def hardest_answer(datasets: Datasets) -> Answer | None:
     name = max(sizes, key=lambda key: sizes[key])
     data = datasets[name]
     top = value_text(data["impact_velocity"], sizes[name])
+    alike = [each for each, size in sizes.items() if size >= (1 - 1e-6) * sizes[name]]
     where = f" in {motion_text(name)}" if len(datasets) > 1 else ""
+    if len(alike) > 1:
+        return Answer(
+            f"The hardest impacts recorded have the velocity {top}.",
+            f"They are in {names_text(alike)}.",
+        )
     on = f"on support {int(data['impact_support'][tops[name]])}"
     speeds = np.abs(data["impact_velocity"].values)
     both = {int(s) for s in data["impact_support"].values[speeds >= (1 - 1e-6) * sizes[name]]}
@@ -258,6 +266,12 @@ def mean_answer(datasets: Datasets) -> Answer | None:
     if set(texts.values()) == {ZERO}:
         return Answer("The mean displacement is zero.")
     name = max(texts, key=lambda key: abs(float(datasets[key]["displacement_mean"])))
+    size = abs(float(datasets[name]["displacement_mean"]))
+    alike = [
+        key for key in texts if abs(float(datasets[key]["displacement_mean"])) >= (1 - 1e-6) * size
+    ]
+    if len(alike) > 1:
+        return Answer(f"The mean displacement is largest in size in {names_text(alike)}.")
     if len(texts) == 1:
         return Answer(
             f"The mean displacement is not zero in {motion_text(name)}.", f"It is {texts[name]}."

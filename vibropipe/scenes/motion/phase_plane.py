@@ -100,16 +100,18 @@ def portrait_title(dataset: xr.Dataset) -> str:
     velocity = dataset["velocity"]
     speeds = np.abs(np.concatenate([velocity.values, impacts_of(dataset).before]))
     fastest = with_units(velocity, at_most(float(speeds.max()), 4))
-    text = f"In the phase plane the mass is no faster than {fastest}"
+    text = f"In the phase plane no sample or impact is faster than {fastest}"
     multiple = int(dataset["period_multiple"]) if "period_multiple" in dataset else 0
     if multiple and is_forced(dataset):
-        return f"{text} and repeats after {count(multiple, 'forcing period')}"
+        return f"{text}; the steady state repeats after {count(multiple, 'forcing period')}"
     return text
 
 
 def section_title(dataset: xr.Dataset) -> str:
     """Write how hard the mass strikes at most, and in which part of the forcing period."""
     impacts = impacts_of(dataset)
+    if "impact_support" not in dataset:
+        return "The states of the motion, once per forcing period"
     if not impacts.time.size:
         return "The mass strikes no support, and its states are seen once per forcing period"
     phase = np.mod(turns(dataset, impacts.time), 1.0)
@@ -138,6 +140,8 @@ def describe_section(dataset: xr.Dataset) -> str:
             f"a: {count(visits(dataset).size, 'state')} of the motion at the section, where the phase of "
             "the force is 0"
         )
+    if "impact_support" not in dataset:
+        return sentences(states)
     struck = count(dataset.sizes.get("impact", 0), "impact")
     if dataset.sizes.get("rest"):  # a chatter has infinitely many
         struck = "impacts"

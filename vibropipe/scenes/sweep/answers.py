@@ -29,7 +29,7 @@ from vibropipe.scenes.sweep.neighbours import (
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
 from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, swept
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import capitalised, count, series
+from vibropipe.words.wording import capitalised, count, series, share
 
 MAX_LINES = 12  # lines whose jumps are told
 MAX_RUNS = 4  # ways to move along a line that a sentence names
@@ -109,6 +109,9 @@ def fills_answer(dataset: xr.Dataset) -> Answer:
         return Answer(f"The mass {first.does} at all points of {whole}.")
     lead = "At most points the mass" if 2 * first.amount > first.total else "The mass most often"
     second = f"on {others[0].share} it {others[0].does}"
+    if others[0].amount == first.amount:
+        lead = "No way to move is the most frequent."
+        return Answer(lead, f"On {first.share} of {whole} the mass {first.does}; {second}.")
     return Answer(f"{lead} {first.does}.", f"That fills {first.share} of {whole}; {second}.")
 
 
@@ -122,13 +125,23 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
             return None
         top = largest(of_orbits(dataset, name))
     if top is None or not float(top):
-        struck = largest(dataset[name])
-        return None if struck is not None and float(struck) else Answer("No support is struck.")
+        struck, known = largest(dataset[name]), dataset["regime"] < Regime.UNBOUNDED
+        if not bool(known.any()) or (struck is not None and float(struck)):
+            return None
+        told = (
+            "No support is struck."
+            if bool(known.all())
+            else "No row with a result strikes a support."
+        )
+        return Answer(told)
     values, dims = of_orbits(dataset, name), dataset["regime"].dims
     support, where = int(top["support"]), ""
     other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None
-    both = other is not None and abs(float(other)) >= abs(float(top)) * (1.0 - 1e-9)
-    place = "both supports" if both else f"support {support}"
+    alike = abs(values) >= abs(float(top)) * (1.0 - 1e-9)
+    rows = alike.any("support")
+    place = f"support {support}"
+    if other is not None and bool(alike.sel(support=3 - support).any()):
+        place = "both supports" if bool(alike.all("support").any()) else "one support or the other"
     start = "From rest, the" if is_from_rest(dataset) else "The"
     lead = f"{start} {words} is {value_text(top, top, DIGITS)}, on {place}."
     chaos = largest(dataset[name].where(dataset["regime"] == Regime.APERIODIC))
@@ -137,7 +150,7 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
         where = f"Aperiodic motion reaches {value_text(top, chaos, DIGITS)} within its window."
     elif rises:
         where = f"{capitalised(rises)}."
-    elif len(dims) == 1:
+    elif len(dims) == 1 and int(rows.sum()) == 1:
         where = f"It occurs in the row {point_text(top, dims)}."
     return Answer(lead, where)
 
@@ -178,9 +191,9 @@ def exponent_answer(dataset: xr.Dataset) -> Answer | None:
     if not bool(exponent.notnull().any()):
         return None
     if not bool(grows.any()):
-        return Answer(
-            "No Lyapunov exponent is positive: perturbations grow exponentially in no row."
-        )
+        decays = bool((exponent + error <= 0.0).all())
+        rest = "Perturbations grow exponentially in no row." if decays else ""
+        return Answer("No Lyapunov exponent is positive beyond its error.", rest)
     top = largest(exponent.where(grows))
     assert top is not None
     return Answer(
@@ -206,7 +219,8 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     lead = f"The mean displacement reaches {value_text(top, top, DIGITS)}."
     if rises:
         return Answer(lead, f"Its size {rises.removeprefix('it ')}.")
-    if dataset["regime"].ndim == 1:
+    alike = abs(mean) >= abs(float(top)) * (1.0 - 1e-9)
+    if dataset["regime"].ndim == 1 and int(alike.sum()) == 1:
         return Answer(lead, f"That is in the row {point_text(top, dataset['regime'].dims)}.")
     return Answer(lead)
 
@@ -255,7 +269,7 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     solved = " with a result" if unknown.any() else ""
     if not number:
         return Answer(f"No row{solved} along {symbol} has impacts.")
-    rest = "" if number == len(lines) else "Some lines have none."
+    rest = "" if possible.any(axis=1).all() else "Some lines have none."
     start = "From rest, impacts" if is_from_rest(dataset) else "Impacts"
     # Between two rows without impacts none is known.
     if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
@@ -291,17 +305,18 @@ def jumps_answer(dataset: xr.Dataset) -> Answer | None:
 def unresolved_answer(dataset: xr.Dataset) -> Answer | None:
     """Return how many rows are unresolved and why, and how many grow without bound; none for none."""
     codes = dataset["regime"].values
-    texts, reasons, total = [], "", f" of {codes.size:,}"
+    texts, reasons = [], ""
     for code in (Regime.UNRESOLVED, Regime.UNBOUNDED):
         mask = codes == code
         if mask.any():
-            verb = "is" if mask.sum() == 1 else "are"
-            texts.append(f"{int(mask.sum()):,}{total} rows {verb} {code.name.lower()}")
+            texts.append((int(mask.sum()), code.name.lower()))
             if code == Regime.UNRESOLVED and "status" in dataset:
                 reasons = reasons_text(dataset["status"].values[mask])
     if not texts:
         return None
     both = len(texts) == 2  # a third number would be too many
-    lead = series(text.replace(total, "") if both else text for text in texts)
+    lead = f"{share(texts[0][0], codes.size, 'row')} {texts[0][1]}"
+    if both:
+        lead = series(f"{count(n, 'row')} {'is' if n == 1 else 'are'} {word}" for n, word in texts)
     reasons = re.sub(r" \([\d,]+\)", "", reasons)
     return Answer(f"{lead}.", f"Reason: {reasons}." if reasons else "")

@@ -108,7 +108,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "lyapunov_exponent":
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
-    alike = abs(values - float(top)) <= SAME_VALUE * abs(float(top))
+    alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
     places = {*dataset["regime"].dims} - {DIRECTION}
     if int(alike.any(dim=[dim for dim in values.dims if dim not in places]).sum()) > 1:
         return plain  # many starts, one motion
@@ -151,7 +151,7 @@ def exponent_title(exponent: xr.DataArray) -> str:
 def energy_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return in how many orbits with impacts these take most of the work of the force; empty without impacts."""
     lost = dataset["energy_impact"].sum("support")
-    struck = (dataset["regime"] < Regime.APERIODIC) & (lost > 0.0)
+    struck = (dataset["regime"] < Regime.APERIODIC) & (dataset["regime"] != Regime.NO_IMPACT)
     most = struck & (lost > 0.5 * dataset["energy_input"])
     total, amount = int(struck.sum()), int(most.sum())
     if not total:
@@ -203,9 +203,9 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     """Write the numbers of rows that are drawn as marks, if any are, or not at all."""
     kinds = row_kinds(dataset)
     descriptions = [
-        ("multiple", "an orbit of m > 1 forcing periods", " (circles)"),
+        ("multiple", "a stable orbit of m > 1 forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),
-        ("no_orbit", "no periodic orbit", " (dots: averages)"),
+        ("no_orbit", "no periodic orbit that was found", " (dots: averages)"),
     ]
     amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
     texts = [

@@ -36,7 +36,7 @@ ONCE = ("each support struck once a period", "strikes each support once a period
 MORE_OFTEN = (
     ("both supports struck, more often", "strikes both supports, more than twice a period in all"),
     ("both supports struck, mostly more often", "strikes both supports, mostly more than twice a period in all"),
-    ("both supports struck, other orbits", "strikes both supports, but not once a period each"),
+    ("both supports struck, other orbits", "strikes both supports, in other orbits than once a period each"),
 )  # fmt: skip
 MAX_LAWS = 12  # laws with a look of their own; further ones of a regime share one
 MIN_SHARE = 0.002  # share of the rows that a law needs for a look of its own

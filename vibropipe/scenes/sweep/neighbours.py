@@ -145,7 +145,7 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     if followed:
         return ""
     if not touches:
-        return f"The kind of motion first changes {between_text(line[axis], low, high)}."
+        return ""
     verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
     alike = [each for each in touches if (codes[each] == Regime.NO_IMPACT) == (verb == "begin")]
     first = "first " if len(alike) > 1 else ""
@@ -222,7 +222,9 @@ def together_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
         return None
     rows = found[0]
     where = f"{'from' if rows.low < rows.high else 'at'} {range_text(dataset, axis, rows)}"
-    widest = "They are in the rows" if len(found) == 1 else "The widest range of such rows is"
+    widths = [each.high - each.low for each in found]
+    one = "The widest range" if widths.count(widths[0]) == 1 else "One of the widest ranges"
+    widest = "They are in the rows" if len(found) == 1 else f"{one} of such rows is"
     return Answer(
         "Among the motions followed here, at least two are stable together.", f"{widest} {where}."
     )

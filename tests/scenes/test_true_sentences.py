@@ -1,0 +1,100 @@
+"""Sentences on datasets at which an earlier form of them was false: ties, unknown rows, and few of them."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.sample_datasets import sweep
+
+from vibropipe.scenes.accuracy.summary import multiple_text
+from vibropipe.scenes.basins.text import percent
+from vibropipe.scenes.sweep.answers import (
+    fills_answer,
+    hardest_answer,
+    impacts_answer,
+    unresolved_answer,
+)
+from vibropipe.scenes.sweep.captions import largest_title
+from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.words.regimes import Regime
+
+
+def line(regimes: list[int], first: list[float], second: list[float]) -> xr.Dataset:
+    """Return rows along x0 with the velocities on both supports."""
+    dataset = sweep(31).isel(nu=slice(0, len(regimes)), drop=True).copy(deep=True)
+    dataset["regime"].values[:] = regimes
+    velocities = np.stack([first, second], axis=-1)
+    dims = dataset["impact_velocity_max"].transpose("nu", "support").dims
+    attrs = dataset["impact_velocity_max"].attrs
+    return dataset.assign(impact_velocity_max=(dims, velocities, attrs))
+
+
+ONE, TWO, BOTH, NONE = Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.NO_IMPACT
+OPEN = Regime.UNRESOLVED
+NAN = float("nan")
+
+
+def test_rows_without_a_result_may_strike() -> None:
+    unknown = line([NONE, NONE, OPEN], [NAN] * 3, [NAN] * 3)
+    told = hardest_answer(unknown)
+    assert told is not None
+    assert told.lead == "No row with a result strikes a support."
+    assert hardest_answer(line([OPEN] * 3, [NAN] * 3, [NAN] * 3)) is None
+    known = hardest_answer(line([NONE] * 3, [NAN] * 3, [NAN] * 3))
+    assert known is not None
+    assert known.lead == "No support is struck."
+
+
+def test_the_same_velocity_in_several_rows_has_no_row() -> None:
+    apart = hardest_answer(line([ONE, NONE, TWO], [0.5, NAN, NAN], [NAN, NAN, 0.5]))
+    assert apart is not None
+    assert ", on one support or the other." in apart.lead
+    assert "in the row" not in apart.rest
+    both = hardest_answer(line([BOTH, NONE, TWO], [0.5, NAN, NAN], [0.5, NAN, 0.4]))
+    assert both is not None
+    assert ", on both supports." in both.lead
+    assert "in the row" in both.rest
+
+
+def test_equal_sizes_of_either_sign_have_no_place() -> None:
+    dataset = line([BOTH] * 3, [0.5] * 3, [0.5] * 3)
+    dataset["displacement_mean"] = "nu", [0.1, 0.0, -0.1]
+    assert "at" not in largest_title(dataset, Series("displacement_mean", None, None, "")).split()
+
+
+def test_regions_of_one_size_are_equally_frequent() -> None:
+    dataset = sweep(4, f=[1.0, 2.0]).copy(deep=True)
+    dataset["regime"].values[:] = [[NONE, ONE]] * 4
+    assert fills_answer(dataset).lead == "No way to move is the most frequent."
+
+
+def test_a_line_with_unknown_rows_may_have_impacts() -> None:
+    dataset = sweep(4, f=[1.0, 2.0]).copy(deep=True)
+    dataset["regime"].values[:] = np.transpose([[NONE, ONE, ONE, NONE], [NONE, OPEN, OPEN, NONE]])
+    assert "Some lines have none" not in impacts_answer(dataset).rest
+    dataset["regime"].values[:, 1] = NONE
+    assert "Some lines have none" in impacts_answer(dataset).rest
+
+
+def test_one_row_is_one() -> None:
+    one = unresolved_answer(line([OPEN, NONE, NONE], [NAN] * 3, [NAN] * 3))
+    assert one is not None
+    assert one.lead == "1 of 3 rows is unresolved."
+    both = unresolved_answer(line([OPEN, Regime.UNBOUNDED, Regime.UNBOUNDED], [NAN] * 3, [NAN] * 3))
+    assert both is not None
+    assert both.lead == "1 row is unresolved and 2 rows are unbounded."
+
+
+@pytest.mark.parametrize(("share", "text"), [(0.9999, "99.9\u00a0%"), (1.0, "100\u00a0%")])
+def test_a_part_is_not_all(share: float, text: str) -> None:
+    assert percent(share) == text
+
+
+def test_at_least_is_rounded_down() -> None:
+    assert [multiple_text(ratio, np.floor) for ratio in (53.6, 9960.0, 54.0)] == [
+        "53",
+        "9,900",
+        "54",
+    ]
+    assert [multiple_text(ratio) for ratio in (53.6, 9960.0, 1.12)] == ["54", "10,000", "1.1"]

@@ -121,22 +121,20 @@ def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float |
 
 
 def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
-    """Write where the impacts of a line begin or end first, or else its first change of regime.
+    """Write where the impacts of a line begin or end first; empty if they do not.
 
     That the motion without impacts touches a support there is told where the closed form says so; of followed rows
     nothing else is.
     """
     codes, values = line["regime"].values, line[axis].values
     known = codes < Regime.UNBOUNDED
-    changes = np.flatnonzero((codes[1:] != codes[:-1]) & known[1:] & known[:-1])
-    if not changes.size:
+    still = codes == Regime.NO_IMPACT
+    touches = np.flatnonzero((still[1:] != still[:-1]) & known[1:] & known[:-1])
+    if not touches.size:
         return ""
-    touches = [
-        n for n in changes if (codes[n] == Regime.NO_IMPACT) != (codes[n + 1] == Regime.NO_IMPACT)
-    ]
-    n = int((touches or changes)[0])
+    n = int(touches[0])
     low, high = float(values[n]), float(values[n + 1])
-    place = first_touch(line, axis, low, high) if touches else None
+    place = first_touch(line, axis, low, high)
     if place is not None:
         step = abs(high - low)
         digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
@@ -144,11 +142,8 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
         return f"The motion without impacts touches a support at {where}."
     if followed:
         return ""
-    if not touches:
-        return ""
-    verb = "begin" if codes[n] == Regime.NO_IMPACT else "end"
-    alike = [each for each in touches if (codes[each] == Regime.NO_IMPACT) == (verb == "begin")]
-    first = "first " if len(alike) > 1 else ""
+    verb = "begin" if still[n] else "end"
+    first = "first " if (still[touches] == still[n]).sum() > 1 else ""
     return f"Impacts {first}{verb} {between_text(line[axis], low, high)}."
 
 

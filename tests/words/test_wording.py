@@ -69,7 +69,9 @@ def test_rows_that_no_shard_holds():
 def test_one_row_of_a_sweep_has_no_orbit():
     codes = [REGIMES["two_sided"], REGIMES["aperiodic"]]
     one = xr.Dataset({"regime": ("nu", np.array(codes, np.int8))})
-    assert row_kinds_text(one, are_drawn=False).startswith("Of 2 rows, 1 has no periodic orbit;")
+    assert row_kinds_text(one, are_drawn=False).startswith(
+        "Of 2 rows, 1 has no periodic orbit that was found;"
+    )
 
 
 def test_one_case_and_one_bound():

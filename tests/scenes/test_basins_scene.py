@@ -313,6 +313,8 @@ def test_rest_is_told_only_where_its_neighbours_agree(dataset):
     mixed.attractor[near[0], near[1]] = 2
     assert at_rest(mixed) == (None, False)
     assert at_rest(dataset.isel(x0=slice(0, 3))) == (None, False)
+    assert at_rest(dataset.assign_coords(load=0.1)) == (None, False)
+    assert at_rest(dataset.assign_coords(start_phase=0.25)) == (None, False)
     exact = dataset.assign_coords(
         x0=dataset.x0 - dataset.x0[near[0]], v0=dataset.v0 - dataset.v0[near[1]]
     )

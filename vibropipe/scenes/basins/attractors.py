@@ -134,8 +134,11 @@ def step_of(dataset: xr.Dataset) -> float:
 def at_rest(dataset: xr.Dataset) -> tuple[int | None, bool]:
     """Return the attractor of the starts of the map at rest in the equilibrium, and whether rest itself is a start.
 
-    The attractor is None if the starts beside rest have several, or none, or the map does not contain it.
+    The attractor is None if the starts beside rest have several, or none, or the map does not contain it, under a load,
+    which moves the equilibrium, and of starts at another phase.
     """
+    if float(dataset.get("load", 0.0)) != 0.0 or float(dataset["start_phase"]) != 0.0:
+        return None, False
     columns, rows = (beside(np.sort(dataset[name].values), 0.0) for name in ("x0", "v0"))
     if not (columns.size and rows.size):
         return None, False

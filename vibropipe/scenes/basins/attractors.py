@@ -39,13 +39,17 @@ def beyond_map(dataset: xr.Dataset) -> set[int]:
 
 def _knocks(dataset: xr.Dataset) -> dict[int, tuple[float, bool]]:
     """Return the knock of each attractor, and whether it ends at the end of the map."""
-    found: dict[int, tuple[float, bool]] = {}
     if KNOCK in dataset:
         values = zip(dataset["attractor_id"].values, dataset[KNOCK].values, strict=True)
         found = {int(index): (float(value), False) for index, value in values}
-        return {
-            index: _least([found[each] for each in images_of(dataset, index)]) for index in found
-        }
+    else:
+        found = _knocks_of_map(dataset)
+    return {index: _least([found[each] for each in images_of(dataset, index)]) for index in found}
+
+
+def _knocks_of_map(dataset: xr.Dataset) -> dict[int, tuple[float, bool]]:
+    """Return the knock of each attractor by the starts of the map, of its own states alone."""
+    found: dict[int, tuple[float, bool]] = {}
     ordered = dataset.sortby(["x0", "v0"])
     x0, v0 = ordered["x0"].values, ordered["v0"].values
     attractor = ordered["attractor"].transpose("x0", "v0").values
@@ -60,7 +64,7 @@ def _knocks(dataset: xr.Dataset) -> dict[int, tuple[float, bool]]:
         is_orbit = int(dataset["period_multiple"].sel(attractor_id=index)) > 0
         known = at_section and is_orbit and len(knocks) == len(states) > 0
         found[int(index)] = _least(knocks) if known else (math.nan, False)
-    return {index: _least([found[each] for each in images_of(dataset, index)]) for index in found}
+    return found
 
 
 def _least(knocks: Sequence[tuple[float, bool]]) -> tuple[float, bool]:

@@ -195,7 +195,8 @@ def border_answer(dataset: xr.Dataset) -> Answer:
 def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     """Write which motions survive the smallest knock, among those of which it is known, and when they are hit."""
     knocks = {index: knock for index, knock in knocks_of(dataset).items() if not math.isnan(knock)}
-    ended = {index: knock for index, knock in knocks.items() if index not in beyond_map(dataset)}
+    beyond = beyond_map(dataset)
+    ended = {index: knock for index, knock in knocks.items() if index not in beyond}
     if not ended:
         return []
     n = dataset.sizes["attractor_id"]

@@ -57,11 +57,15 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
 def lengths_of(dataset: xr.Dataset) -> dict[int, float]:
     """Return the length of each curve in the plane, of which each axis has the length 1."""
     ids = dataset["curve_id"].values
-    plotted = [
-        dataset[name].values / (np.ptp(dataset[name].values) or 1.0) for name in plane(dataset)
-    ]
-    steps = np.where(np.diff(ids) == 0, np.hypot(*np.diff(plotted)), 0.0)
+    steps = np.where(np.diff(ids) == 0, np.hypot(*np.diff(plotted(dataset))), 0.0)
     return {int(number): float(steps[ids[1:] == number].sum()) for number in np.unique(ids)}
+
+
+def plotted(dataset: xr.Dataset) -> np.ndarray:
+    """Return the points (2, n) of all curves in the plane, of which each axis has the length 1."""
+    values = np.stack([dataset[name].values for name in plane(dataset)])
+    lengths = np.ptp(values, axis=1, keepdims=True)
+    return np.asarray(values / np.where(lengths > 0.0, lengths, 1.0))
 
 
 def kind_text(dataset: xr.Dataset, point: int) -> str:
@@ -82,9 +86,8 @@ def place_text(dataset: xr.Dataset, point: int) -> str:
 
 def far_text(dataset: xr.Dataset, first: int, last: int) -> str:
     """Write the place of the last point of a curve; of one that turns and ends where it began, where it turns."""
-    scales = [float(np.ptp(dataset[name].values)) or 1.0 for name in plane(dataset)]
-    points = np.stack([dataset[name].values[first : last + 1] for name in plane(dataset)])
-    away = np.hypot(*((points - points[:, :1]) / np.array(scales)[:, None]))
+    points = plotted(dataset)[:, first : last + 1]
+    away = np.hypot(*(points - points[:, :1]))
     if first == last or away[-1] > SAME_PLACE:
         return place_text(dataset, last)
     return f"{place_text(dataset, first + int(away.argmax()))} and back"

@@ -207,11 +207,10 @@ def missed(dataset: xr.Dataset) -> Answer:
     nearest = least_miss(dataset)
     miss = format_number(float(dataset["design_miss"].values[nearest]), 2)
     reason = DesignResult(int(dataset["design_result"].values[nearest])).reason
-    which = (
-        "The one found" if dataset.sizes["design"] == 1 else f"Of those found, design {nearest + 1}"
-    )
-    of = "of what is wanted, or of l where that is 0"
-    rest = f"{which} misses {'' if dataset.sizes['design'] == 1 else 'least, '}by {miss} {of}: {reason}."
+    which = "The one found misses"
+    if dataset.sizes["design"] > 1:
+        which = f"Of those found, design {nearest + 1} misses least,"
+    rest = f"{which} by {miss} of what is wanted, or of l where that is 0: {reason}."
     return Answer("No design was found that keeps all that is wanted.", rest)
 
 

@@ -115,6 +115,17 @@ def test_the_table_lists_each_curve(datasets):
     assert far_text(one, 0, n - 1) == turned.removesuffix(" and back")
 
 
+def test_a_closed_curve_ends_where_it_begins(datasets):
+    dataset = datasets["borders"]
+    one = dataset.isel(point=dataset["curve_id"].values == dataset["curve_id"].values[0])
+    n = one.sizes["point"]
+    loop = one.isel(point=[*range(n), *range(n - 2, -1, -1)], meeting=slice(0))
+    (table,) = tables({"loop": loop})
+    (row,) = table.rows
+    assert row[2] == row[4]
+    assert row[3] == row[5] == "closed"
+
+
 def test_the_curves_left_out_are_the_shortest_in_the_plane():
     nu = np.concatenate([np.linspace(1.0, 2.0, 3), np.linspace(1.0, 1.1, 50)])
     dataset = xr.Dataset(

@@ -40,7 +40,9 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 words_at(dataset, first),
                 place_text(dataset, first),
                 end_text(names[0]),
-                far_text(dataset, first, last),
+                place_text(dataset, last)
+                if names[-1] == "closed"
+                else far_text(dataset, first, last),
                 end_text(names[-1]),
             ]
         )

@@ -8,7 +8,9 @@ import vibropipe as vp
 from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.solve.rows.label import is_stable
 from vibropipe.store.table import is_neutral
+from vibropipe.words.bifurcations import Bifurcation
 
 FREE = vp.Exciter(l=0.5)
 RUBBED = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.1, R1=0.8, R2=0.8)
@@ -49,6 +51,30 @@ def test_an_unstable_orbit_is_unstable():
     np.testing.assert_array_equal(is_unstable(branch) | is_neutral(branch), branch.stable == 0)
     moduli = np.abs(branch.floquet_multiplier.values).max(axis=-1)
     assert (moduli[is_unstable(branch)] > 1).all()
+
+
+@pytest.mark.parametrize(
+    ("f", "R", "delta", "nu", "kind"),
+    [
+        (0.72, (0.8, 0.7), 0.18, 1.07, Bifurcation.FOLD),
+        (0.59, (0.8, 0.7), 0.22, 2.33, Bifurcation.FLIP),
+        (0.25, (0.7, 0.7), 0.0, 1.0, Bifurcation.PITCHFORK),
+    ],
+)
+def test_an_orbit_at_its_bifurcation_is_neither_stable_nor_unstable(f, R, delta, nu, kind):
+    exciter = vp.Exciter(l=0.5, nu=nu, f=f, h=0.1, R1=R[0], R2=R[1], delta=delta)
+    branch = vp.branch(exciter, "nu", (0.5, 4.0))
+    at = branch.bifurcation_point.values[branch.bifurcation_kind.values == kind]
+    assert len(at) > 0
+    assert not branch.stable.values[at].any()
+    assert is_neutral(branch)[at].all()
+
+
+def test_what_is_less_than_its_error_below_1_is_not_called_stable():
+    multipliers = np.array([[1 - 1e-6, 0.1], [1 - 1e-6, 0.1], [0.5, 0.5j], [1 - 1e-10, 0.1]])
+    error = np.array([[1e-7, 1.0], [2e-6, 0.0], [1e-9, 1e-9], [np.nan, np.nan]], np.float32)
+    assert is_stable(multipliers, error).tolist() == [1, 0, 1, 0]
+    assert is_stable(multipliers).tolist() == [1, 1, 1, 0]
 
 
 def test_neutral_rows_are_counted_in_the_caption(free, rubbed):

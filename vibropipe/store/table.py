@@ -256,14 +256,21 @@ def _named(name: str, values: Any) -> list[tuple[str, np.ndarray]]:
 def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
     """Return where perturbations of orbits neither grow nor decay, in the shape of `stable`.
 
-    Such is a motion without losses, and a mass that friction holds: `stable` is 0, since it means asymptotically
-    stable, but nothing is unstable.
+    Such is a motion without losses, a mass that friction holds, and an orbit at its bifurcation: `stable` is 0, since
+    it means asymptotically stable, but nothing is unstable beyond the errors of the multipliers.
     """
     stable = dataset["stable"].values
     if "floquet_multiplier" not in dataset:
         return np.zeros(stable.shape, bool)
     moduli = np.abs(dataset["floquet_multiplier"].transpose(..., "multiplier").values)
-    neutral: NDArray[np.bool_] = np.abs(moduli.max(axis=-1) - 1.0) <= NEUTRAL_TOLERANCE
+    error = np.zeros(stable.shape)
+    if "floquet_multiplier_error" in dataset:
+        errors = dataset["floquet_multiplier_error"].transpose(..., "multiplier").values
+        of_largest = np.take_along_axis(errors, moduli.argmax(axis=-1)[..., None], axis=-1)[..., 0]
+        # An infinite one says nothing: products overflow beside a grazing.
+        error = np.nan_to_num(of_largest, posinf=0.0)
+    distance = np.abs(moduli.max(axis=-1) - 1.0)
+    neutral: NDArray[np.bool_] = distance <= np.maximum(error, NEUTRAL_TOLERANCE)
     return neutral & (stable == 0)
 
 

@@ -26,7 +26,14 @@ from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
 from vibropipe.words.outputs import OUTPUTS
 from vibropipe.words.regimes import NEUTRAL_TOLERANCE
-from vibropipe.words.vocabulary import OF_CONTACT, PARAMETER, STEADY, row_dims, split_suffix
+from vibropipe.words.vocabulary import (
+    ERROR_SUFFIX,
+    OF_CONTACT,
+    PARAMETER,
+    STEADY,
+    row_dims,
+    split_suffix,
+)
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -85,13 +92,7 @@ def label_rows(
     if rows.amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, nu)
     if rows.multipliers.size > 0:
-        radius = np.abs(rows.multipliers).max(axis=1)
-        # A housing that turns at impacts alone keeps a perturbation of its velocity: rounding must not decide.
-        limit = 1.0 - NEUTRAL_TOLERANCE if rows.multipliers.shape[1] > 2 else 1.0
-        values |= {
-            "floquet_multiplier": rows.multipliers,
-            "stable": (radius < limit).astype(np.int8),
-        }
+        values["floquet_multiplier"] = rows.multipliers
     if rows.impact_count.size > 0:
         values |= _impacts(rows)
     if rows.energy.size > 0:
@@ -119,6 +120,9 @@ def label_rows(
         variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
     if rows.e_row.size > 0:
         variables |= label_errors(rows, nu, parameters)
+    if rows.multipliers.size > 0:
+        error = variables.get("floquet_multiplier" + ERROR_SUFFIX)
+        variables["stable"] = ("row",), is_stable(rows.multipliers, error and error[1])
     if rows.d_section.size > 0:
         variables |= label_derivatives(rows, parameters)
     wanted = {"", *outputs}
@@ -127,6 +131,24 @@ def label_rows(
         for name, variable in variables.items()
         if STEADY[split_suffix(name)[0]].output in wanted
     }
+
+
+def is_stable(multipliers: np.ndarray, error: np.ndarray | None = None) -> np.ndarray:
+    """Return 1 where all perturbations decay (rows,), and 0 where they do not, or where rounding decides.
+
+    Parameters
+    ----------
+    multipliers : (rows, n) complex array
+    error : (rows, n) array, optional
+        Their errors; NEUTRAL_TOLERANCE where they are not known, as beside a housing that slides.
+    """
+    moduli = np.abs(multipliers)
+    margin = np.full(len(moduli), NEUTRAL_TOLERANCE)
+    if error is not None:
+        of_largest = error[np.arange(len(error)), moduli.argmax(axis=1)].astype(float)
+        margin = np.where(np.isnan(of_largest), margin, of_largest)
+    stable: np.ndarray = (moduli.max(axis=1) < 1.0 - margin).astype(np.int8)
+    return stable
 
 
 def _forces(

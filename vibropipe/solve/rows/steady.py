@@ -99,7 +99,7 @@ def steady_state(
         contact_duration_max, support_force_max, support_depth_max (support)
             With soft supports: the largest of these contacts; NaN where the support is rigid or without an impact.
         floquet_multiplier (multiplier), stable
-            Complex, the larger modulus first; whether both moduli are below 1.
+            Complex, the larger modulus first; whether both moduli are below 1 by more than their errors.
         lyapunov_exponent, lyapunov_exponent_error
             Largest Lyapunov exponent per unit of tau, and its standard error. Of an orbit log|multiplier| / (m T), T
             the forcing period, with error 0; -inf where a rest erases every perturbation. Without an orbit: the mean

@@ -98,6 +98,8 @@ def test_of_mirror_images_at_most_one_is_reached(made: dict[str, xr.Dataset]) ->
     [
         ([-2, 1, 1], "yes"),
         ([0, 0, -2], "no"),
+        ([-1, 1, 1, -1], "yes"),
+        ([-1, 0, 0], "no"),
         ([-2, 1, 0], "in part"),
         ([1, -1, 1], "in part"),
         ([0, -1, 0], "unknown"),

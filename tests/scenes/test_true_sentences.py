@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
+import vibropipe as vp
 from vibropipe.scenes.accuracy.summary import multiple_text
 from vibropipe.scenes.basins.text import percent
 from vibropipe.scenes.sweep.answers import (
@@ -16,7 +17,9 @@ from vibropipe.scenes.sweep.answers import (
     unresolved_answer,
 )
 from vibropipe.scenes.sweep.captions import largest_title
-from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
+from vibropipe.scenes.sweep.quantities import Series, strikes
+from vibropipe.scenes.sweep.report import lines_table
 from vibropipe.words.regimes import Regime
 
 
@@ -44,6 +47,31 @@ def test_rows_without_a_result_may_strike() -> None:
     known = hardest_answer(line([NONE] * 3, [NAN] * 3, [NAN] * 3))
     assert known is not None
     assert known.lead == "No support is struck."
+
+
+@pytest.fixture(scope="module")
+def pressed() -> xr.Dataset:
+    """Return rows of a mass that strikes a support, and from 0.6 on lies on it for good."""
+    exciter = vp.Exciter(l=0.5, nu=0.9, f=0.1, h=0.1, R1=0.7, R2=0.7)
+    return vp.sweep(exciter, {"delta": np.linspace(0.3, 0.9, 13)})
+
+
+def test_a_mass_that_lies_on_a_support_strikes_none(pressed: xr.Dataset) -> None:
+    lies = pressed["impacts_per_orbit"].sum("support").values == 0
+    at_rest = (pressed["regime"].values == Regime.WITH_REST) & lies
+    assert at_rest.tolist() == [False] * 6 + [True] * 7
+    assert strikes(pressed).values.tolist() == [True] * 6 + [False] * 7
+    assert " up to both ends" not in impacts_answer(pressed).lead
+    assert lines_table("a", pressed).rows[0][1:3] == ["0.3 … 0.55", "6 of 13"]
+    assert border_text(pressed, "delta").startswith("Impacts end")
+
+
+def test_a_motion_that_dies_out_does_not_jump(pressed: xr.Dataset) -> None:
+    assert jumps_of(pressed, "delta") == []
+    x, struck = np.arange(8.0), np.full(8, int(Regime.TWO_SIDED))
+    up_and_down = np.array([1.0, 1.0, 1.0, 3.0, 1.0, 1.0, 1.0, 1.0])
+    assert jump_steps(x, up_and_down, struck).tolist() == [2, 3]
+    assert jump_steps(x, np.array([1.0, 1.0, 1.0, 2.0, 3.0, 3.0, 3.0, 3.0]), struck).size == 0
 
 
 def test_the_same_velocity_in_several_rows_has_no_row() -> None:

@@ -329,6 +329,9 @@ def rest_text(alike: Sequence[Stretch]) -> str:
         nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)
         codes = np.maximum(codes, other.from_rest[nearest])
     codes = codes[codes != NOT_STABLE]
+    told = np.flatnonzero(codes != known["unknown"])
+    # What is not known of the ends alone, which are borders, leaves all between them.
+    codes = codes[told[0] : told[-1] + 1] if told.size else codes
     if not (codes == known["same"]).any():
         return "no" if codes.size and (codes == known["other"]).all() else UNKNOWN
     return "yes" if (codes == known["same"]).all() else "in part"

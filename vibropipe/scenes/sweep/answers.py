@@ -27,7 +27,7 @@ from vibropipe.scenes.sweep.neighbours import (
     together_answer,
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
-from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, swept
+from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, strikes, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised, count, series, share
 
@@ -44,7 +44,6 @@ OF_LINES = (
     "impacts_per_orbit",
     "impacts_per_period",
 )
-IMPACTS = (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED, Regime.WITH_REST)
 
 
 def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -261,9 +260,8 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     Rows without a result may have impacts.
     """
     axis, lines = axis_of(dataset), [line for _, line in lines_of(dataset)]
-    codes = np.array([line["regime"].values for line in lines])
-    struck = np.isin(codes, (*IMPACTS, Regime.APERIODIC))
-    unknown = codes >= Regime.UNBOUNDED
+    struck = np.array([strikes(line).values for line in lines])
+    unknown = np.array([line["regime"].values for line in lines]) >= Regime.UNBOUNDED
     possible = np.asarray(struck | unknown)
     number, symbol = int(struck.any(axis=1).sum()), symbol_text(dataset[axis])
     solved = " with a result" if unknown.any() else ""

@@ -39,6 +39,7 @@ from vibropipe.scenes.sweep.quantities import (
     panels_of,
     row_kinds,
     series_words,
+    strikes,
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
@@ -151,7 +152,7 @@ def exponent_title(exponent: xr.DataArray) -> str:
 def energy_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return in how many orbits with impacts these take most of the work of the force; empty without impacts."""
     lost = dataset["energy_impact"].sum("support")
-    struck = (dataset["regime"] < Regime.APERIODIC) & (dataset["regime"] != Regime.NO_IMPACT)
+    struck = strikes(dataset) & (dataset["regime"] < Regime.APERIODIC)
     most = struck & (lost > 0.5 * dataset["energy_input"])
     total, amount = int(struck.sum()), int(most.sum())
     if not total:
@@ -237,10 +238,10 @@ def map_title(dataset: xr.Dataset) -> str:
     """Return what a map shows: on which side of one border the mass strikes, else only what it is over."""
     x, y, _ = map_axes(dataset)
     regime = dataset["regime"]
-    strikes = regime.where(regime < Regime.UNBOUNDED) != Regime.NO_IMPACT
-    if 0 < int(strikes.sum()) < strikes.size and bool((regime < Regime.UNBOUNDED).all()):
+    struck = strikes(dataset)
+    if 0 < int(struck.sum()) < struck.size and bool((regime < Regime.UNBOUNDED).all()):
         for axis in (y, x):
-            steps = np.diff(strikes.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
+            steps = np.diff(struck.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
             for sign, side in ((1, ("above", "below")), (-1, ("below", "above"))):
                 if steps.any(axis=0).mean() >= 0.5 and (sign * steps >= 0).all():
                     where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"

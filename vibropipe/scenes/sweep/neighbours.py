@@ -24,7 +24,7 @@ from vibropipe.figures.motion_words import times_word
 from vibropipe.figures.text import with_units
 from vibropipe.report.findings import point_text, symbol_text, value_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.sweep.quantities import directions
+from vibropipe.scenes.sweep.quantities import directions, strikes
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
@@ -60,7 +60,9 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
         return []
     amplitude = line["displacement_amplitude"].isel(harmonic=0).values
     regime, values = line["regime"].values, line[axis].values
-    amplitude = np.where(regime < NO_ORBIT, amplitude, np.nan)
+    # Beside a mass that lies on a support for good, too, a jump cannot be told from motions that die out.
+    moves = (regime == Regime.NO_IMPACT) | strikes(line).values
+    amplitude = np.where(moves & (regime < NO_ORBIT), amplitude, np.nan)
     return [
         Jump(*(float(v) for v in (values[n], values[n + 1], amplitude[n], amplitude[n + 1])))
         for n in jump_steps(values, amplitude, regime)
@@ -76,7 +78,7 @@ def jump_steps(
         return np.empty(0, np.intp)
     pairs = known[:-1] & known[1:]
     steps = np.where(pairs, np.abs(np.diff(np.where(known, values, 0.0))), np.inf)
-    slopes = steps / np.abs(np.diff(x))
+    slopes, ways = steps / np.abs(np.diff(x)), np.sign(np.diff(values))
     is_large = pairs & (steps > JUMP_SHARE * np.abs(values[known]).max())
     # Jumps may lie side by side: each is compared with what lies beside them all.
     starts = np.flatnonzero(np.diff(np.concatenate([[0], is_large.astype(int)])) == 1)
@@ -85,7 +87,12 @@ def jump_steps(
     for first, last in zip(starts.tolist(), ends.tolist(), strict=True):
         beside = max(padded[first], padded[last + 2])
         if last - first < MAX_BESIDE:
-            is_jump[first : last + 1] = slopes[first : last + 1] > JUMP_FACTOR * beside
+            for n in range(first, last + 1):
+                # Two steps the same way that are alike are steepness, or two jumps: that cannot be told.
+                alike = [
+                    slopes[k] for k in (n - 1, n + 1) if first <= k <= last and ways[k] == ways[n]
+                ]
+                is_jump[n] = slopes[n] > JUMP_FACTOR * max([beside, *alike])
     struck = regime != Regime.NO_IMPACT
     return np.flatnonzero(is_jump & pairs & (struck[:-1] | struck[1:]))
 
@@ -128,7 +135,7 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     """
     codes, values = line["regime"].values, line[axis].values
     known = codes < Regime.UNBOUNDED
-    still = codes == Regime.NO_IMPACT
+    still = ~strikes(line).values
     touches = np.flatnonzero((still[1:] != still[:-1]) & known[1:] & known[:-1])
     if not touches.size:
         return ""

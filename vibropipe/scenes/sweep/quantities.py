@@ -122,6 +122,17 @@ def is_map(dataset: xr.Dataset) -> bool:
     return any(dataset.sizes[name] > MAX_LINES for name in others)
 
 
+def strikes(dataset: xr.Dataset) -> xr.DataArray:
+    """Return where the mass strikes a support: in no row without a result, nor where it lies on one for good."""
+    regime = dataset["regime"]
+    struck = (regime != Regime.NO_IMPACT) & (regime < Regime.UNBOUNDED)
+    if "impacts_per_orbit" not in dataset:
+        return struck
+    return struck & (
+        (regime != Regime.WITH_REST) | (dataset["impacts_per_orbit"].sum("support") > 0)
+    )
+
+
 def with_impacts_per_period(dataset: xr.Dataset) -> xr.Dataset:
     """Return a sweep with `impacts_per_period`, which older datasets have per orbit alone.
 

@@ -14,7 +14,6 @@ from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import (
-    IMPACTS,
     axis_of,
     lines_of,
     n_lines,
@@ -23,7 +22,7 @@ from vibropipe.scenes.sweep.answers import (
 )
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import differing_rows
-from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown
+from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown, strikes
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series
@@ -140,7 +139,7 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
         dataset = dataset.assign(impact_velocity_max=orbits)
     rows = []
     for point, line in lines_of(dataset, "impact_velocity_max"):
-        struck = np.flatnonzero(np.isin(line["regime"].values, (*IMPACTS, Regime.APERIODIC)))
+        struck = np.flatnonzero(strikes(line).values)
         values = line[axis].values[struck[[0, -1]]] if struck.size else ()
         cells = [
             point,

@@ -293,6 +293,7 @@ def test_folds_and_flips_of_branches_lie_where_they_are_enclosed(exciter, along,
         (SOFT, {"friction": 0.1}, "within.friction: must be left out: there is no friction"),
         (SOFT, {"k1": 200.0}, "within.k1: must keep k1 a finite number > 0, got 200.0 +- 200.0"),
         (replace(SOFT, h1=None, R1=0.5), {"R1": 0.1}, "within.R1: must be left out: h1 is not stated and would"),
+        (replace(STICKS, friction_ratio=1.5), None, "friction_ratio: must be 1 beside friction: a static friction"),
         (replace(SOFT, contact_1="no_pull"), None, "contact_1: must be pull: a support that lets go sooner"),
     ],
 )  # fmt: skip

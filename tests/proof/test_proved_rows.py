@@ -129,6 +129,8 @@ def test_what_is_not_covered_is_refused_when_the_study_is_read():
         study_of_text(STUDY.replace("R1: 0.7", "mass_ratio: 0.5"), "t")
     with pytest.raises(StudyError, match="prove: must be left out: the contact of the exciter is"):
         study_of_text(STUDY.replace("R1: 0.7", "R1: 0.7, k1: 50, contact_1: no_pull"), "t")
+    with pytest.raises(StudyError, match="prove: must be left out: the friction_ratio of the exci"):
+        study_of_text(STUDY.replace("R1: 0.7", "R1: 0.7, friction: 0.1, friction_ratio: 2"), "t")
 
 
 def test_points_of_a_branch_of_a_study_are_proved(tmp_path):

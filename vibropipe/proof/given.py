@@ -21,7 +21,7 @@ from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import exciter_of, section_of
 from vibropipe.solve.rows.steady import steady_state
 from vibropipe.words.parameters import stated_value
-from vibropipe.words.proofs import BOXED, kept_from_boxes, range_in_boxes
+from vibropipe.words.proofs import BOXED, holds_by_more, kept_from_boxes, range_in_boxes
 from vibropipe.words.records import POSITIVE
 
 # The time of a proof grows with the cube of the impacts in the end; 28 took half a second.
@@ -56,6 +56,9 @@ def given_orbit(orbit: Any, strikes: bool = True) -> Given:
         name = next(f"contact_{n}" for n in (1, 2) if getattr(exciter, f"contact_{n}"))
         must = "must be pull: a support that lets go sooner is not proved"
         raise ParameterError(name, getattr(exciter, name), must=must, got="no_pull")
+    if holds_by_more(vars(exciter)):
+        must = "must be 1 beside friction: a static friction above the kinetic one is not proved"
+        raise ParameterError("friction_ratio", exciter.friction_ratio, must=must)
     row = steady_state(exciter, outputs=("impacts",)) if isinstance(orbit, Exciter) else orbit
     m = int(row["period_multiple"])
     if m == 0:

@@ -54,6 +54,12 @@ def kept_from_boxes(
     return None
 
 
+def holds_by_more(values: Mapping[str, Any]) -> bool:
+    """Return whether friction may hold a mass against more than it slides against: proofs know one friction."""
+    ratio = np.asarray(values.get("friction_ratio", 1.0))
+    return bool(np.any(values.get("friction", 0.0)) and np.any(ratio != 1.0))
+
+
 class Proved(IntEnum):
     """Whether a statement is proved, or disproved by a counterexample."""
 

@@ -15,7 +15,7 @@ from vibropipe.scenes.keys.parts import ParameterName
 from vibropipe.scenes.keys.problems import Problem, describe
 from vibropipe.scenes.keys.values import NotNull, Sigma, refuse
 from vibropipe.words.parameters import DEFAULTS
-from vibropipe.words.proofs import BOXED, kept_from_boxes, range_in_boxes
+from vibropipe.words.proofs import BOXED, holds_by_more, kept_from_boxes, range_in_boxes
 
 CERTIFICATE = "certificate"  # its picture
 ONE_SECONDS, BOX_SECONDS = 0.1, 0.4  # of an exciter, and of each parameter that may be off
@@ -100,6 +100,7 @@ def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
     try:
         effects = all_effects(values, pieces=True)
         beyond = "contact" if effects.no_pull is not None else ""
+        beyond = "friction_ratio" if holds_by_more(values) else beyond
     except ParameterError as error:
         beyond = error.name
     if beyond:

@@ -17,9 +17,8 @@ from vibropipe.physics.flow import DEGREE, motion_with_curvature
 
 # Iterations of Halley's method, and its last correction as a share of the root: its cube is below rounding.
 MAX_STEPS, LAST_STEP = 12, 2.0**-22
-# Iterations for the place of a largest value, and the last one as a share of the step: the value has an error of the
-# square of it.
-MAX_PEAK_STEPS, LAST_PEAK_STEP = 40, 2.0**-28
+# Iterations for the place of a largest value, and the last one as a share of the step: its cube is below rounding.
+MAX_PEAK_STEPS, LAST_PEAK_STEP = 40, 2.0**-18
 
 
 @jit_inline
@@ -37,21 +36,27 @@ def first_guess(first, last, slope0, slope1):
     return 2.0 * first / (root - slope0)
 
 
+@jit_inline
+def gap_with_curvature(c, power, sign, offset, theta):
+    """Return value, slope and curvature of the gap at theta: those of `roots.gap`, sooner where it has all terms."""
+    if power == 0 and c.size == DEGREE + 1:
+        value, slope, curvature = motion_with_curvature(c, theta)
+        return offset + sign * value, sign * slope, sign * curvature
+    value, slope, curvature, _third = gap(c, power, sign, offset, theta)
+    return value, slope, curvature
+
+
 @jit
 def refined(c, power, sign, offset, span, theta) -> float:
     """Return the one root of a gap on (0, span], positive at 0, by Halley's method in a bracket; 0 without success.
 
     theta : where to begin.
     """
-    low, high, is_whole = 0.0, span, power == 0 and c.size == DEGREE + 1
+    low, high = 0.0, span
     for _ in range(MAX_STEPS):
         if not low < theta < high:
             theta = 0.5 * (low + high)
-        if is_whole:
-            value, slope, curvature = motion_with_curvature(c, theta)
-            value, slope, curvature = offset + sign * value, sign * slope, sign * curvature
-        else:
-            value, slope, curvature, _third = gap(c, power, sign, offset, theta)
+        value, slope, curvature = gap_with_curvature(c, power, sign, offset, theta)
         if value > 0.0:
             low = theta
         else:
@@ -119,34 +124,31 @@ def crossing(c, power, sign, offset, load, span, counts):
 
 
 @jit
-def largest_between(c, value_share, rate_share, theta) -> float:
-    """Return the largest of value_share y + rate_share y' over a polynomial y of theta from 0 to theta.
+def largest_value(c, sign, theta) -> float:
+    """Return the largest value of sign times a polynomial from 0 to theta.
 
-    It is at an end, or inside where it rises at the start and falls at the end.
+    It is at an end, or inside where the polynomial rises at the start and falls at the end.
     """
-    y, rate, half, third = gap(c, 0, 1.0, 0.0, 0.0)
-    first, rises = value_share * y + rate_share * rate, value_share * rate + rate_share * half
-    y, rate, half, third = gap(c, 0, 1.0, 0.0, theta)
-    last, falls = value_share * y + rate_share * rate, value_share * rate + rate_share * half
+    first, rises = sign * c[0], sign * c[1]
+    last, falls, bend = gap_with_curvature(c, 0, sign, 0.0, theta)
     # A value without slope at the start, as the speed of a housing that slips, may rise.
     if not (rises >= 0.0 and falls < 0.0):
         return max(first, last)
-    low, high = 0.0, theta
-    at = theta * (rises / (rises - falls) if rises > 0.0 else 0.5)
+    low, high, at = 0.0, theta, 0.5 * theta
+    if rises > 0.0:
+        at = theta * first_guess(rises, falls, 2.0 * sign * c[2] * theta, bend * theta)
+    value = last
     for _ in range(MAX_PEAK_STEPS):
-        y, rate, half, third = gap(c, 0, 1.0, 0.0, at)
-        slope, bend = (
-            value_share * rate + rate_share * half,
-            value_share * half + rate_share * third,
-        )
+        if not low < at < high:
+            at = 0.5 * (low + high)
+        value, slope, bend = gap_with_curvature(c, 0, sign, 0.0, at)
         if slope > 0.0:
             low = at
         else:
             high = at
         change = -slope / bend
         if abs(change) <= LAST_PEAK_STEP * theta:
+            value += 0.5 * slope * change
             break
         at += change
-        if not low < at < high:
-            at = 0.5 * (low + high)
-    return max(value_share * y + rate_share * rate, max(first, last))
+    return max(value, max(first, last))

@@ -7,7 +7,7 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit
 from vibropipe.march.grid import phase_at
-from vibropipe.march.piece_crossing import crossing, largest_between
+from vibropipe.march.piece_crossing import crossing, largest_value
 from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
 from vibropipe.march.piece_state import coefficients, direction_of, is_beyond, is_in_contact
@@ -167,10 +167,11 @@ def fill_exact(e, piece, flow, state, force, dt, c) -> None:
 
 @jit
 def fill_support_force(p, home, c, dt, work) -> None:
-    """Fill work, (c.size - 1,), with the polynomial of stiffness y + damping y' of a soft support on the piece of c."""
-    stiffness, damping = stiffness_of(p, home), damping_of(p, home) / dt
-    for n in range(work.size):
+    """Fill work, (c.size,), with the polynomial of stiffness y + damping y' of a soft support on the piece of c."""
+    stiffness, damping, last = stiffness_of(p, home), damping_of(p, home) / dt, c.size - 1
+    for n in range(last):
         work[n] = stiffness * c[n] + damping * (n + 1) * c[n + 1]
+    work[last] = stiffness * c[last]
 
 
 @jit
@@ -179,7 +180,7 @@ def first_event_beyond(p, home, piece, may, c, span, dt, work, counts):
     if may & (MAY_PULL | MAY_NEAR) == 0:
         return span, NOTHING, NONE
     fill_support_force(p, home, c, dt, work)
-    power, sign = min(piece.force_power, work.size - 1), -1.0 if piece.in_contact else 1.0
+    power, sign = min(piece.force_power, c.size - 2), -1.0 if piece.in_contact else 1.0
     if power == 1 and work[1] * sign <= 0.0:
         # By rounding, or where the force only touches zero.
         work[1], power = 0.0, 2
@@ -199,7 +200,7 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
     """Locate the first event of a piece within `span`.
 
     Returns (theta, event, kind): theta in steps of the polynomial, kind of `roots.first_root`, STRIDE_LIMIT where a
-    search has failed. may : what may happen; work : array (c.size - 1,).
+    search has failed. may : what may happen; work : array (c.size,).
     """
     power = min(piece.gap_power, c.size - 1)
     theta, event, kind = span, NOTHING, NONE
@@ -220,9 +221,11 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
             if other_kind != NONE and (kind == NONE or other < theta):
                 theta, event, kind = other, FAR, other_kind
     if has_friction and may & MAY_TURN != 0 and kind != STRIDE_LIMIT:
-        for n in range(work.size):
+        last = c.size - 1
+        for n in range(last):
             work[n] = (n + 1) * c[n + 1]
-        power = min(piece.velocity_power, work.size - 1)
+        work[last] = 0.0
+        power = min(piece.velocity_power, last - 1)
         other, other_kind = crossing(work, power, piece.direction, 0.0, 0.0, span, counts)
         if other_kind != NONE and (kind == NONE or other < theta):
             theta, event, kind = other, ZERO, other_kind
@@ -230,11 +233,11 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
 
 
 @jit
-def follow_contact(p, home, contact, c, theta, dt) -> None:
-    """Add a part of a contact, from 0 to theta of its polynomial, to the record of the contact."""
-    force = largest_between(c, -stiffness_of(p, home), -damping_of(p, home) / dt, theta)
-    contact[FORCE] = max(contact[FORCE], force)
-    contact[DEPTH] = max(contact[DEPTH], largest_between(c, -1.0, 0.0, theta))
+def follow_contact(p, home, contact, c, theta, dt, work) -> None:
+    """Add a part of a contact, from 0 to theta of its polynomial, to the record of the contact; work : (c.size,)."""
+    fill_support_force(p, home, c, dt, work)
+    contact[FORCE] = max(contact[FORCE], largest_value(work, -1.0, theta))
+    contact[DEPTH] = max(contact[DEPTH], largest_value(c, -1.0, theta))
     contact[ELAPSED] += theta * dt
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import phase_at
 from vibropipe.march.log import SAMPLES, sample_place
-from vibropipe.march.piece_crossing import crossing, largest_between
+from vibropipe.march.piece_crossing import crossing, largest_value
 from vibropipe.march.piece_log import PIECES, extend_housing
 from vibropipe.march.roots import CROSSING, GRAZING, NONE, STRIDE_LIMIT, gap
 from vibropipe.march.state import advance_time, is_before
@@ -139,7 +139,7 @@ def largest_housing_speed(log, p, sigma, housing, c, dt, theta) -> float:
         return 0.0
     work = log.work
     fill_speed(p, sigma, housing, c, dt, work)
-    return largest_between(work, float(housing.way), 0.0, theta)
+    return largest_value(work, float(housing.way), theta)
 
 
 @jit

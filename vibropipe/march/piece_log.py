@@ -75,8 +75,8 @@ class PieceLog(NamedTuple):
         Of each contact that has ended: velocity of x, duration in tau, largest force, largest depth.
     contact : ndarray, shape (4,)
         The contact under way.
-    work, polynomial : ndarray, shape (degree,) and (degree + 1,)
-        Work arrays for the polynomials of the velocity and of the displacement.
+    work, polynomial : ndarray, shape (degree + 1,)
+        Work arrays for the polynomials of a velocity or a force, and of the displacement.
     energy, no_harmonics : ndarray, shape (5,) and (0,) of complex
         Where integrals go that are not wanted.
     counts : ndarray of int64, shape (2,)
@@ -111,7 +111,7 @@ def new_piece_log(n: int, degree: int, has_housing: bool) -> PieceLog:
         np.empty((n, 4), np.int8),
         np.empty((n, 4)),
         np.zeros(4),
-        np.empty(degree),
+        np.empty(degree + 1),
         np.empty(degree + 1),
         np.zeros(5),
         np.empty(0, np.complex128),

@@ -272,7 +272,7 @@ def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples
             combine(e, flow, c, y, w, load, Force(s, cc, s2, c2))
         if piece.in_contact:
             if peaks:
-                follow_contact(p, home, contact, c, 1.0, dt)
+                follow_contact(p, home, contact, c, 1.0, dt, log.pieces.work)
             else:
                 contact[FORCE] = max(contact[FORCE], -(k * y1 + h * w1))
                 contact[DEPTH] = max(contact[DEPTH], -y1)

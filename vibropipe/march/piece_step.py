@@ -185,7 +185,7 @@ def finish_step(e, p, grid, state, step, end, log, samples, c):
         if waited < left:
             at = instant_after(grid, state, 0, waited)
     if piece.in_contact:
-        follow_contact(p, state.home, log.pieces.contact, c, theta, dt)
+        follow_contact(p, state.home, log.pieces.contact, c, theta, dt, log.pieces.work)
     first = log.counts[SAMPLES]
     record(samples, log.counts, p, grid, state, c, 0.0, waited, parts)
     home, mode = state.home, state.mode

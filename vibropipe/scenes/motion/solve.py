@@ -104,7 +104,7 @@ def simulate_scene(
             begin, end, x0, v0, samples, effects=with_effects, energy=energy, marched=marched
         )
         return settle_to_accuracy(exciter, request, solver["accuracy"])
-    before, total = forcing_periods(scene)
+    (before, total), housing_v0 = forcing_periods(scene), 0.0
     if scene.settle_periods:
         settled = simulate(
             exciter,
@@ -117,6 +117,7 @@ def simulate_scene(
             **solver,
         )
         x0, v0 = float(settled["displacement_end"]), float(settled["velocity_end"])
+        housing_v0 = float(settled.get("housing_velocity_end", 0.0))
     ends = scene.ramp_ends
     how = {"effects": effects, "energy": energy, **solver} if ends is None else {"nu_end": ends.to}
     return simulate(
@@ -126,6 +127,7 @@ def simulate_scene(
         x0=x0,
         v0=v0,
         samples_per_period=samples,
+        housing_v0=housing_v0,
         progress=part_of(progress, before, total),
         **how,
     )

@@ -64,3 +64,4 @@ class Twin(IntEnum):
 
     OTHER = 0
     MIRROR_IMAGE = 1
+    REVERSED = 2

@@ -173,8 +173,11 @@ CHECKS = (
 def plan(scene: IdentifyScene) -> Work:
     """Return the work of a search of usual length, which is not known before."""
     names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
+    beside = {TAU, "phase", "force", "trigger"}
+    quantities = len(scene.measured.keys() - scene.swept.keys() - beside)
+    of = "" if quantities == 1 else f" of {quantities} quantities"
     return Work(
-        size=f"{scene.points} measurements, {scene.samples} samples over {names}",
+        size=f"{scene.points} measurements{of}, {scene.samples} samples over {names}",
         rows=scene.row_count,
         method="exact",
         outputs=OUTPUTS,

@@ -24,6 +24,7 @@ from vibropipe.figures.text import (
 from vibropipe.scenes.design.data import in_words
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.designs import FitResult, FoundResult, Twin
+from vibropipe.words.parameters import MIRRORED
 from vibropipe.words.wording import capitalised, count, series
 
 # Centimetres: a panel of a quantity and of what is left, what stands below them, between two, at the left.
@@ -38,6 +39,11 @@ TITLES = {
     FitResult.CONSTANT: "The {} that was measured tells nothing",
     FitResult.ABSENT: "The nearest motion lacks some of the {}",
     FitResult.NOT_JUDGED: "The nearest fit of the {}, whose noise is not known",
+}
+TWINS = {
+    Twin.OTHER: "Other parameters fit",
+    Twin.MIRROR_IMAGE: "With the sensors reversed, the mirror image fits",
+    Twin.REVERSED: "With the sensors reversed, other parameters fit",
 }
 
 
@@ -204,20 +210,22 @@ def twin_texts(dataset: xr.Dataset) -> list[str]:
     """Write other parameters that fit as well: the mirror image and others."""
     if "twin" not in dataset.dims:
         return []
-    texts = []
+    result = dict(zip(map(str, dataset["parameter"].values), results(dataset), strict=True))
+    explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
+    texts, well = [], "as well" if explained else "no worse"
     for n, kind in enumerate(dataset["twin_kind"].values.tolist()):
         values = []
-        for name in map(str, dataset["parameter"].values):
-            number, std = float(dataset[f"{name}_twin"][n]), float(dataset[f"{name}_std"])
+        for name in result:
+            # With the sensors reversed each support has what is known of the other one.
+            of = name if kind == Twin.OTHER else MIRRORED.get(name, (name, 1))[0]
+            of, symbol = of if of in result else name, plain_symbol_of(dataset[name])
+            if result[of] == FoundResult.UNDETERMINED:
+                values.append(f"{symbol} not determined")
+                continue
+            number, std = float(dataset[f"{name}_twin"][n]), float(dataset[f"{of}_std"])
             value = with_units(dataset[name], format_number(number, digits_for(number, std)))
-            values.append(f"{plain_symbol_of(dataset[name])} = {value}")
-        is_image = kind == Twin.MIRROR_IMAGE
-        lead = (
-            "With the sensors reversed, the mirror image fits"
-            if is_image
-            else "Other parameters fit"
-        )
-        texts.append(f"{lead} as well: {', '.join(values)}")
+            values.append(f"{symbol} = {value}")
+        texts.append(f"{TWINS[Twin(kind)]} {well}: {', '.join(values)}")
     return texts
 
 

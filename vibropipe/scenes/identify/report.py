@@ -65,7 +65,10 @@ def verdict(dataset: xr.Dataset) -> Answer:
         return Answer(lead, fit_text(dataset))
     lead = "The measurements are not explained."
     if result == FitResult.BEYOND_NOISE:
-        return Answer(lead, fit_text(dataset))
+        lead = "No parameters were found that explain the measurements."
+        samples = int(dataset.attrs.get("samples", 0))
+        more = f" Searched from {samples:,} samples: more may find others." if samples else ""
+        return Answer(lead, f"{fit_text(dataset)}{more}")
     if result == FitResult.CONSTANT:
         return Answer(lead, constant_text(dataset))
     if result == FitResult.ABSENT:
@@ -92,6 +95,9 @@ def least_and_best_known(dataset: xr.Dataset) -> list[str]:
         if result == FoundResult.DETERMINED and f"{name}_upper" in dataset
     }
     order = sorted(shares, key=lambda name: -shares[name])
+    if len(order) < dataset.sizes["parameter"]:
+        # Another one is known less, or not at all.
+        return []
     if len(order) == 1:
         return [f"{symbol_with_deviation(dataset, order[0])}."]
     words = {order[0]: "least", order[-1]: "best"} if order else {}
@@ -117,10 +123,15 @@ def fit_text(dataset: xr.Dataset) -> str:
     """Write the misfit over the noise, and how large noise alone makes it."""
     chi, limit = (float(dataset[f"reduced_chi_square{end}"]) for end in ("", "_limit"))
     noise = "given" if dataset.attrs.get("noise") == "given" else "estimated"
-    text = f"Chi-square per degree of freedom is {at_most(chi)} with the {noise} noise"
+    # With as many digits as tell on which side of the limit it is.
+    digits = next((n for n in range(3, 9) if f"{chi:.{n}g}" != f"{limit:.{n}g}"), 9)
+    text = (
+        f"Chi-square per degree of freedom is {format_number(chi, digits)} with the {noise} noise"
+    )
     if not np.isfinite(limit):
         return f"{text}, from too few measurements to judge it."
-    return f"{text}; noise alone exceeds {at_most(limit)} in one case of a thousand."
+    most = format_number(limit, digits)
+    return f"{text}; noise alone exceeds {most} in one case of a thousand."
 
 
 def constant_text(dataset: xr.Dataset) -> str:
@@ -215,7 +226,9 @@ def range_text(dataset: xr.Dataset, name: str) -> str:
 
 def note_text(dataset: xr.Dataset, has_correlations: bool) -> str:
     """Write number and noise of the measurements, and what deviations and correlations stand for."""
-    text = f"{dataset.sizes['measurement']} measurements, {noise_text(dataset)}."
+    number, quantities = dataset.sizes["measurement"], len(columns(dataset))
+    of = "" if quantities == 1 else f" of {quantities} quantities"
+    text = f"{number:,} measurements{of}, {noise_text(dataset)}."
     text += "".join(f" {sentence}." for sentence in sensor_texts(dataset))
     if has_correlations:
         first = plain_symbol_of(dataset[str(dataset["parameter"].values[0])])

@@ -91,7 +91,7 @@ def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray)
     effects = all_effect_names(values, pieces=True, housing=True)
     start = start_text(values, model.x0, model.v0)
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
-    attrs |= model.ties.attrs
+    attrs |= model.ties.attrs | {"samples": search.samples}
     return describe(xr.Dataset(variables, coords, attrs))
 
 

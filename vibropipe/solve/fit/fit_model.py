@@ -200,11 +200,14 @@ class Search(NamedTuple):
         Values where refinements ended.
     costs : (n,) array
         Half of the sum of squared misfits there.
+    samples : int
+        Number of samples of each round.
     """
 
     best: np.ndarray
     ends: np.ndarray
     costs: np.ndarray
+    samples: int
 
 
 def search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> Search:
@@ -223,7 +226,7 @@ def search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> Sea
             if cost < least * (1 - 1e-9):
                 best, least = end, cost
         middle = best
-    return Search(best, np.array(ends), np.array(costs))
+    return Search(best, np.array(ends), np.array(costs), samples)
 
 
 def refined(

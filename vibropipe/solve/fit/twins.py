@@ -60,22 +60,25 @@ def find_twins(
     from scipy.stats import chi2
 
     limit, least = float(chi2.isf(CHANCE, low.size)), float(found.costs.min())
-    candidates = [
-        (cost, end, Twin.OTHER) for cost, end in zip(found.costs, found.ends, strict=True)
+    ends = [
+        (2 * (cost - least) / scale, end) for cost, end in zip(found.costs, found.ends, strict=True)
     ]
     image = mirror_image(model, found.best) if isinstance(model, RecordModel) else None
     if image is not None and ((image >= low) & (image <= high)).all():
         # By symmetry it fits exactly as well, from the mirrored start.
-        candidates.append((least, image, Twin.MIRROR_IMAGE))
-        candidates = [(c, e, _kind(e, image, slopes, limit)) for c, e, _ in candidates]
-    candidates.sort(key=lambda each: (each[0], each[2] != Twin.MIRROR_IMAGE))
+        ends.append((0.0, image))
     kept: list[tuple[float, np.ndarray, Twin]] = []
-    for cost, end, kind in candidates:
-        excess = 2 * (cost - least) / scale
-        known = [found.best, *(each[1] for each in kept)]
-        if excess <= limit and all(_distance(slopes, end - each) > APART * limit for each in known):
-            point = image if kind == Twin.MIRROR_IMAGE and image is not None else end
-            kept.append((excess, point, kind))
+    known = [(found.best, False)]
+    for excess, end in sorted(ends, key=lambda each: (each[0], each[1] is not image)):
+        if excess > limit:
+            break
+        here, is_reversed = _of_sensors(model, end, found.best)
+        near = [w for each, w in known if _distance(slopes, here - each) <= APART * limit]
+        if is_reversed in near:
+            continue
+        known.append((here, is_reversed))
+        others = Twin.MIRROR_IMAGE if near else Twin.REVERSED
+        kept.append((excess, end, others if is_reversed else Twin.OTHER))
     kept = kept[:MAX_TWINS]
     return Twins(
         np.array([each[1] for each in kept]).reshape(len(kept), low.size),
@@ -84,9 +87,17 @@ def find_twins(
     )
 
 
-def _kind(end: np.ndarray, image: np.ndarray, slopes: np.ndarray, limit: float) -> Twin:
-    """Return whether parameters are those of the mirror image."""
-    return Twin.MIRROR_IMAGE if _distance(slopes, end - image) <= APART * limit else Twin.OTHER
+def _of_sensors(model: Model, end: np.ndarray, best: np.ndarray) -> tuple[np.ndarray, bool]:
+    """Return parameters with the sensors as at the best fit, mirrored if they are reversed, and whether they are.
+
+    At the best fit the slopes are known; at a mirror image each support has those of the other.
+    """
+    if not isinstance(model, RecordModel):
+        return end, False
+    if model.fit_at(end).signs[0] == model.fit_at(best).signs[0]:
+        return end, False
+    image = mirror_image(model, end)
+    return end if image is None else image, True
 
 
 def _distance(slopes: np.ndarray, step: np.ndarray) -> float:
@@ -104,4 +115,5 @@ def nearest_first(model: RecordModel, found: Search, low: np.ndarray, high: np.n
     end, cost = refined(model, image, low, high)
     if cost > found.costs.min() * (1 + 1e-6) or model.fit_at(end).signs[0] < 0:
         return found
-    return Search(end, np.vstack([found.ends, end]), np.append(found.costs, cost))
+    ends, costs = np.vstack([found.ends, end]), np.append(found.costs, cost)
+    return found._replace(best=end, ends=ends, costs=costs)

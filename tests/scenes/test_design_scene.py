@@ -275,11 +275,11 @@ def test_the_front_is_drawn():
     assert 1000 < len(cloud) <= 4096
     assert beating(front) == 0
     title = picture.title(front, None, {})
-    assert title == f"None of {len(cloud):,} swept motions beats a design of the front"
+    assert title == f"None of {len(cloud):,} swept motions with impacts beats a design of the front"
     worse = front.copy()
     worse["impact_velocity_max"] = front.impact_velocity_max + 0.05
     assert beating(worse) > 1
-    assert "swept motions beat a design" in picture.title(worse, None, {})
+    assert "swept motions with impacts beat a design" in picture.title(worse, None, {})
     first, second, at_end = answers({"front": front})["front"]
     assert " goes from " in first.lead
     assert " goes from " in second.lead

@@ -171,6 +171,15 @@ def test_a_target_that_may_hardly_be_off_is_not_called_a_bound():
     assert np.isnan(found.f_tolerance[0])
 
 
+def test_a_load_near_zero_may_be_off_by_more_than_itself():
+    found = vp.design(
+        LINEAR, {"load": (-0.05, 0.05)}, {"displacement_mean": 0.001}, designs=1,
+        tolerance={"load": 0.005}, allow={"displacement_mean": 0.02}, samples=16,
+    )  # fmt: skip
+    assert float(found["load"][0]) == pytest.approx(0.001, abs=1e-6)
+    assert 0.015 < float(found["load_tolerance"][0]) <= 0.02
+
+
 def test_tolerances_are_shared_by_contributions():
     effects = np.array([1.0, 3.0, 0.0, 6.0])
     # Room for all: each takes the part of it that it has in the sum.

@@ -30,6 +30,7 @@ from vibropipe.scenes.design.ranking import describe_designs, draw_designs, titl
 from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.design.tolerance import WORST
+from vibropipe.solve.rows.named import OF_CONTACTS
 from vibropipe.words.wording import series
 
 NO_SPREAD = "No deviations of parameters are given: add tolerance"
@@ -278,10 +279,16 @@ def title_front(dataset: xr.Dataset) -> str:
     amount = len(swept(dataset))
     if not amount:
         return "What is better in one quantity is worse in the other"
+    motions = "swept motions with impacts" if has_contacts(dataset) else "swept motions"
     if better := beating(dataset):
         beat = "beats" if better == 1 else "beat"
-        return f"{better:,} of {amount:,} swept motions {beat} a design of the front"
-    return f"None of {amount:,} swept motions beats a design of the front"
+        return f"{better:,} of {amount:,} {motions} {beat} a design of the front"
+    return f"None of {amount:,} {motions} beats a design of the front"
+
+
+def has_contacts(dataset: xr.Dataset) -> bool:
+    """Return whether a quantity of the front is one of contacts: a motion without any has none."""
+    return any(part.variable in OF_CONTACTS for part, _ in ends_of(dataset))
 
 
 def describe_front(dataset: xr.Dataset) -> str:
@@ -290,6 +297,8 @@ def describe_front(dataset: xr.Dataset) -> str:
         return describe_designs(dataset)
     others = wanted_text(dataset, [part.words(dataset) for part, _ in ends_of(dataset)])
     dots = "Grey: motions of a grid over the ranges that keep to the bounds"
+    if has_contacts(dataset):
+        dots += "; those that do not strike the support are left out"
     return sentences(
         f"Wanted: {others}" if others else "",
         dots if len(swept(dataset)) else "",

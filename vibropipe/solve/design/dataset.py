@@ -42,6 +42,7 @@ if TYPE_CHECKING:
 
 # Largest tolerance, as a share of a parameter (of l, of a length near 0); a box that fails shrinks by a factor.
 LARGEST, SHRINK, MAX_TRIES = 0.2, 0.8, 40
+OF_EITHER_SIGN = ("delta", "load")
 # A design is on a bound nearer to it than this share of the bound, however small its quantity's deviation is.
 ON_BOUND = 1e-6
 
@@ -69,8 +70,10 @@ def needed_tolerances(
     columns = [Parameters._fields.index(name) for name in deviations]
     sigma = np.array(list(deviations.values()))
     _, values, slopes = problem.linearised(base, candidate.state, columns)
-    half = base[Parameters._fields.index("l")]
-    widths = LARGEST * np.where(base[columns] != 0, np.abs(base[columns]), half)
+    half, sizes = base[Parameters._fields.index("l")], np.abs(base[columns])
+    # A length of either sign may be near 0 by chance: it is compared with l.
+    is_length = np.isin([*deviations], OF_EITHER_SIGN)
+    widths = LARGEST * np.where(is_length | (sizes == 0.0), np.maximum(sizes, half), sizes)
     for bound in (problem.goals.bounds[n] for n in problem.smooth):
         room = problem.distance(bound, values)
         effects = np.abs(slopes[problem.names.index(bound.quantity)]) * sigma

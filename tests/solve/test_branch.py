@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+import xarray as xr
 
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
@@ -311,7 +312,7 @@ def test_orbits_with_rests_are_followed_to_their_last_rest() -> None:
     [
         (("tau", 2.0), "along: must be one of nu, f, .*, phi2, .*, got 'tau'"),
         (("nu", 1.0), "to: must differ from the exciter's own nu, got 1.0"),
-        (("nu", (2.0, 3.0)), "to: must be a number, or two that enclose the exciter's own nu, 1.0"),
+        (("nu", (3.0, 2.0)), "to: must be a number, or two that enclose the exciter's own nu, 1.0"),
         (("R1", 1.2), "to: must be a number from 0 to 1, got 1.2"),
         (("nu", -1.0), "to: must be a finite number > 0, got -1.0"),
     ],
@@ -319,6 +320,11 @@ def test_orbits_with_rests_are_followed_to_their_last_rest() -> None:
 def test_bad_arguments_are_named(arguments, text: str) -> None:
     with pytest.raises(vp.ParameterError, match=text.replace("(", r"\(")):
         vp.branch(SYMMETRIC, *arguments)
+
+
+def test_both_ends_may_come_in_any_order() -> None:
+    up, down = (vp.branch(SYMMETRIC, "nu", ends) for ends in ((0.9, 1.1), (1.1, 0.9)))
+    xr.testing.assert_identical(up, down)
 
 
 def test_bad_options_are_named() -> None:

@@ -21,8 +21,13 @@ if TYPE_CHECKING:
 
 def solve(scene: BoundaryScene, progress: Progress | None = None) -> xr.Dataset:
     """Follow the boundaries of a scene in memory."""
-    varied = set(scene.along)
-    stated = {name: value for name, value in scene.untied_exciter().items() if name not in varied}
+    # A parameter that varies may be required, or decide what others may be: it is there, at an end of its range.
+    lows = {
+        name: ends[0]
+        for name, ends in zip(scene.along, scene.within, strict=True)
+        if name in PARAMETERS
+    }
+    stated = scene.untied_exciter() | lows
     ties = scene.tied().texts
     dataset = boundary(
         Exciter(**stated), scene.sought, scene.along, scene.within, scene.lines, law=scene.law, ties=ties,

@@ -93,10 +93,10 @@ def problem_of(
         low, high = sorted((own, ends[0]))
         signs: tuple[float, ...] = (1.0 if ends[0] > own else -1.0,)
     else:
-        if len(ends) != 2 or not ends[0] < own < ends[1]:
+        if len(ends) != 2 or not min(ends) < own < max(ends):
             allowed = f"a number, or two that enclose the exciter's own {along}, {own!r}"
             raise ParameterError("to", to, allowed)
-        low, high = ends
+        low, high = sorted(ends)
         signs = (1.0, -1.0)
     if along in RIGID_AT_ZERO and low == 0.0:
         raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")

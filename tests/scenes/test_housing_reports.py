@@ -15,7 +15,7 @@ from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
-from vibropipe.scenes.sweep.captions import sweep_title
+from vibropipe.scenes.sweep.captions import largest_title, sweep_title
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer
@@ -35,6 +35,17 @@ scenes:
            settle_periods: 100, tau_end: 21, outputs: [motion, impacts, harmonics, stability]}
   held: {kind: motion, settle_periods: 100, tau_end: 21, outputs: [motion, impacts, harmonics, stability]}
 """
+
+
+def test_a_housing_keeps_its_velocity_where_the_record_begins() -> None:
+    record = solve_scene(study_of_text(TWO_MOTIONS, "two"), "moving")
+    e = vp.Exciter(
+        l=0.5, nu=1.2, f=0.8, h=0.1, R1=0.6, R2=0.6,
+        mass_ratio=0.5, housing_friction_1=0.1, housing_friction_2=0.25,
+    )  # fmt: skip
+    settled = vp.simulate(e, 100 * e.period, samples_per_period=0)
+    assert float(settled.housing_velocity_end) != 0.0
+    assert float(record.housing_velocity[0]) == float(settled.housing_velocity_end)
 
 
 @pytest.fixture(scope="module")
@@ -70,6 +81,8 @@ def test_a_sweep_tells_both_ways(sweep):
     assert found.rest == "It reaches 0.01 along x."
     still = sweep.assign(housing_velocity_mean=speeds.copy(data=[1e-17, 0.0, -1e-17]))
     assert progress_answer(still).lead == "In no orbit does the housing creep."
+    (panel,) = (each for each in panels_of(still) if each.series[0].name == "housing_velocity_mean")
+    assert largest_title(still, panel.series[0]) == "In no orbit does the housing creep"
     held = replace(ROBOT, mass_ratio=0.0, housing_friction_1=0.0, housing_friction_2=0.0)
     assert progress_answer(vp.sweep(held, {"nu": [1.0]})) is None
 
@@ -124,6 +137,14 @@ def test_a_motion_shows_and_tells_how_the_housing_creeps():
     assert "Progression: mean velocity of the housing." in table.note
     assert "housing_velocity" not in panel_names(held)
     assert "housing" not in str(motion_answers({"m": held}))
+
+
+def test_a_housing_that_is_pulled_away_has_no_mean_velocity() -> None:
+    pulled = TWO_MOTIONS.replace("mass_ratio: 0.5", "mass_ratio: 0.5, housing_load: -0.3")
+    away = solve_scene(study_of_text(pulled, "two"), "moving")
+    (told,) = (each for each in motion_answers({"m": away})["m"] if "housing" in each.lead)
+    assert told.lead == "The housing slides away."
+    assert float(away.housing_velocity_end) < float(away.housing_velocity[0]) < -1.0
 
 
 def test_a_force_that_a_scene_leaves_out_is_zero_there(sweep):

@@ -9,7 +9,9 @@ from figures.sample_datasets import sweep
 
 import vibropipe as vp
 from vibropipe.scenes.accuracy.summary import multiple_text
+from vibropipe.scenes.basins.report import starts_text
 from vibropipe.scenes.basins.text import percent
+from vibropipe.scenes.motion.captions import seen_text
 from vibropipe.scenes.sweep.answers import (
     fills_answer,
     hardest_answer,
@@ -19,7 +21,7 @@ from vibropipe.scenes.sweep.answers import (
 from vibropipe.scenes.sweep.captions import largest_title
 from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
 from vibropipe.scenes.sweep.quantities import Series, strikes
-from vibropipe.scenes.sweep.report import lines_table
+from vibropipe.scenes.sweep.report import lines_table, motions_table
 from vibropipe.words.regimes import Regime
 
 
@@ -126,3 +128,28 @@ def test_at_least_is_rounded_down() -> None:
         "54",
     ]
     assert [multiple_text(ratio) for ratio in (53.6, 9960.0, 1.12)] == ["54", "10,000", "1.1"]
+
+
+def test_rows_that_are_followed_are_told_as_such(pressed: xr.Dataset) -> None:
+    followed = pressed.assign_attrs(follow="delta down")
+    assert impacts_answer(followed).lead.startswith("Followed downwards, impacts occur ")
+    table = motions_table("a", followed)
+    assert table is not None
+    assert "border" not in table.note
+    assert "border" in motions_table("a", pressed).note
+
+
+def test_none_of_the_starts_are_told_as_none() -> None:
+    starts = xr.Dataset(coords={"x0": [0.0, 0.1], "v0": [0.0, 0.1]})
+    told = [starts_text(starts, amount) for amount in (0.0, 0.25, 0.5)]
+    assert told == [
+        "none of 4 starts settles on", "one of 4 starts settles on", "two of 4 starts settle on",
+    ]  # fmt: skip
+
+
+def test_a_rest_from_the_beginning_is_no_rest_at_times() -> None:
+    pressed = vp.Exciter(l=0.5, nu=0.9, f=0.1, h=0.1, R1=0.7, R2=0.7, load=0.8)
+    lies = vp.simulate(pressed, 20.0)
+    assert seen_text(lies) == "No support is struck; the mass lies on support 1 all the time"
+    bounces = vp.simulate(pressed, 20.0, x0=0.3)
+    assert seen_text(bounces).endswith("; the mass rests at times")

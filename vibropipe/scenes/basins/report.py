@@ -27,6 +27,7 @@ from vibropipe.scenes.basins.text import (
     NOT_FOUND,
     basin_answers,
     missing_text,
+    not_found,
     safety_table,
     start_text,
 )
@@ -99,7 +100,7 @@ def describe_share_maps(dataset: xr.Dataset) -> str:
 def share_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return where motions coexist, the main change, and the smallest basin."""
     if dataset.sizes["attractor_id"] == 0:
-        return [Answer(f"{NOT_FOUND}.")]
+        return [not_found(dataset)]
     found = [together_answer(dataset), change_answer(dataset), rare_answer(dataset)]
     return [answer for answer in found if answer]
 
@@ -204,7 +205,8 @@ def starts_text(dataset: xr.Dataset, share: float) -> str:
     """Write that so many of the starts settle on."""
     total = dataset.sizes["x0"] * dataset.sizes["v0"]
     settled = round(share * total)
-    return f"{number_word(settled)} of {count(total, 'start')} {'settles' if settled == 1 else 'settle'} on"
+    amount, verb = (number_word(settled), "settle") if settled else ("none", "settles")
+    return f"{amount} of {count(total, 'start')} {'settles' if settled == 1 else verb} on"
 
 
 def family_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -41,7 +41,8 @@ MAX_BORDER, MANY = 0.25, 0.1
 # Relative difference of knocks that are about equal.
 ALIKE = 0.05
 PROVED = "knock_impulse_low"  # what a table tells of a proof
-NOT_FOUND = "No motion was found on which the starts settle"
+NOT_FOUND = "No isolated motion was found on which the starts settle"
+HELD = "Where friction holds the mass, it may come to rest in a whole range of places."
 
 
 def percent(share: float) -> str:
@@ -135,7 +136,7 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return which motions coexist, what starts at rest and next to a border do, and which motion is lost first."""
     indices = ordered(dataset)
     if not indices:
-        return [Answer(f"{NOT_FOUND}.")]
+        return [not_found(dataset)]
     shares = {index: percent(float(dataset["basin_share"][index])) for index in indices}
     first, *others = indices
     if not others:
@@ -151,6 +152,12 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
     )
     answers = [Answer(lead, rest), *creep_answers(dataset), border_answer(dataset)]
     return [*answers, *knock_answers(dataset)][:MAX_ANSWERS]
+
+
+def not_found(dataset: xr.Dataset) -> Answer:
+    """Return that no motion was found, and that friction may leave many."""
+    friction = dataset.get("friction", xr.DataArray(0.0))
+    return Answer(f"{NOT_FOUND}.", HELD if bool((friction > 0.0).any()) else "")
 
 
 def creep_answers(dataset: xr.Dataset) -> list[Answer]:

@@ -87,7 +87,10 @@ def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
     ]
     tails = [f"support {s} is grazed" for s in grazed]
     if dataset.sizes.get("rest"):
-        tails.append("the mass rests at times")
+        # Without a contact that it ends, a rest for good lasts from the beginning.
+        lies = not struck and not grazed and bool(np.isinf(dataset["rest_end"].values).all())
+        on = f"lies on support {int(dataset['rest_support'].values[0])} all the time"
+        tails.append(f"the mass {on}" if lies else "the mass rests at times")
     velocity = dataset["impact_velocity"]
     hard = with_units(velocity, speeds_text(list(struck.values())))
     tops = {format_number(float(speeds.max())) for speeds in struck.values()}

@@ -11,10 +11,12 @@ import xarray as xr
 from vibropipe.figures.motion_words import stability_text, way_of
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
+from vibropipe.physics.housing import total_load
 from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.certificate_page import certificate_answer
 from vibropipe.scenes.motion.captions import seen_text
+from vibropipe.solve.rebuild import exciter_of
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
@@ -110,11 +112,22 @@ def creep_answer(dataset: xr.Dataset) -> Answer | None:
     if not np.isfinite(float(mean)):
         return None
     way = way_of(float(mean), float(most))
+    if slides_away(dataset):
+        return Answer(
+            "The housing slides away.",
+            "The constant forces exceed its friction: it becomes ever faster, and has no mean velocity.",
+        )
     if way is None:
         return Answer("The housing does not creep.")
     return Answer(
         f"The housing creeps {way}.", f"Its mean velocity is {value_text(mean, mean, 3)}."
     )
+
+
+def slides_away(dataset: xr.Dataset) -> bool:
+    """Return whether the constant forces on a housing exceed the friction that holds it."""
+    p = exciter_of(dataset).parameters()
+    return not -p.housing_friction_2 <= total_load(p) <= p.housing_friction_1
 
 
 def ramp_headline(dataset: xr.Dataset) -> str:

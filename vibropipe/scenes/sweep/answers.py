@@ -27,7 +27,7 @@ from vibropipe.scenes.sweep.neighbours import (
     together_answer,
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
-from vibropipe.scenes.sweep.quantities import is_from_rest, is_map, strikes, swept
+from vibropipe.scenes.sweep.quantities import directions, is_from_rest, is_map, strikes, swept
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised, count, series, share
 
@@ -268,7 +268,8 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     if not number:
         return Answer(f"No row{solved} along {symbol} has impacts.")
     rest = "" if possible.any(axis=1).all() else "Some lines have none."
-    start = "From rest, impacts" if is_from_rest(dataset) else "Impacts"
+    start = f"{followed_text(dataset)}, impacts" if is_followed(dataset) else "Impacts"
+    start = "From rest, impacts" if is_from_rest(dataset) else start
     # Between two rows without impacts none is known.
     if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
         return Answer(f"{start} occur {only}.", rest)
@@ -279,6 +280,12 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
         ends = f"up to both ends of the range of {symbol}, but not in all rows"
         where = ends if reach else f"in some rows along {symbol}"
     return Answer(f"{start} occur {where}.", rest)
+
+
+def followed_text(dataset: xr.Dataset) -> str:
+    """Write in which direction rows are followed: `Followed downwards`."""
+    ways = [f"{way}wards" for way in directions(dataset)]
+    return f"Followed {' and '.join(ways)}"
 
 
 def jumps_answer(dataset: xr.Dataset) -> Answer | None:

@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import aperiodic_text, number_word
+from vibropipe.figures.motion_words import aperiodic_text, number_word, way_of
 from vibropipe.figures.text import (
     NO_CURVES,
     grid_with_units,
@@ -109,6 +109,9 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "lyapunov_exponent":
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
+    is_creep = own.name == "housing_velocity_mean"
+    if is_creep and way_of(float(top), float(dataset["housing_velocity_max"].max())) is None:
+        return "In no orbit does the housing creep"
     alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
     places = {*dataset["regime"].dims} - {DIRECTION}
     if int(alike.any(dim=[dim for dim in values.dims if dim not in places]).sum()) > 1:

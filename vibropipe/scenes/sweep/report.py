@@ -21,7 +21,7 @@ from vibropipe.scenes.sweep.answers import (
     sweep_answers,
 )
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
-from vibropipe.scenes.sweep.neighbours import differing_rows
+from vibropipe.scenes.sweep.neighbours import differing_rows, is_followed
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown, strikes
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
@@ -108,7 +108,12 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
             cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
-    note = f"First and last row of each range{longest}. A border lies between two rows."
+    between = (
+        "A followed motion may change a row before it ends."
+        if is_followed(dataset)
+        else "A border lies between two rows."
+    )
+    note = f"First and last row of each range{longest}. {between}"
     head = [in_brackets(symbol_text(line[axis]), line[axis]), "how the mass moves"]
     head += ["repeats after periods"] if has_period else []
     head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []

@@ -235,7 +235,9 @@ def shares(counts: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     share, z2 = counts / n, QUANTILE_95**2 / n
     centre = (share + 0.5 * z2) / (1 + z2)
     half = QUANTILE_95 * np.sqrt(share * (1 - share) / n + 0.25 * z2 / n) / (1 + z2)
-    return share, np.maximum(centre - half, 0.0), np.minimum(centre + half, 1.0)
+    # None, or all, of the starts leave 0, or 1, possible: not to rounding.
+    low, high = np.where(counts == 0, 0.0, centre - half), np.where(counts == n, 1.0, centre + half)
+    return share, low, high
 
 
 def states_at_section(attractor: Attractor, visits: int = VISITS) -> np.ndarray:

@@ -105,7 +105,7 @@ def prove(
     ------
     ParameterError
         If the motion is no orbit, or has rests or no impacts, or the exciter has a housing that slides, a support
-        that only pushes (`contact`) or a static friction above the kinetic one, or an argument is out of range.
+        that only pushes (`contact_1`) or a static friction above the kinetic one, or an argument is out of range.
     ModuleNotFoundError
         If python-flint is not installed.
 

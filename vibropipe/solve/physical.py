@@ -55,9 +55,9 @@ def to_physical(
     m, C : number, str or pint.Quantity
         Mass and stiffness, as in `Exciter.from_physical`; or, in place of both, the exciter that it returned.
     units : mapping of str to str, optional
-        Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, power,
-        impulse, mass, stiffness, damping, angle (default: those that the exciter, or m and C, were given in; of all
-        else SI with a prefix). The dataset itself is in SI.
+        Units in which `plot` shows the dataset, by dimension: frequency, length, time, velocity, force, energy, torque,
+        power, impulse, mass, stiffness, damping, angle (default: those that the exciter, or m and C, were given in; of
+        all else SI with a prefix). The dataset itself is in SI.
 
     Returns
     -------

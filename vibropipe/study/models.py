@@ -168,7 +168,8 @@ class Study(StudyModel):
     )
     ties: Ties = Field(
         default={},
-        description="Parameters by expressions of others or of names of one's own, in all scenes.",
+        description="Parameters by expressions of others or of names of one's own, in all scenes, which then "
+        "are motions, sweeps, branches, boundaries, basins, designs and identifications.",
     )
     physical: Annotated[StudyPhysical | None, NotNull] = Field(
         default=None,

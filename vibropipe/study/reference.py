@@ -92,7 +92,7 @@ def _prose(text: str) -> Iterator[str]:
     for n, part in enumerate(text.strip("\n").split("\n\n")):
         if n:
             yield ""
-        if part.startswith("    "):
+        if part.startswith(("    ", ">>> ")):
             yield from ("```text", *part.splitlines(), "```")
         else:
             yield " ".join(_escaped(part).split())
@@ -104,12 +104,13 @@ def _entries(text: str) -> Iterator[str]:
         head, _, body = block.partition("\n")
         name, _, kind = head.partition(" : ")
         paragraphs = inspect.cleandoc(body).split("\n\n") if body else []
-        first = " ".join(_escaped(paragraphs[0]).split()) if paragraphs else ""
-        kind_text = f" ({_escaped(kind)})" if kind else ""
-        yield f"- `{name}`{kind_text}{': ' + first if first else ''}"
-        for paragraph in paragraphs[1:]:
+        kind_text, first = f" ({_escaped(kind)})" if kind else "", ""
+        if paragraphs and not _is_list(paragraphs[0]):
+            first = f": {' '.join(_escaped(paragraphs.pop(0)).split())}"
+        yield f"- `{name}`{kind_text}{first}"
+        for paragraph in paragraphs:
             yield ""
-            if re.search(r"\n {4}", paragraph):  # a list of its own
+            if _is_list(paragraph):
                 for inner in re.split(r"\n(?=\S)", paragraph):
                     its, _, meaning = inner.partition("\n")
                     yield f"  - `{its}`: {' '.join(_escaped(meaning).split())}"
@@ -117,9 +118,16 @@ def _entries(text: str) -> Iterator[str]:
                 yield "  " + " ".join(_escaped(paragraph).split())
 
 
+def _is_list(paragraph: str) -> bool:
+    """Return whether a paragraph is a list of its own: names, and their meanings indented beneath them."""
+    return re.search(r"\n {4}", paragraph) is not None
+
+
 def _escaped(text: str) -> str:
     """Return a text whose angle brackets are no tags."""
-    return re.sub(r"(?<!`)<([a-z_]+)>", r"&lt;\1&gt;", text)
+    parts = text.split("`")  # every other one is code
+    parts[::2] = [re.sub(r"<([a-z_]+)>", r"&lt;\1&gt;", part) for part in parts[::2]]
+    return "`".join(parts)
 
 
 def quantities_page() -> str:

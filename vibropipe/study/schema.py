@@ -110,7 +110,8 @@ def table_of_keys() -> str:
             "`physical` of a study",
             StudyPhysical,
             note=(
-                "In place of `exciter`, which then gives only R1 and R2. Grids and starts have units, too, and "
+                "In place of `exciter`, which then gives only what has no unit: R1, R2, friction_ratio, contact_1, "
+                "contact_2 and wear_exponent. Grids and starts have units, too, and "
                 "`over` and `follow` name `omega`, `F`, `H`. A scene or a motion may have a `physical` of its own, "
                 "without `m` and `C`. Also spelled `ω`, `δ`."
             ),

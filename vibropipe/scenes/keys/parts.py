@@ -192,7 +192,9 @@ class Start(StudyModel):
 class Follow(StudyModel):
     """Start each row from the steady state of its neighbour."""
 
-    along: VariedName = Field(description="Swept parameter to follow.")
+    along: VariedName = Field(
+        description="Swept parameter, or name of one's own in `ties`, to follow."
+    )
     direction: Literal["up", "down", "both"] = Field(
         description="Upwards from its smallest value, downwards from its largest, or both: the dataset then has the "
         "dimension `direction`."

@@ -81,7 +81,8 @@ def boundary(
         may be text or a quantity of pint; then, and where one of `along` or `within` has a unit, bare numbers are in
         SI, and so is the dataset.
     along : (str, str)
-        Any two parameters of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an exciter of
+        Any two parameters of an exciter but contact_1, contact_2 and wear_exponent; `k1` and `k2` only above 0, for 0
+        is a rigid support. Of an exciter of
         `from_physical` also those with units, as omega and F: `within` is then in SI, text or quantities of pint, and
         the dataset is in SI.
     within : ((float, float), (float, float))

@@ -97,10 +97,10 @@ def branch(
     exciter : Exciter
         The start; its own value of `along` lies on the branch.
     along : str
-        The parameter that varies: any of an exciter; `k1` and `k2` only above 0, for 0 is a rigid support. Of an
-        exciter of `from_physical` also one with units, as omega or F: `to`, `at` and `tolerance` are then in SI, text
-        or quantities of pint, and the dataset is in SI, as `to_physical` returns it. Or a name that `ties` use: it is
-        followed from the first to the second of two numbers `to`.
+        The parameter that varies: any of an exciter but contact_1, contact_2 and wear_exponent; `k1` and `k2` only
+        above 0, for 0 is a rigid support. Of an exciter of `from_physical` also one with units, as omega or F: `to`,
+        `at` and `tolerance` are then in SI, text or quantities of pint, and the dataset is in SI, as `to_physical`
+        returns it. Or a name that `ties` use: it is followed from the first to the second of two numbers `to`.
     to : float or (float, float)
         Value to which the branch is followed, from the exciter's own; or the range that it is followed through, both
         ways. A branch is left where it leaves this range.

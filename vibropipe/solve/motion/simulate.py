@@ -68,7 +68,8 @@ def simulate(
         Newmark steps per forcing period 2 pi/nu; required with "newmark", not accepted otherwise.
     accuracy : float, optional
         Maximum error of end state, impacts and rests, from 1e-15 to 0.1: the larger of the absolute error and the
-        error relative to the size of the quantity. Selects `method` and `steps_per_period`.
+        error relative to the size of the quantity. Impacts slower than this share of the fastest, or of 1 if that is
+        less, do not count. Selects `method` and `steps_per_period`.
     samples_per_period : int
         Samples of the motion per forcing period; 0 records none.
     tau_start : float
@@ -76,9 +77,9 @@ def simulate(
     max_impacts : int
         Largest number of impacts, rests and grazings; the motion stops there.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic, housing
-        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
-        others marches the motion; it is compiled on first use.
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic,
+        housing, no_pull, shaker (default: the first six, and those of the others that the parameters have). A
+        specialised kernel without the others marches the motion; it is compiled on first use.
     energy : bool
         Whether to compute the energy balance from start to end.
     housing_v0 : float

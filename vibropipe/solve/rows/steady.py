@@ -112,9 +112,9 @@ def steady_state(
             of the quantities of harmonics, impacts, stability, energy, mean power, subharmonics, lyapunov and harmonics
             of the force on the frame that are requested beside it, exact by the implicit function theorem. NaN where
             there is none: without an orbit, or with one that is not isolated, at a grazing, a fold or a pitchfork. With
-            a second harmonic also by f2 and phi2;
-            with soft supports or friction by k1, k2, h1, h2 and friction: NaN by the stiffness of a rigid support, and
-            by a friction of 0. A damping that a restitution gives follows it and the stiffness.
+            a second harmonic also by f2 and phi2; with soft supports or friction by k1, k2, h1, h2, friction and
+            friction_ratio: NaN by the stiffness of a rigid support, and by a friction of 0; with a housing also by its
+            mass ratio, frictions and load. A damping that a restitution gives follows it and the stiffness.
         residual
             Residual of the return map, relative to the norm of the motion.
         displacement, velocity (phase)

@@ -72,13 +72,13 @@ def sweep(
         Any of harmonics, impacts, motion, stability, energy, power, frame, subharmonics, poincare, lyapunov,
         sensitivity; others are neither computed nor stored.
     accuracy : float, optional
-        Maximum relative error of each row: adds `error` (`vibropipe.solve.accuracy.orbit_errors`); rows beyond it have
-        status `inaccurate`.
+        Maximum error of each row, relative to its size where that is above 1: adds `error`
+        (`vibropipe.solve.accuracy.orbit_errors`); rows beyond it have status `inaccurate`.
     effects : sequence of str, optional
-        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic
-        (default: the first six, and those of the others that the parameters have). A specialised kernel without the
-        others marches the rows; it is compiled on first use. A row that reaches a support left out has status
-        `support_reached`.
+        Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic,
+        housing, no_pull, shaker (default: the first six, and those of the others that the parameters have). A
+        specialised kernel without the others marches the rows; it is compiled on first use. A row that reaches a
+        support left out has status `support_reached`.
     client : dask.distributed.Client, optional
         The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
         same kind the result is bitwise identical.

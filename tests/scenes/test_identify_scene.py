@@ -109,7 +109,9 @@ def test_good_data_are_explained_in_words_and_numbers():
 @pytest.mark.parametrize("factor", [10.0, 1e-3, 0.0])
 def test_hopeless_data_are_never_called_explained(factor):
     dataset, found = measured(factor, displacement_mean=1e-6)
-    assert found[0].lead == "The measurements are not explained."
+    lead = "No parameters were found that explain the measurements."
+    assert found[0].lead == (lead if factor else "The measurements are not explained.")
+    assert ("Searched from 64 samples: more may find others." in found[0].rest) == bool(factor)
     everything = " ".join(
         [*(f"{answer.lead} {answer.rest}" for answer in found), tables({"found": dataset})[0].note]
     )

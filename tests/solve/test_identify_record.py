@@ -9,6 +9,7 @@ import xarray as xr
 from helpers.sensors import record_by_solve_ivp
 
 import vibropipe as vp
+from vibropipe.scenes.identify.pictures import twin_texts
 from vibropipe.solve.fit.curve_fit import displacement_at, orbit_curve
 from vibropipe.solve.fit.record_model import acceleration
 from vibropipe.solve.rows.points import solve_points
@@ -87,6 +88,19 @@ def test_the_mirror_image_is_named_where_the_direction_of_the_sensor_is_not_know
     chi = float(found.reduced_chi_square)
     assert float(other.reduced_chi_square) == pytest.approx(chi, rel=0.01)
     assert "twin" not in identified(record, sign="known").dims
+
+
+def test_a_mirror_image_with_a_blind_support_is_one_twin():
+    true = vp.Exciter(l=0.5, nu=0.9, f=0.3, h=0.1, R1=0.6, R2=0.7, delta=0.3)
+    record, _force = record_by_solve_ivp(true, {"displacement": 2e-3}, seed=3)
+    vary = {"delta": (-0.45, 0.45), "R1": (0.4, 0.9), "R2": (0.4, 0.9)}
+    found = identified(record, vp.Exciter(l=0.5, nu=0.9, f=0.3, h=0.1), vary, samples=64)
+    # Support 1 is not struck, so that R1 is any; of the mirror image R2 is.
+    assert float(found.delta) == pytest.approx(0.3, abs=4 * float(found.delta_std))
+    assert found.twin_kind.values.tolist() == [Twin.MIRROR_IMAGE]
+    (told,) = twin_texts(found)
+    assert told.startswith("With the sensors reversed, the mirror image fits as well: δ = −0.3")
+    assert told.endswith(", R₂ not determined")
 
 
 def test_a_reversed_sensor_is_told_where_the_ranges_decide(displacement):

@@ -215,6 +215,8 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
             own = [n for n in there if words_of(dataset.isel(point=int(points[n]))) == each.words]
             known = [n for n in own or there if np.isfinite(deviations[n])]
             size = float(deviations[known[0]]) if known else math.nan
+            # Over more than the stretch itself the first order says nothing.
+            size = size if size <= np.ptp(each.values) else math.nan
             key = (each.over, each.words, f"{value:.8g}")
             ends.setdefault(key, (int([*known, *own, *there][0]), size))
     if not ends:
@@ -239,7 +241,10 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]  # fmt: skip
     note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."
     if any(DASH in row for row in rows):
-        note += " A dash: it is not known, as where the mass touches both supports at once."
+        note += (
+            " A dash: it is not known, as where the mass touches both supports at once, or larger than the range of "
+            "the motion, in which the first order does not hold."
+        )
     if len(ends) > len(listed):
         note += f" Left out: {amount_text(len(ends) - len(listed), 'end')} of narrower ranges."
     title = "How far the places where stable motions end scatter"

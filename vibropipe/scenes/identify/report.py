@@ -95,12 +95,12 @@ def least_and_best_known(dataset: xr.Dataset) -> list[str]:
         if result == FoundResult.DETERMINED and f"{name}_upper" in dataset
     }
     order = sorted(shares, key=lambda name: -shares[name])
-    if len(order) < dataset.sizes["parameter"]:
-        # Another one is known less, or not at all.
-        return []
     if len(order) == 1:
         return [f"{symbol_with_deviation(dataset, order[0])}."]
     words = {order[0]: "least", order[-1]: "best"} if order else {}
+    if len(order) < dataset.sizes["parameter"]:
+        # Another one is known less, or not at all.
+        words = {order[-1]: "best"} if order else {}
     return [
         f"{symbol_with_deviation(dataset, name)} is known {word}, relative to its range."
         for name, word in words.items()

@@ -8,7 +8,7 @@ from pydantic import AfterValidator, Field
 
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD
 from vibropipe.scenes.costs import HEAD_BYTES, Work
-from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.base import EachOnce, each_once
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
@@ -41,14 +41,12 @@ else:
 class AccuracyFigure(FigureOptions):
     """Options of the pictures of an accuracy scene."""
 
-    pictures: Annotated[list[Literal["work_precision", "asked"]], AfterValidator(each_once)] = (
-        Field(
-            default=[],
-            description="Pictures: time over error, and what is asked of the program and reached (default: what fits).",
-        )
+    pictures: EachOnce[Literal["work_precision", "asked"]] = Field(
+        default=[],
+        description="Pictures: time over error, and what is asked of the program and reached (default: what fits).",
     )
 
-    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
+    show: EachOnce[Shown] = Field(
         default=[], description="Errors of which the largest is drawn (default: all)."
     )
 
@@ -77,7 +75,7 @@ class AccuracyScene(SetOfMotions):
         default=[1e-4, 1e-7, 1e-10],
         description="Settings of the other packages: relative tolerances.",
     )
-    accuracies: Annotated[list[Accuracy], AfterValidator(each_once)] = Field(
+    accuracies: EachOnce[Accuracy] = Field(
         default=[], description="Accuracies to ask of the program, on each motion."
     )
     repeats: Annotated[int, NumberRange(1, 1000, whole=True)] = Field(

@@ -6,10 +6,10 @@ import math
 from collections.abc import Collection, Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size
-from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
+from vibropipe.scenes.keys.base import BaseScene, EachOnce, Harmonics
 from vibropipe.scenes.keys.checks import (
     SUPPORTS,
     Check,
@@ -36,17 +36,12 @@ SECONDS_PER_POINT = 20e-6
 class BackboneFigure(FigureOptions):
     """Options of the picture of a backbone."""
 
-    together: Annotated[list[Name], AfterValidator(each_once)] = Field(
+    together: EachOnce[Name] = Field(
         default=[],
         description="Other scenes of this study that are drawn over the harmonics of this one, and not by themselves: "
         "backbones over amplitude, and sweeps of the frequency with harmonics.",
     )
-    show: Annotated[
-        list[
-            Shown
-        ],
-        AfterValidator(each_once),
-    ] = Field(
+    show: EachOnce[Shown] = Field(
         default=[],
         description="Quantities over the eigenfrequency, or abscissae of the curves of eq. (10) (default: all).",
     )  # fmt: skip

@@ -6,13 +6,13 @@ from collections.abc import Collection, Iterator, Mapping
 from typing import Annotated, Any, Literal
 
 import numpy as np
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_room
 from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size, slowness, steady_bytes
-from vibropipe.scenes.keys.base import BaseScene, Harmonics, each_once
+from vibropipe.scenes.keys.base import BaseScene, EachOnce, Harmonics
 from vibropipe.scenes.keys.checks import (
     EXCITER,
     EXCITER_CHECK,
@@ -49,17 +49,13 @@ SEARCH_SECONDS, ATTRACTORS, SECTION_BYTES = 0.05, 3, 2 * 8 * 1024
 class BasinsFigure(FigureOptions):
     """Options of the pictures of basins."""
 
-    pictures: Annotated[list[Literal["basins", "shares", "maps"]], AfterValidator(each_once)] = (
-        Field(
-            default=[],
-            description="Pictures: the map of the starts (`basins`); with a parameter in `over` the shares over it, or "
-            "maps at up to six of its values (default: basins or shares, as fits).",
-        )
+    pictures: EachOnce[Literal["basins", "shares", "maps"]] = Field(
+        default=[],
+        description="Pictures: the map of the starts (`basins`); with a parameter in `over` the shares over it, or "
+        "maps at up to six of its values (default: basins or shares, as fits).",
     )
 
-    show: Annotated[
-        list[Literal["attractor", "periods_to_attractor"]], AfterValidator(each_once)
-    ] = Field(
+    show: EachOnce[Literal["attractor", "periods_to_attractor"]] = Field(
         default=[],
         description="Maps: the attractor of each start (default), and the forcing periods until it settles.",
     )

@@ -15,7 +15,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.physics.ties import SAMPLES
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name, stored_values
-from vibropipe.scenes.keys.base import BaseScene, each_once
+from vibropipe.scenes.keys.base import BaseScene, EachOnce, each_once
 from vibropipe.scenes.keys.checks import (
     TIES,
     TOGETHER,
@@ -45,9 +45,7 @@ from vibropipe.words.records import FINITE
 USUAL_LINES, USUAL_CURVES, USUAL_POINTS, SECONDS_PER_POINT, POINT_BYTES = 12, 4, 300, 2e-4, 120
 # Seconds of a point of a level curve, whose quantity is computed as those of steady states are.
 SECONDS_PER_LEVEL_POINT = 1e-2
-CurveKinds = Annotated[
-    list[Literal["grazing", "fold", "flip", "pitchfork", "level"]], AfterValidator(each_once)
-]
+CurveKinds = EachOnce[Literal["grazing", "fold", "flip", "pitchfork", "level"]]
 
 
 @dataclass(frozen=True)

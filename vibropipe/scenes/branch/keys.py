@@ -21,7 +21,7 @@ from vibropipe.scenes.costs import (
     stored_values,
 )
 from vibropipe.scenes.design.keys import BoundRule, Text
-from vibropipe.scenes.keys.base import Harmonics, each_once
+from vibropipe.scenes.keys.base import EachOnce, Harmonics
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, StudyModel, ValueGrid
 from vibropipe.scenes.keys.parts import (
     FigureOptions,
@@ -102,11 +102,11 @@ else:
 class BranchFigure(FigureOptions):
     """Options of the pictures of branches."""
 
-    pictures: Annotated[list[Literal["motor", "branches"]], AfterValidator(each_once)] = Field(
+    pictures: EachOnce[Literal["motor", "branches"]] = Field(
         default=[],
         description="Pictures to draw (default: `motor` beside the key `motor`, else `branches`).",
     )
-    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
+    show: EachOnce[Shown] = Field(
         default=["displacement_amplitude", "impact_velocity_max"],
         description="Quantities of the panels.",
     )
@@ -135,7 +135,7 @@ class BranchScene(TiedScene):
     at: Grid | None = Field(
         default=None, description="Values of the followed parameter with a point each."
     )
-    switch: Annotated[list[Switch], AfterValidator(each_once)] = Field(
+    switch: EachOnce[Switch] = Field(
         default=[], description="Bifurcations at which the branches that begin there are followed."
     )
     law: Law | None = Field(

@@ -7,11 +7,11 @@ from collections.abc import Iterator
 from dataclasses import dataclass
 from typing import Annotated, Any, Literal, Self
 
-from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema, model_validator
+from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
-from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.base import EachOnce
 from vibropipe.scenes.keys.checks import (
     EXCITER,
     TIES,
@@ -96,9 +96,8 @@ def _as_list(value: Any) -> Any:
 class DesignFigure(FigureOptions):
     """Options of the pictures of designs."""
 
-    pictures: Annotated[
-        list[Literal["sketch", "designs", "front", "tornado", "sensitivities", "certificate"]],
-        AfterValidator(each_once),
+    pictures: EachOnce[
+        Literal["sketch", "designs", "front", "tornado", "sensitivities", "certificate"]
     ] = Field(
         default=[],
         description="Pictures: design 1 to scale, all designs beside each other, the Pareto front, what each parameter "

@@ -6,13 +6,13 @@ import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import largest_start
 from vibropipe.scenes.costs import HEAD_BYTES, Work
-from vibropipe.scenes.keys.base import Title, each_once
+from vibropipe.scenes.keys.base import EachOnce, Title
 from vibropipe.scenes.keys.checks import EXCITER, Check
 from vibropipe.scenes.keys.motions import MotionKeys, SetOfMotions, check_motions
 from vibropipe.scenes.keys.problems import Problem, one_of
@@ -31,7 +31,7 @@ class TimedMotion(MotionKeys):
     of: Literal["motion", "row"] = Field(
         default="motion", description="A march over `periods`, or the steady state."
     )
-    outputs: Annotated[list[Output], AfterValidator(each_once)] = Field(
+    outputs: EachOnce[Output] = Field(
         default=["impacts"],
         description="Outputs: of a motion `impacts`, `motion`; of a row any of a sweep.",
     )

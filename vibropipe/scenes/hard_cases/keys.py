@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import Annotated, Literal
+from typing import Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
 from vibropipe.scenes.costs import Work
-from vibropipe.scenes.keys.base import BaseScene, each_once
+from vibropipe.scenes.keys.base import BaseScene, EachOnce
 from vibropipe.scenes.keys.checks import Check, no_exciter
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
 from vibropipe.scenes.keys.problems import Problem, one_of
@@ -33,13 +33,13 @@ HARD_CASES_BYTES = 130e3
 class HardCasesFigure(FigureOptions):
     """Options of the pictures of hard cases."""
 
-    pictures: Annotated[list[Literal["failures", "margins"]], AfterValidator(each_once)] = Field(
+    pictures: EachOnce[Literal["failures", "margins"]] = Field(
         default=[],
         description="Pictures: where common methods fail (needs `compare`), and the share of each bound that is taken.",
     )
-    show: Annotated[
-        list[Literal["exact", "newmark 8", "newmark 60", "newmark 2000"]], AfterValidator(each_once)
-    ] = Field(default=[], description="Solvers of the shares (default: exact and newmark 60).")
+    show: EachOnce[Literal["exact", "newmark 8", "newmark 60", "newmark 2000"]] = Field(
+        default=[], description="Solvers of the shares (default: exact and newmark 60)."
+    )
 
 
 class HardCasesScene(BaseScene):
@@ -49,12 +49,8 @@ class HardCasesScene(BaseScene):
         description="Motions with known properties on which numerical methods fail, by every method."
     )
     figure: HardCasesFigure = figure_key(HardCasesFigure)
-    cases: Annotated[list[Name], AfterValidator(each_once)] = Field(
-        default=[], description="Names of the cases (default: all)."
-    )
-    compare: Annotated[
-        list[Literal["energy", "grazing", "chatter", "step"]], AfterValidator(each_once)
-    ] = Field(
+    cases: EachOnce[Name] = Field(default=[], description="Names of the cases (default: all).")
+    compare: EachOnce[Literal["energy", "grazing", "chatter", "step"]] = Field(
         default=[], description="Questions that are put to common methods as well: where they fail."
     )
 

@@ -6,7 +6,7 @@ import hashlib
 import json
 import math
 from collections.abc import Mapping
-from typing import TYPE_CHECKING, Annotated, Any, ClassVar
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, TypeVar
 
 import numpy as np
 from numpy.typing import NDArray
@@ -46,6 +46,8 @@ def each_once(names: list[Any]) -> list[Any]:
     return names
 
 
+Entry = TypeVar("Entry")
+EachOnce = Annotated[list[Entry], AfterValidator(each_once)]
 Outputs = Annotated[list[Output], Field(min_length=1), AfterValidator(each_once)]
 
 

@@ -19,7 +19,7 @@ from vibropipe.scenes.costs import (
     stored_name,
     stored_values,
 )
-from vibropipe.scenes.keys.base import BaseScene, Harmonics, Outputs, each_once
+from vibropipe.scenes.keys.base import BaseScene, EachOnce, Harmonics, Outputs, each_once
 from vibropipe.scenes.keys.checks import (
     EFFECTS,
     EXCITER,
@@ -49,20 +49,10 @@ SECONDS_PER_PERIOD = 1e-6
 class MotionFigure(FigureOptions):
     """Options of the pictures of a motion."""
 
-    pictures: Annotated[
-        list[
-            Literal[
-                "panels",
-                "impacts",
-                "ramp",
-                "portrait",
-                "section",
-                "spectrum",
-                "energy",
-                "certificate",
-            ]
-        ],
-        AfterValidator(each_once),
+    pictures: EachOnce[
+        Literal[
+            "panels", "impacts", "ramp", "portrait", "section", "spectrum", "energy", "certificate"
+        ]
     ] = Field(
         default=[],
         description="Pictures: curves over tau, impact velocities over tau, displacements over the frequency of a "
@@ -77,9 +67,9 @@ class MotionFigure(FigureOptions):
         default=[],
         description="What stands above the motions on common axes, this one first (default: the names of the scenes).",
     )
-    show: Annotated[
-        list[Literal["force", "displacement", "velocity"]], AfterValidator(each_once)
-    ] = Field(default=[], description="Panels of the curves (default: all that differ from zero).")
+    show: EachOnce[Literal["force", "displacement", "velocity"]] = Field(
+        default=[], description="Panels of the curves (default: all that differ from zero)."
+    )
     periods: Annotated[float | None, NumberRange(0, 10**6, above=True)] = Field(
         default=None,
         description="Forcing periods to draw, up to the end of the record (default: all).",

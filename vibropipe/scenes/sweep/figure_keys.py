@@ -5,9 +5,9 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping
 from typing import TYPE_CHECKING, Annotated, Literal
 
-from pydantic import AfterValidator, Field
+from pydantic import Field
 
-from vibropipe.scenes.keys.base import each_once
+from vibropipe.scenes.keys.base import EachOnce
 from vibropipe.scenes.keys.checks import check_shown
 from vibropipe.scenes.keys.parts import MAX_LINES, FigureOptions
 from vibropipe.scenes.keys.problems import Problem
@@ -37,28 +37,25 @@ IN_DIAGRAM = (*POINTS, "displacement_strobe", "lyapunov_exponent")
 class SweepFigure(FigureOptions):
     """Options of the pictures of a sweep."""
 
-    pictures: Annotated[
-        list[
-            Literal[
-                "curves",
-                "map",
-                "quantities",
-                "proved",
-                "bifurcation",
-                "section",
-                "portrait",
-                "spectrum",
-                "energy",
-            ]
-        ],
-        AfterValidator(each_once),
+    pictures: EachOnce[
+        Literal[
+            "curves",
+            "map",
+            "quantities",
+            "proved",
+            "bifurcation",
+            "section",
+            "portrait",
+            "spectrum",
+            "energy",
+        ]
     ] = Field(
         default=[],
         description="Pictures: curves along the finest grid, a map of how the mass moves over two grids, maps of "
         "quantities over them or of what is proved, a bifurcation diagram, Poincaré sections, phase portraits or "
         "spectra of single rows, or the energy (default: curves, or map and quantities, as fits, and what is proved).",
     )
-    show: Annotated[list[Shown], AfterValidator(each_once)] = Field(
+    show: EachOnce[Shown] = Field(
         default=[],
         description="Quantities of curves, maps and the bifurcation diagram (default: those in the data).",
     )

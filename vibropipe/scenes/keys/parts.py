@@ -7,7 +7,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import TYPE_CHECKING, Annotated, Any, Literal
+from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import (
     BeforeValidator,
@@ -57,13 +57,14 @@ class LawRule(Rule):
     """A law of motion: period multiple, and impacts on each support."""
 
     allowed = f"[m, p1, p2]: {LAW_TEXT}"
+    schema: ClassVar[dict[str, Any]] = {
+        "type": "array",
+        "prefixItems": [_PERIODS.schema, _IMPACTS.schema, _IMPACTS.schema],
+        "minItems": 3,
+        "maxItems": 3,
+    }
 
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102 - as Rule
-        parts = [_PERIODS.schema, _IMPACTS.schema, _IMPACTS.schema]
-        return {"type": "array", "prefixItems": parts, "minItems": 3, "maxItems": 3}
-
-    def convert(self, value: Any) -> list[int]:  # noqa: D102
+    def convert(self, value: Any) -> list[int]:  # noqa: D102 - as Rule
         numbers = [as_number(each) for each in value] if isinstance(value, list) else []
         rules = (_PERIODS, _IMPACTS, _IMPACTS)
         if len(numbers) != 3 or not all(
@@ -110,12 +111,11 @@ class TieRule(Rule):
     """A number, or an expression as text."""
 
     allowed = f"a number or {ALLOWED}"
+    schema: ClassVar[dict[str, Any]] = {
+        "anyOf": [{"type": "number"}, {"type": "string", "minLength": 1}]
+    }
 
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102 - as Rule
-        return {"anyOf": [{"type": "number"}, {"type": "string", "minLength": 1}]}
-
-    def convert(self, value: Any) -> str:  # noqa: D102
+    def convert(self, value: Any) -> str:  # noqa: D102 - as Rule
         number = as_number(value)
         if not isinstance(value, str) and number is None:
             refuse(self.allowed)

@@ -12,7 +12,7 @@ import unicodedata
 from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from pathlib import PurePath
-from typing import Annotated, Any, NoReturn
+from typing import Annotated, Any, ClassVar, NoReturn
 
 from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
@@ -158,6 +158,7 @@ class UnitRule(Rule):
     dimension: str = ""
     within: Range = FINITE
     numbers: bool = False
+    schema: ClassVar[dict[str, Any]] = {"anyOf": [{"const": 0}, UNIT_TEXT]}
 
     def __post_init__(self) -> None:
         if not self.dimension:
@@ -170,10 +171,6 @@ class UnitRule(Rule):
         noun = DIMENSIONS[self.dimension].noun
         bound = self.within.text.removeprefix(FINITE.text)
         return allowed_text(self.dimension, self.numbers).replace(noun, noun + bound, 1)
-
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102
-        return {"anyOf": [{"const": 0}, UNIT_TEXT]}
 
     def convert(self, value: Any) -> float:  # noqa: D102
         try:
@@ -190,14 +187,11 @@ class DisplayUnitRule(Rule):
     """A unit of a dimension (one of `words.units.DIMENSIONS`), as text."""
 
     dimension: str
+    schema: ClassVar[dict[str, Any]] = {"type": "string", "minLength": 1, "maxLength": 60}
 
     @property
     def allowed(self) -> str:  # noqa: D102 - as Rule
         return allowed_unit(self.dimension)
-
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102
-        return {"type": "string", "minLength": 1, "maxLength": 60}
 
     def convert(self, value: Any) -> str:  # noqa: D102
         try:
@@ -252,10 +246,7 @@ class NameRule(Rule):
     """A name that becomes a part of file names."""
 
     allowed = "a name of a-z, 0-9 and _ that begins with a letter, at most 64 long"
-
-    @property
-    def schema(self) -> dict[str, Any]:  # noqa: D102
-        return {"type": "string", "pattern": f"^{NAME.pattern}$"}
+    schema: ClassVar[dict[str, Any]] = {"type": "string", "pattern": f"^{NAME.pattern}$"}
 
     def convert(self, value: Any) -> str:  # noqa: D102
         if not isinstance(value, str) or not NAME.fullmatch(value):

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from typing import TYPE_CHECKING
+from typing import TYPE_CHECKING, Any
 
 import xarray as xr
 
@@ -24,35 +24,21 @@ STRETCHES, PARTS, ROW_PARTS = 256, 1000, 200
 CELLS = 1000
 
 
-def with_certificate(
-    dataset: xr.Dataset,
-    prove: Prove | None,
-    orbit: Exciter | xr.Dataset,
-    mass_and_stiffness: tuple[float, float] | None,
-) -> xr.Dataset:
-    """Add the proof of an orbit to the dataset of a scene, as it is stored; what cannot be proved is said there.
+def with_certificate(dataset: xr.Dataset, scene: Any, exciter: Exciter) -> xr.Dataset:
+    """Add the proof of the steady state of an exciter to the stored dataset of a scene that asks for it.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Of the scene, in SI if its study has units.
-    prove : Prove or None
-        The key of the scene; None changes nothing.
-    orbit : Exciter or xarray.Dataset
-        As of `vibropipe.prove`, without units.
-    mass_and_stiffness : (float, float) or None
-        Of the study.
+    The exciter has no units. What cannot be proved is said in the dataset.
     """
-    if prove is None:
-        return dataset
-    from vibropipe.proof.face import prove as proved
+    from vibropipe.proof.face import prove
+    from vibropipe.solve.rows.steady import steady_state
 
+    orbit = steady_state(exciter, x0=scene.start.x0, v0=scene.start.v0, outputs=("impacts",))
     try:
-        proof = proved(orbit, prove.limits() or None, parts=PARTS, stretches=STRETCHES)
+        proof = prove(orbit, scene.prove.limits() or None, parts=PARTS, stretches=STRETCHES)
     except (ParameterError, ModuleNotFoundError) as error:
         return dataset.assign_attrs({REFUSED: f"{error}"})
     attrs = {name: proof.attrs[name.removeprefix(PREFIX)] for name in (STATEMENT, EVENTS, METHOD)}
-    proof = stored(proof, mass_and_stiffness).drop_vars(["m", "C"], errors="ignore")
+    proof = stored(proof, scene.mass_and_stiffness).drop_vars(["m", "C"], errors="ignore")
     names = {str(name): of_proof(str(name)) for name in (*proof.variables, *proof.dims)}
     renamed = proof.rename({old: new for old, new in names.items() if old != new})
     return dataset.merge(renamed, compat="no_conflicts", join="exact").assign_attrs(attrs)

@@ -56,10 +56,7 @@ def solve(scene: MotionScene, progress: Progress | None = None) -> xr.Dataset:
     start = exciter.check_start(scene.start.x0, scene.start.v0)
     motion = motion.assign_attrs(start=start_text(exciter.parameters()._asdict(), *start))
     whole = stored(motion, scene.mass_and_stiffness)
-    if scene.prove is None:
-        return whole
-    orbit = steady_state(exciter, x0=scene.start.x0, v0=scene.start.v0, outputs=("impacts",))
-    return with_certificate(whole, scene.prove, orbit, scene.mass_and_stiffness)
+    return whole if scene.prove is None else with_certificate(whole, scene, exciter)
 
 
 def periods_to_march(scene: MotionScene) -> tuple[int, int]:

@@ -78,18 +78,11 @@ class Impacts:
 def path(
     time: Floats, x: Floats, v: Floats, impacts: Impacts, walls: dict[int, float]
 ) -> tuple[Floats, Floats]:
-    """Return a sampled motion in the plane, with each impact on its support and a break at its jump.
-
-    Samples at the time of an impact are dropped, since they are on one side of the jump or the other.
-    """
-    kept = away_from(time, impacts.time)
-    time, x, v = time[kept], x[kept], v[kept]
-    at = np.repeat(np.searchsorted(time, impacts.time), 3)
+    """Return a sampled motion in the plane, with each impact on its support and a break at its jump."""
     wall = np.where(impacts.support == 1, walls[1], walls[2])
-    breaks = np.full(wall.size, np.nan)
-    new_x = np.stack([wall, breaks, wall], axis=1).ravel()
-    new_v = np.stack([impacts.before, breaks, impacts.after], axis=1).ravel()
-    return np.insert(x, at, new_x), np.insert(v, at, new_v)
+    _, shown_x = with_breaks(time, x, impacts.time, wall, wall)
+    _, shown_v = with_breaks(time, v, impacts.time, impacts.before, impacts.after)
+    return shown_x, shown_v
 
 
 def draw_portrait(
@@ -98,16 +91,20 @@ def draw_portrait(
     """Draw a path, its supports as walls and its jumps as vertical dotted lines."""
     rasterise_many(ax.plot(x, v, color=BLACK, linewidth=0.9, zorder=2), x.size)
     draw_walls(ax, float(np.nanmin(x)), float(np.nanmax(x)), walls)
+    draw_jumps(ax, impacts, walls)
+
+
+def draw_jumps(ax: Axes, impacts: Impacts, walls: dict[int, float]) -> None:
+    """Draw the jumps of a path as vertical dotted lines, with a mark where each begins."""
     for support in (1, 2):
         own = impacts.support == support
-        if not own.any():
-            continue
-        wall = np.full(int(own.sum()), walls[support])
-        lines = ax.vlines(wall, impacts.before[own], impacts.after[own], color=SUPPORT_COLOURS[support],
-                          linestyle=JUMP_LINE, linewidth=1.1, zorder=3)  # fmt: skip
-        rasterise_many([lines], int(own.sum()))
-        marks = ax.plot(wall, impacts.before[own], **impact_style(support, int(own.sum())))
-        rasterise_many(marks, int(own.sum()))
+        amount = int(own.sum())
+        if amount:
+            wall = np.full(amount, walls[support])
+            lines = ax.vlines(wall, impacts.before[own], impacts.after[own], color=SUPPORT_COLOURS[support],
+                              linestyle=JUMP_LINE, linewidth=1.1, zorder=3)  # fmt: skip
+            marks = ax.plot(wall, impacts.before[own], **impact_style(support, amount))
+            rasterise_many([lines, *marks], amount)
 
 
 def impact_style(support: int, amount: int) -> dict[str, Any]:

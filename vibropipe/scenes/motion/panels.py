@@ -29,6 +29,7 @@ from vibropipe.figures.palette import INK, REGIME_STYLES, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import (
     JUMP_LINE,
     Impacts,
+    draw_jumps,
     impact_style,
     near_walls,
     path,
@@ -236,15 +237,7 @@ def draw_plane(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> Impa
     width = 0.5 if x.size > MANY_POINTS else 1.0
     rasterise_many(ax.plot(x, v, color=INK, linewidth=width, zorder=2), x.size)
     zero_line(ax)
-    for support in (1, 2):
-        own = impacts.support == support
-        amount = int(own.sum())
-        if amount:
-            wall = np.full(amount, walls[support])
-            lines = ax.vlines(wall, impacts.before[own], impacts.after[own], color=SUPPORT_COLOURS[support],
-                              linestyle=JUMP_LINE, linewidth=1.1, zorder=3)  # fmt: skip
-            marks = ax.plot(wall, impacts.before[own], **impact_style(support, amount))
-            rasterise_many([lines, *marks], amount)
+    draw_jumps(ax, impacts, walls)
     return impacts
 
 

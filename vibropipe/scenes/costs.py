@@ -46,14 +46,14 @@ class Work:
         Grids of the scene as text.
     rows : int
         Number of steady states or of points of a curve; 1 for a motion.
-    method : str
-        Method by name.
-    outputs : tuple of str
-        Stored outputs.
     seconds : float
         Rough seconds on one core.
     bytes : float
         Bytes of the dataset before compression.
+    method : str
+        Method by name.
+    outputs : tuple of str
+        Stored outputs.
     pieces : int
         Largest number of shards.
     is_parallel : bool
@@ -64,10 +64,10 @@ class Work:
 
     size: str
     rows: int
-    method: str
-    outputs: tuple[str, ...]
     seconds: float
     bytes: float
+    method: str = "exact"
+    outputs: tuple[str, ...] = ()
     pieces: int = 1
     is_parallel: bool = False
     is_foreseen: bool = True

@@ -32,4 +32,4 @@ CHECKS = (Check((), lambda scene: no_exciter(scene, "a pendulum has no exciter")
 
 def plan(scene):
     rows = scene.row_count
-    return Work(grid_size(scene), rows, "exact", ("period",), seconds=1e-6 * rows, bytes=16 * rows)
+    return Work(grid_size(scene), rows, 1e-6 * rows, 16 * rows, outputs=("period",))

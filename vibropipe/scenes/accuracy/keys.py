@@ -108,8 +108,7 @@ def plan(scene: AccuracyScene) -> Work:
     return Work(
         size=count(len(scene.motions), "motion"),
         rows=scene.row_count,
-        method=", ".join(method for method in scene.methods if is_installed(method)),
-        outputs=(),
+        method=scene.method_text(),
         seconds=(scene.row_count - peers) * SECONDS_PER_RUN + peers * SECONDS_PER_PEER_RUN,
         bytes=HEAD_BYTES + scene.row_count * BYTES_PER_RUN,
     )

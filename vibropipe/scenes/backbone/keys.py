@@ -193,7 +193,6 @@ def plan(scene: BackboneScene) -> Work:
     return Work(
         size=grid_size(scene),
         rows=scene.row_count,
-        method="exact",
         outputs=("harmonics",) if scene.over_amplitude else (),
         seconds=scene.row_count * SECONDS_PER_POINT,
         bytes=HEAD_BYTES + scene.row_count * each,

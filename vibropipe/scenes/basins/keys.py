@@ -226,7 +226,6 @@ def plan(scene: BasinsScene) -> Work:
     return Work(
         size=grid_size(scene),
         rows=scene.row_count,
-        method="exact",
         outputs=OF_STEADY_STATE,
         seconds=(n_values * SEARCH_SECONDS + starts * SECONDS_PER_START) * slowness(scene)
         + scene.prove * ATTRACTORS * PROOF_SECONDS,

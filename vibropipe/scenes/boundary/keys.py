@@ -260,8 +260,6 @@ def plan(scene: BoundaryScene) -> Work:
     return Work(
         size=" x ".join(_range_text(scene, str(name), ends) for name, ends in scene.over.items()),
         rows=scene.row_count,
-        method="exact",
-        outputs=(),
         seconds=seconds * slowness(scene),
         bytes=HEAD_BYTES + points * POINT_BYTES,
         is_foreseen=False,

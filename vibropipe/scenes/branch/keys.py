@@ -219,7 +219,6 @@ def plan(scene: BranchScene) -> Work:
     return Work(
         size=_size_text(scene),
         rows=scene.row_count,
-        method="exact",
         outputs=OF_STEADY_STATE,
         seconds=(points * SECONDS_PER_POINT + parts * SECONDS_PER_PART) * slowness(scene)
         + points * row_seconds(scene.prove),

@@ -230,7 +230,6 @@ def plan(scene: DesignScene) -> Work:
     return Work(
         size=f"{scene.samples} samples over {names}",
         rows=scene.row_count,
-        method="exact",
         outputs=OF_STEADY_STATE,
         seconds=(seconds + scene.designs * DESIGN_SECONDS) * slowness(scene)
         + proof_seconds(scene.prove),

@@ -107,8 +107,6 @@ def plan(scene: EffectsScene) -> Work:
     return Work(
         size=count(scene.row_count, "motion"),
         rows=scene.row_count,
-        method="exact",
-        outputs=(),
         seconds=scene.row_count * (SECONDS_PER_TRIAL + scene.repeats * SECONDS_PER_ROUND),
         bytes=HEAD_BYTES + scene.row_count * TRIAL_BYTES,
     )

@@ -86,7 +86,6 @@ def plan(scene: HardCasesScene) -> Work:
         size=count(cases, "case") if cases else "all cases",
         rows=max(1, cases),
         method="exact, newmark",
-        outputs=(),
         seconds=case_seconds(scene.cases)
         + sum(SECONDS_OF_QUESTIONS[question] for question in scene.compare),
         bytes=HARD_CASES_BYTES,

@@ -179,7 +179,6 @@ def plan(scene: IdentifyScene) -> Work:
     return Work(
         size=f"{scene.points} measurements{of}, {scene.samples} samples over {names}",
         rows=scene.row_count,
-        method="exact",
         outputs=OUTPUTS,
         seconds=1.0 + SWEEPS * scene.row_count * ROW_SECONDS * slowness(scene),
         bytes=HEAD_BYTES + 16 * scene.points * len(scene.measured),

@@ -8,8 +8,7 @@ import numpy as np
 
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.branch.keys import BranchScene
-from vibropipe.scenes.branch.motor_keys import check_motor
+from vibropipe.scenes.branch.keys import BOTH, CURVE, LINE, BranchScene
 from vibropipe.scenes.keys.checks import (
     TIES,
     TOGETHER,
@@ -173,16 +172,45 @@ def _prove(scene: BranchScene) -> Iterator[Problem]:
         yield from check_covered(scene.values(), "true")
 
 
+def _motor(scene: BranchScene) -> Iterator[Problem]:
+    """Check that a motor has one torque at each speed, and drives branches along the frequency alone."""
+    if scene.motor is None:
+        if "motor" in scene.figure.pictures:
+            must = "must leave out motor unless the scene has the key motor"
+            yield Problem(("figure", "pictures"), "'motor'", must=must)
+        return
+    stated = [name for name in (*LINE, *CURVE) if getattr(scene.motor, name) is not None]
+    if not stated:
+        yield required(("motor",), BOTH)
+        return
+    own, others = (LINE, CURVE) if stated[0] in LINE else (CURVE, LINE)
+    for name in own:
+        if name not in stated:
+            yield required(("motor", name), BOTH)
+    for name in others:
+        if name in stated:
+            must = f"must be left out beside {stated[0]}: a motor has {BOTH}"
+            yield Problem(("motor", name), "", must=must)
+    speeds, torques = scene.motor.speed or [], scene.motor.torque or []
+    if own == CURVE and len(stated) == len(own) and len(speeds) != len(torques):
+        yield Problem(
+            ("motor", "torque"), f"{len(torques)} values", f"{len(speeds)}, one for each speed"
+        )
+    if scene.followed != "nu":
+        must = "must be left out unless the frequency is followed, which a motor turns with"
+        yield Problem(("motor",), "", must=must)
+    if scene.tolerance:
+        must = "must be left out beside motor: speeds and jumps have no scatter"
+        yield Problem(("tolerance",), "", must=must)
+
+
 CHECKS = (
     TIES,
     TOGETHER,
     Check((("along",), ("over",), ("law",), ("start",), ("switch",)), _parameters),
     Check((("along",), ("over",), ("exciter",), ("start",)), _exciter),
     Check((("along",), ("at",)), _at),
-    Check(
-        (("along",), ("tolerance",), ("motor",), ("figure", "pictures")),
-        check_motor,
-    ),
+    Check((("along",), ("tolerance",), ("motor",), ("figure", "pictures")), _motor),
     Check((("along",), ("over",), ("exciter",), ("tolerance",)), _tolerance),
     Check((("along",), ("over",), ("exciter",), ("tolerance",), ("subject_to",)), _yield),
     Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),

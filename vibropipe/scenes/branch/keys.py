@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from itertools import pairwise
 from typing import TYPE_CHECKING, Annotated, Any, Literal
 
 import numpy as np
@@ -11,7 +12,6 @@ from pydantic import AfterValidator, BeforeValidator, Field, WithJsonSchema
 from vibropipe.physics.effects import effect_names, effects_of
 from vibropipe.physics.start import largest_start
 from vibropipe.physics.ties import SAMPLES
-from vibropipe.scenes.branch.motor_keys import MotorKeys
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
     Work,
@@ -33,7 +33,15 @@ from vibropipe.scenes.keys.parts import (
 )
 from vibropipe.scenes.keys.proofs import ROWS_TEXT, ProveRows, row_seconds
 from vibropipe.scenes.keys.ties import TiedScene
-from vibropipe.scenes.keys.values import NameRule, NotNull, Number, Sigma, refuse
+from vibropipe.scenes.keys.values import (
+    Measured,
+    NameRule,
+    NotNull,
+    Number,
+    NumberOrUnit,
+    Sigma,
+    refuse,
+)
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import drawn_by
@@ -91,6 +99,40 @@ class Along(StudyModel):
     def values(self) -> list[float]:
         """Where branches begin and end."""
         return [self.first, *self.to] if self.within is None else [*self.within]
+
+
+Positive = Annotated[float, NumberOrUnit(0, above=True)]
+LINE, CURVE = ("no_load", "stall"), ("speed", "torque")
+BOTH = "no_load and stall, or speed and torque"
+
+
+def _rising(values: list[float]) -> list[float]:
+    if not all(one < other for one, other in pairwise(values)):
+        refuse("increasing numbers")
+    return values
+
+
+class MotorKeys(StudyModel):
+    """What torque a motor gives over its speed: a straight line, or straight lines between points."""
+
+    no_load: Annotated[Positive | None, NotNull] = Field(
+        default=None, description="Speed without torque, where the straight line ends (as nu)."
+    )
+    stall: Annotated[Positive | None, NotNull] = Field(
+        default=None, description="Torque at rest, where the straight line begins (power over nu)."
+    )
+    speed: Annotated[list[Measured], Field(min_length=2), AfterValidator(_rising)] | None = Field(
+        default=None, description="Speeds of points that straight lines join, in place of both."
+    )
+    torque: Annotated[list[Measured], Field(min_length=2)] | None = Field(
+        default=None, description="Torques at these speeds; there is none beyond them."
+    )
+
+    def given(self) -> Any:
+        """Return the torque as `vp.motor` takes it."""
+        if self.speed is not None and self.torque is not None:
+            return list(zip(self.speed, self.torque, strict=True))
+        return {name: getattr(self, name) for name in LINE}
 
 
 if TYPE_CHECKING:

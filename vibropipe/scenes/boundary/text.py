@@ -58,12 +58,9 @@ def marks(dataset: xr.Dataset) -> np.ndarray:
     return ~np.isin(dataset["meeting_kind"].values, unmarked)
 
 
-PLURALS = {"grazing": "grazings", "fold": "folds", "flip": "flips", "pitchfork": "pitchforks"}
-
-
 def without_levels(dataset: xr.Dataset) -> xr.Dataset:
     """Return the curves of bifurcations."""
-    return of_kinds(dataset, [*PLURALS])
+    return of_kinds(dataset, [name for name in KINDS if name != "level"])
 
 
 def title_boundaries(
@@ -71,7 +68,7 @@ def title_boundaries(
 ) -> str:
     """Return the title: which bifurcations part the motions and which levels there are; else that of the scene."""
     shown = of_kinds(dataset, show)
-    kinds = series(PLURALS[name] for name in kinds_present(without_levels(shown)))
+    kinds = series(f"{name}s" for name in kinds_present(without_levels(shown)))
     levels = [level for _number, level in level_numbers(shown)]
     titles = [f"{kinds} part the motions"] if kinds else []
     if len(levels) == 1:
@@ -119,9 +116,7 @@ def curves_text(dataset: xr.Dataset) -> str:
     numbers = {
         name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
     }
-    listed = series(
-        amount_text(number, name, PLURALS.get(name)) for name, number in numbers.items()
-    )
+    listed = series(amount_text(number, name) for name, number in numbers.items())
     sought = [*dataset.attrs.get("sought", "").split()]
     sought += [level.text for level in shown_levels(dataset)]
     none = f"No curve of {series(sought)} is found" if sought else "No curve is found"

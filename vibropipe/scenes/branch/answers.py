@@ -13,7 +13,6 @@ from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
 from vibropipe.scenes.branch.lines import (
-    PLURALS,
     SAME,
     Stretch,
     cascade_of,
@@ -260,10 +259,10 @@ def kinds_answer(dataset: xr.Dataset) -> Answer | None:
     """Write how many bifurcations of each kind there are."""
     if not dataset.sizes["bifurcation"] and dataset.sizes["point"]:
         return Answer("No bifurcation is found on the branches.")
-    places = {kind: at for kind, at in places_of(dataset).items() if kind in PLURALS}
+    places = {kind: at for kind, at in places_of(dataset).items() if kind != "end"}
     if not places:
         return None
-    texts = series(amount_text(at.size, kind, PLURALS[kind]) for kind, at in places.items())
+    texts = series(amount_text(at.size, kind) for kind, at in places.items())
     return Answer(f"The branches have {texts}.")
 
 
@@ -287,7 +286,7 @@ def end_text(dataset: xr.Dataset, value: float) -> str:
     if value not in (float(axis.min()), float(axis.max())):
         return ""
     reach = SAME * float(np.ptp(axis.values))
-    kinds = {kind: at for kind, at in places_of(dataset).items() if kind in PLURALS}
+    kinds = {kind: at for kind, at in places_of(dataset).items() if kind != "end"}
     near = [kind for kind, at in kinds.items() if (np.abs(at - value) <= reach).any()]
     return f", a {near[0]}" if near else ", where the branch is followed no further"
 

@@ -161,15 +161,6 @@ def kinds_present(dataset: xr.Dataset) -> dict[str, np.ndarray]:
 # Distance, as a share of the range followed, within which bifurcations of one kind are one.
 SAME_PLACE = 1e-9
 
-PLURALS = {
-    "fold": "folds",
-    "flip": "flips",
-    "pitchfork": "pitchforks",
-    "grazing": "grazings",
-    "change": "changes",
-    "Neimark-Sacker bifurcation": "Neimark-Sacker bifurcations",
-}
-
 
 def places_of(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     """Return for each kind that occurs the parameter at its places, in order.

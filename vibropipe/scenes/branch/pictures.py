@@ -12,14 +12,7 @@ from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import coexistence, draw_branches, is_reached
 from vibropipe.scenes.branch.keys import BranchFigure
-from vibropipe.scenes.branch.lines import (
-    PLURALS,
-    cascade_of,
-    followed,
-    kinds_present,
-    places_of,
-    swept,
-)
+from vibropipe.scenes.branch.lines import cascade_of, followed, kinds_present, places_of, swept
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
 from vibropipe.scenes.kind import Picture
 from vibropipe.store.table import is_neutral
@@ -89,7 +82,7 @@ def describe_branches(
 def bifurcations_text(dataset: xr.Dataset) -> str:
     """Write how many bifurcations of each kind there are."""
     places = places_of(dataset)
-    return series(amount_text(at.size, kind, PLURALS.get(kind)) for kind, at in places.items())
+    return series(amount_text(at.size, kind) for kind, at in places.items())
 
 
 def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

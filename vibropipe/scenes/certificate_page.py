@@ -301,10 +301,10 @@ def bounds_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 CERTIFICATE_PICTURE = Picture(
     CERTIFICATE,
-    lambda dataset, **others: draw_certificate(dataset),
-    lambda dataset, **others: describe_certificate(dataset),
+    draw_certificate,
+    describe_certificate,
     has_certificate,
-    titled=lambda dataset, **others: title_certificate(dataset),
+    titled=title_certificate,
     heading="What is certain?",
 )
 

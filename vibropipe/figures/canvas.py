@@ -173,6 +173,14 @@ def crosses(ax: Axes, x: Any, y: Any, colour: str = FAILED) -> None:
     ax.plot(x, y, linestyle="none", marker="x", color=colour, markersize=3.4, markeredgewidth=0.9)
 
 
+def open_mark(marker: str, size: float, edge: float = 0.7, **options: Any) -> dict[str, Any]:
+    """Return the style of a mark that is white inside."""
+    return {
+        "linestyle": "none", "marker": marker, "markersize": size, "markerfacecolor": "white",
+        "markeredgecolor": INK, "markeredgewidth": edge, **options,
+    }  # fmt: skip
+
+
 def power_ticks(ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int]) -> None:
     """Label powers of ten on an axis; 10^0 is written as 1, 10^1 as 10."""
     powers = list(exponents)

@@ -11,8 +11,9 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.canvas import open_mark
 from vibropipe.figures.motion_words import words_of
-from vibropipe.figures.palette import INK, MIN_STEP, REGIME_STYLES, lightness, shaded
+from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness, shaded
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.words.regimes import Regime
 
@@ -265,20 +266,6 @@ def distinct_colours(names: Sequence[str]) -> list[str]:
 def marker_of(dataset: xr.Dataset, index: int) -> dict[str, Any]:
     """Return the marker of the states of an attractor at the section: dots for one without an orbit."""
     if np.all(dataset["period_multiple"].sel(attractor_id=index) == 0):
-        return {
-            "linestyle": "none",
-            "marker": ".",
-            "markersize": 2.6,
-            "markerfacecolor": "white",
-            "markeredgecolor": INK,
-            "markeredgewidth": 0.2,
-        }
+        return open_mark(".", 2.6, 0.2)
     rank = ordered(dataset).index(index)
-    return {
-        "linestyle": "none",
-        "marker": LINE_MARKERS[rank % len(LINE_MARKERS)],
-        "markersize": 5.0,
-        "markerfacecolor": "white",
-        "markeredgecolor": INK,
-        "markeredgewidth": 0.9,
-    }
+    return open_mark(LINE_MARKERS[rank % len(LINE_MARKERS)], 5.0, 0.9)

@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, top_note
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, open_mark, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.palette import EXACT, INK, REGIME_STYLES, shaded
 from vibropipe.figures.style import write_centred
@@ -42,6 +42,7 @@ CROSSED, BETWEEN = (
     -1,
     20,
 )  # code of cells with a curve; points of a curve between two that are stored
+MARK_STYLE = open_mark("o", 3.2, zorder=6)
 LABELLED = 0.005  # of the map: a smaller region has no words
 # Styles of the kinds of boundaries: dashes tell them apart in grey.
 CURVES: Mapping[str, Any] = {
@@ -111,12 +112,6 @@ def box_of(array: xr.DataArray) -> tuple[float, float]:
     factor = shown_factor(str(array.attrs.get("units", "1")))
     low, high = (factor * float(end) for end in array.attrs["box"])
     return low, high
-
-
-MARK_STYLE: Mapping[str, Any] = {
-    "linestyle": "none", "marker": "o", "markersize": 3.2, "markerfacecolor": "white",
-    "markeredgecolor": INK, "markeredgewidth": 0.7, "zorder": 6,
-}  # fmt: skip
 
 
 def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> None:

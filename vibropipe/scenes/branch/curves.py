@@ -18,6 +18,7 @@ from vibropipe.figures.canvas import (
     axes,
     new_canvas,
     note_height,
+    open_mark,
     panel,
     size_of,
     top_note,
@@ -264,10 +265,7 @@ def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:
 
 def mark_style(name: str, size: float = 4.5) -> dict[str, Any]:
     """Return the style of the mark of a kind of bifurcation."""
-    return {
-        "linestyle": "none", "marker": MARKS[name], "markersize": size, "markerfacecolor": "white",
-        "markeredgecolor": INK, "markeredgewidth": 0.7, "zorder": 5,
-    }  # fmt: skip
+    return open_mark(MARKS[name], size, zorder=5)
 
 
 def handles_of(dataset: xr.Dataset, backbone: xr.Dataset | None) -> list[Line2D]:

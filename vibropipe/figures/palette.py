@@ -64,9 +64,8 @@ REGIME_STYLES: Mapping[str, RegimeStyle] = {
     "with_rest": RegimeStyle("#E3D45E", "....", (0, (8, 2))),  # 84
     "one_sided_1": RegimeStyle("#7FB5E0", "////", (0, (5, 1.5))),  # 71
     "two_sided": RegimeStyle("#4F9A78", "", "-"),  # 58
-    "two_sided_more": RegimeStyle(
-        "#26745B", "////", (0, (3, 1))
-    ),  # 44, more than one impact on a support
+    # more than one impact on a support
+    "two_sided_more": RegimeStyle("#26745B", "////", (0, (3, 1))),  # 44
     "one_sided_2": RegimeStyle("#0F4A8A", "\\\\\\\\", (0, (5, 1.5, 1, 1.5)), "#FFFFFF"),  # 31
     "aperiodic": RegimeStyle("#5A1506", "xxxx", (0, (3, 1)), "#FFFFFF"),  # 19
     "unbounded": RegimeStyle("#050505", "", (0, (1, 3))),  # 1

@@ -27,9 +27,8 @@ from vibropipe.words.vocabulary import (
 )
 from vibropipe.words.wording import series
 
-LINE_DIGITS = (
-    95  # width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm
-)
+# Width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm.
+LINE_DIGITS = 95
 
 
 def in_lines(parts: list[str]) -> str:

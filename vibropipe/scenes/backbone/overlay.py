@@ -43,10 +43,8 @@ from vibropipe.words.wording import series
 Floats = NDArray[np.float64]
 HEIGHT, LOW, BOTTOM, TOP = 9.4, 8.0, 1.05, 0.75  # cm; LOW: without forced motions
 LEFT, WIDTH, SMALL_LEFT, SMALL_WIDTH, GAP = 1.3, 8.95, 11.9, 3.95, 0.45  # cm
-FREE = (
-    ("#BDBDBD", 4.0),
-    ("#4A4A4A", 0.9),
-)  # colour and width of the first free motion, and of others
+# Colour and width of the first free motion, and of others.
+FREE = (("#BDBDBD", 4.0), ("#4A4A4A", 0.9))
 FAMILIES = (BLUES, ORANGES)
 # A step of a line that may be a jump: of the height of the axes, and, of one law of motion, of the steps beside it; a
 # line that begins as a square root, as at a pitchfork, has 2.41 times the next step.

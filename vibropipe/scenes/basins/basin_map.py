@@ -49,11 +49,8 @@ MANY_PERIODS = 30
 MAX_MOTIONS = 4  # that stand beside the map
 LEFT, LOW, GAP = 1.25, 1.05, 0.25  # cm: left of the axes, below them, above them
 MAP_CM, TALL_CM, TIMES_CM = 9.2, 7.2, 4.2
-BESIDE, MOTION_CM, SLOT_CM = (
-    11.95,
-    3.85,
-    3.1,
-)  # left of the motions, their width, most height of one
+# Left of the motions, their width, most height of one.
+BESIDE, MOTION_CM, SLOT_CM = 11.95, 3.85, 3.1
 FLAT_CM = 1.1  # height of a panel with one tick
 MARK_CM = 0.4  # from a mark to a letter beside it
 LINE_CM, LETTERS, LEAST_PERIODS, MOST_PERIODS = 0.34, 36, 2, 6

@@ -38,10 +38,8 @@ from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.solve.shown_units import shown_factor
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
-CROSSED, BETWEEN = (
-    -1,
-    20,
-)  # code of cells with a curve; points of a curve between two that are stored
+# Code of cells with a curve; points of a curve between two that are stored.
+CROSSED, BETWEEN = -1, 20
 MARK_STYLE = open_mark("o", 3.2, zorder=6)
 LABELLED = 0.005  # of the map: a smaller region has no words
 # Styles of the kinds of boundaries: dashes tell them apart in grey.

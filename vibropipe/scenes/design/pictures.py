@@ -72,9 +72,8 @@ def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
     """Draw the parts: supports and equilibrium to scale, mass, spring and damper not."""
     half, offset = (float(np.ravel(dataset[name].values)[0]) for name in ("l", "delta"))
     scale = REACH / max(half, abs(offset))
-    at = (
-        middle - scale * offset
-    )  # displacements count from the equilibrium, supports lie at offset -+ l
+    # displacements count from the equilibrium, supports lie at offset -+ l
+    at = middle - scale * offset
     grey: dict[str, Any] = {"color": GREY, "lw": 0.5}
     ax.plot([middle] * 2, [2.0, 5.35], ls=(0, (4, 2)), **grey)
     ax.plot([at] * 2, [0.6, 4.5], ls=(0, (6, 1.5, 1, 1.5)), zorder=0, **grey)

@@ -29,9 +29,8 @@ MARK = "*"
 # Significant digits of nominal values, and of tolerances and deviations; share of a tolerance that the rounding of its
 # nominal value may take unseen.
 NOMINAL_DIGITS, DIGITS, UNSEEN = 5, 2, 1e-3
-SAME_DISTANCE = (
-    1e-6  # relative difference of one distance, by sensitivities and by the deviations of a dataset
-)
+# Relative difference of one distance, by sensitivities and by the deviations of a dataset.
+SAME_DISTANCE = 1e-6
 BOX = (
     "All parameters may be off by their tolerances at once, in any combination: at every corner the law of motion, the "
     "bounds and the targets within what is allowed hold."

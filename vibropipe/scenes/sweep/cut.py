@@ -134,8 +134,6 @@ def recompute(
     for chain in chains:
         shard = solve_rows(scene, chain * length, (chain + 1) * length)
         differences += compare_rows(path, shard, as_stored)
-        if any(
-            item.where == "" for item in differences
-        ):  # An attribute differs, and so in every row.
-            break
+        if any(item.where == "" for item in differences):
+            break  # an attribute differs, and so in every row
     return Recomputed(part_text(len(chains) * length, grid.rows), differences)

@@ -21,11 +21,8 @@ HEAD = 0.45  # cm of the combination above several panels
 MAIN_CM, SIDE_CM = 8.6, 4.6  # widths of the large panel and of those beside it
 BAR_CM, BARS_GAP = 0.36, 0.25  # height of a bar of regimes, gap above the bars
 MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
-STACK_CM, GRID_CM, SMALL_CM = (
-    8.4,
-    2.5,
-    3.0,
-)  # height of a stack of panels, of one in columns, of small multiples
+# Height of a stack of panels, of one in columns, of small multiples.
+STACK_CM, GRID_CM, SMALL_CM = 8.4, 2.5, 3.0
 
 
 @dataclass(frozen=True)

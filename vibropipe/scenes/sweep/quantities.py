@@ -184,9 +184,8 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
         elif name == "impact_velocity_max":
             panels.append(Panel((Series(name, "support", None),)))
         elif name == "displacement_amplitude" and is_shown(dataset, DEFAULT_SHOW[0]):
-            panels += [
-                Panel((each,)) for each in series[:2]
-            ]  # what the housing does takes the place of the third
+            # what the housing does takes the place of the third
+            panels += [Panel((each,)) for each in series[:2]]
         elif name != "impacts_per_period":
             panels += [Panel((each,)) for each in series]
     return panels

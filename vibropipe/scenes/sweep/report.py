@@ -86,9 +86,8 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         line["period_multiple"].values if "period_multiple" in line else np.zeros(line.sizes[axis])
     )
     is_quiet = line["region"].values == Regime.NO_IMPACT
-    quiet = (
-        1 if (multiple[is_quiet] <= 1).all() else 0
-    )  # undamped motions repeat after many, or never
+    # undamped motions repeat after many, or never
+    quiet = 1 if (multiple[is_quiet] <= 1).all() else 0
     keys = [
         (int(code), int(m) if code != Regime.NO_IMPACT else quiet)
         for code, m in zip(line["region"].values, multiple, strict=True)

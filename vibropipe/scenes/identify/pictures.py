@@ -82,24 +82,32 @@ def along(dataset: xr.Dataset) -> xr.DataArray:
     return next(each for each in dataset.coords.values() if each.dims == ("measurement",))
 
 
-def found_text(dataset: xr.Dataset, with_deviation: bool = True) -> list[str]:
+def found_text(dataset: xr.Dataset, is_explained: bool) -> list[str]:
     """Write each parameter that was found, with its standard deviation, or that it is not determined."""
     texts = []
-    for name, result in zip(map(str, dataset["parameter"].values), results(dataset), strict=True):
-        number, std = float(dataset[name]), float(dataset[f"{name}_std"])
-        value = format_number(number, digits_for(number, std))
+    for name, result in results(dataset).items():
+        symbol = plain_symbol_of(dataset[name])
         if result == FoundResult.UNDETERMINED:
-            texts.append(f"{plain_symbol_of(dataset[name])} not determined")
+            texts.append(f"{symbol} not determined")
         elif result == FoundResult.AT_RANGE:
-            texts.append(
-                f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value)}, at an end of its range"
-            )
+            texts.append(f"{symbol} = {value_text(dataset, name)}, at an end of its range")
         else:
-            sigma = f" ± {at_most(std, 2)}" if with_deviation else ""
             texts.append(
-                f"{plain_symbol_of(dataset[name])} = {with_units(dataset[name], value + sigma)}"
+                f"{symbol} = {(with_deviation if is_explained else value_text)(dataset, name)}"
             )
     return texts
+
+
+def value_text(dataset: xr.Dataset, name: str, number: float | None = None, tail: str = "") -> str:
+    """Write a parameter that was found, or another number of it, with the digits that it has."""
+    value = float(dataset[name]) if number is None else number
+    text = format_number(value, digits_for(value, float(dataset[f"{name}_std"])))
+    return with_units(dataset[name], text + tail)
+
+
+def with_deviation(dataset: xr.Dataset, name: str) -> str:
+    """Write a parameter that was found with its standard deviation and unit."""
+    return value_text(dataset, name, tail=f" ± {at_most(float(dataset[f'{name}_std']), 2)}")
 
 
 def digits_for(value: float, std: float) -> int:
@@ -110,9 +118,10 @@ def digits_for(value: float, std: float) -> int:
     return min(max(digits, 3), 9)
 
 
-def results(dataset: xr.Dataset) -> list[FoundResult]:
-    """Return what the measurements say of each parameter."""
-    return [FoundResult(int(code)) for code in dataset["parameter_result"].values]
+def results(dataset: xr.Dataset) -> dict[str, FoundResult]:
+    """Return what the measurements say of each parameter, by its name."""
+    found = [FoundResult(int(code)) for code in dataset["parameter_result"].values]
+    return dict(zip(map(str, dataset["parameter"].values), found, strict=True))
 
 
 def draw_fit(dataset: xr.Dataset) -> Figure:
@@ -210,7 +219,7 @@ def twin_texts(dataset: xr.Dataset) -> list[str]:
     """Write other parameters that fit as well: the mirror image and others."""
     if "twin" not in dataset.dims:
         return []
-    result = dict(zip(map(str, dataset["parameter"].values), results(dataset), strict=True))
+    result = results(dataset)
     explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
     texts, well = [], "as well" if explained else "no worse"
     for n, kind in enumerate(dataset["twin_kind"].values.tolist()):

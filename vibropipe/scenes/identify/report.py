@@ -11,11 +11,12 @@ from vibropipe.report.parts import DASH, Answer, Datasets, Row, Side, Table, of_
 from vibropipe.scenes.identify.pictures import (
     Column,
     columns,
-    digits_for,
     noise_text,
     results,
     sensor_texts,
     twin_texts,
+    value_text,
+    with_deviation,
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult
@@ -42,8 +43,8 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     if blind := undetermined_texts(dataset):
         found.append(Answer(blind[0], " ".join(blind[1:])))
     ended = [
-        plain_symbol_of(dataset[str(name)])
-        for name, result in zip(dataset["parameter"].values, results(dataset), strict=True)
+        plain_symbol_of(dataset[name])
+        for name, result in results(dataset).items()
         if result == FoundResult.AT_RANGE
     ]
     if ended:
@@ -89,9 +90,9 @@ def missing(part: Column) -> int:
 def least_and_best_known(dataset: xr.Dataset) -> list[str]:
     """Write the parameters that are known least and best, by their standard deviations over their ranges."""
     shares = {
-        str(name): float(dataset[f"{name}_std"])
+        name: float(dataset[f"{name}_std"])
         / float(dataset[f"{name}_upper"] - dataset[f"{name}_lower"])
-        for name, result in zip(dataset["parameter"].values, results(dataset), strict=True)
+        for name, result in results(dataset).items()
         if result == FoundResult.DETERMINED and f"{name}_upper" in dataset
     }
     order = sorted(shares, key=lambda name: -shares[name])
@@ -110,13 +111,6 @@ def least_and_best_known(dataset: xr.Dataset) -> list[str]:
 def symbol_with_deviation(dataset: xr.Dataset, name: str) -> str:
     """Write a parameter that was found with its symbol and standard deviation."""
     return f"{plain_symbol_of(dataset[name])} = {with_deviation(dataset, name)}"
-
-
-def with_deviation(dataset: xr.Dataset, name: str) -> str:
-    """Write a parameter that was found with its standard deviation and unit."""
-    value, std = float(dataset[name]), float(dataset[f"{name}_std"])
-    text = f"{format_number(value, digits_for(value, std))} ± {at_most(std, 2)}"
-    return with_units(dataset[name], text)
 
 
 def fit_text(dataset: xr.Dataset) -> str:
@@ -150,17 +144,13 @@ def constant_text(dataset: xr.Dataset) -> str:
 
 def undetermined_texts(dataset: xr.Dataset) -> list[str]:
     """Write which parameters, or combinations of them, the measurements do not determine."""
-    names = [str(name) for name in dataset["parameter"].values]
-    open_names = [
-        name for name, result in zip(names, results(dataset), strict=True)
-        if result == FoundResult.UNDETERMINED
-    ]  # fmt: skip
+    found = results(dataset)
     texts, told = [], set()
     for direction in (
         dataset["singular_vector"].transpose("direction_of_fit", "parameter").values[::-1]
     ):
-        which = [n for n, part in zip(names, np.abs(direction), strict=True) if part > PART]
-        left = [name for name in which if name in open_names and name not in told]
+        which = [n for n, part in zip(found, np.abs(direction), strict=True) if part > PART]
+        left = [n for n in which if found[n] == FoundResult.UNDETERMINED and n not in told]
         if not left:
             continue
         told |= {*left}
@@ -192,13 +182,13 @@ def alike(dataset: xr.Dataset) -> list[str]:
 
 def found_table(scene: str, dataset: xr.Dataset) -> Table:
     """Return the parameters of a scene, with ranges and, where the fit explains, deviations and correlations."""
-    names = [str(name) for name in dataset["parameter"].values]
+    found = results(dataset)
     is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
-    shown = names if is_found and 1 < len(names) <= MOST_CORRELATIONS else []
+    shown = [*found] if is_found and 1 < len(found) <= MOST_CORRELATIONS else []
     head = ["parameter", "found", "standard deviation", "range", "by the measurements"]
     head += [f"with {plain_symbol_of(dataset[name])}" for name in shown]
     rows = []
-    for name, result, shares in zip(names, results(dataset), correlation(dataset), strict=True):
+    for (name, result), shares in zip(found.items(), correlation(dataset), strict=True):
         cells = [plain_symbol_of(dataset[name]), value_text(dataset, name)]
         deviation = with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2))
         is_told = is_found or result != FoundResult.DETERMINED
@@ -208,12 +198,6 @@ def found_table(scene: str, dataset: xr.Dataset) -> Table:
         rows.append([*cells, *(texts if shown else [])])
     title = "The parameters found" if is_found else "The parameters nearest to what was measured"
     return Table(head, rows, note_text(dataset, bool(shown)), title=title, scene=scene)
-
-
-def value_text(dataset: xr.Dataset, name: str) -> str:
-    """Write a parameter that was found with the digits that it has."""
-    value, std = float(dataset[name]), float(dataset[f"{name}_std"])
-    return with_units(dataset[name], format_number(value, digits_for(value, std)))
 
 
 def range_text(dataset: xr.Dataset, name: str) -> str:
@@ -246,9 +230,7 @@ def side(datasets: Datasets) -> Side:
         is_found = int(dataset["fit_result"]) == FitResult.EXPLAINED
         head = "Found" if is_found else "Nearest"
         rows.append(Row(f"{head}: {label}" if len(datasets) > 1 else head))
-        for name, result in zip(
-            map(str, dataset["parameter"].values), results(dataset), strict=True
-        ):
+        for name, result in results(dataset).items():
             if result == FoundResult.UNDETERMINED:
                 rows.append(Row(plain_symbol_of(dataset[name]), "not determined"))
                 continue

@@ -18,6 +18,7 @@ from vibropipe.figures.text import (
     scalar_parameters,
     sentences,
 )
+from vibropipe.report.findings import value_text
 from vibropipe.scenes.backbone.curves import (
     draw_amplitude_frequency,
     draw_backbone,
@@ -29,7 +30,6 @@ from vibropipe.scenes.backbone.overlay import draw_overlay
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.parameters import or_default
 from vibropipe.words.regimes import Regime
-from vibropipe.words.units import plain_units
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
 from vibropipe.words.wording import capitalised, series
 
@@ -45,7 +45,7 @@ def describe_backbone(dataset: xr.Dataset) -> str:
         if drawn.any() and not drawn.all():
             longest = longest_period(dataset, float(value))
             offset = f"{PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
-            ends.append(f"{shown_value(dataset[period], longest)} at {offset}")
+            ends.append(f"{value_text(dataset[period], longest)} at {offset}")
     return sentences(
         "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
         "and the frequency (right) of free vibration with impacts on both supports",
@@ -58,15 +58,15 @@ def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
     """Return the caption over amplitude: which supports are struck, up to which frequency."""
     amplitude, regime = dataset["amplitude"], dataset["regime"].values
     (near, far), last = first_strikes(dataset), float(amplitude.max())
-    least = shown_value(dataset["eigenfrequency"], float(dataset["eigenfrequency"].min()), 3)
+    least = value_text(dataset["eigenfrequency"], float(dataset["eigenfrequency"].min()), 3)
     texts = []
     if (regime == Regime.NO_IMPACT).any():
         texts.append(
-            f"below A = {shown_value(amplitude, near)} no support is reached and the frequency is {least}"
+            f"below A = {value_text(amplitude, near)} no support is reached and the frequency is {least}"
         )
     one = set(regime.tolist()) & {Regime.ONE_SIDED_1, Regime.ONE_SIDED_2}
     if one:
-        end = f" up to A = {shown_value(amplitude, far)}" if last > far else ""
+        end = f" up to A = {value_text(amplitude, far)}" if last > far else ""
         texts.append(f"{'then ' if texts else ''}only support {int(min(one))} is struck{end}")
     if (regime == Regime.TWO_SIDED).any():
         texts.append(f"{'then ' if texts else ''}both supports are struck and the frequency rises")
@@ -99,7 +99,7 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
         shades = f", dark for large {plain_symbol(str(others[0]))}" if others else ""
         grid = np.diff(forced[0][axis].values)
         step = (
-            f" in steps of {shown_value(forced[0][axis], abs(grid[0]), 3)}"
+            f" in steps of {value_text(forced[0][axis], abs(grid[0]), 3)}"
             if np.ptp(grid) < 1e-9 * abs(grid[0])
             else ""
         )
@@ -138,18 +138,11 @@ def symmetry_text(dataset: xr.Dataset) -> str:
     top = int(np.nanargmax(mean))
     if mean[top] <= ROUNDING * largest:
         return "By symmetry the mean displacement and the even harmonics vanish"
-    at = shown_value(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
-    largest_text = shown_value(dataset["displacement_mean"], mean[top], 3)
+    at = value_text(dataset["eigenfrequency"], dataset["eigenfrequency"].values[top], 3)
+    largest_text = value_text(dataset["displacement_mean"], mean[top], 3)
     return (
         f"Of these motions the mean displacement is largest, {largest_text}, at the frequency {at}"
     )
-
-
-def shown_value(array: xr.DataArray, value: float, digits: int = 4) -> str:
-    """Write a value of an array with the units that it states."""
-    units = str(array.attrs.get("units", "1"))
-    tail = "" if units == "1" else f" {plain_units(units)}"
-    return format_number(float(value), digits) + tail
 
 
 def keywords(options: BackboneFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

@@ -54,6 +54,16 @@ LINES: tuple[Mapping[str, Any], ...] = (
 DOTTED: Any = (0, (1, 1.2))  # of unstable motions
 LINE_MARKERS = ("o", "s", "D", "^", "v", "P", "X")
 
+TICKS: Mapping[str, Any] = {
+    "labelsize": SMALL,
+    "color": INK,
+    "major.width": 0.5,
+    "minor.width": 0.3,
+    "major.size": 3.0,
+    "minor.size": 1.6,
+    "major.pad": 2.5,
+}
+# What differs from the defaults of matplotlib, or must not follow a change of them.
 SETTINGS: Mapping[str, Any] = {
     "font.family": [FAMILY],
     "mathtext.fontset": "custom",
@@ -66,47 +76,27 @@ SETTINGS: Mapping[str, Any] = {
     "mathtext.tt": FAMILY,
     "mathtext.fallback": "stix",
     "font.size": BODY,
-    "axes.labelsize": BODY,
     "axes.titlesize": BODY,
-    "legend.fontsize": BODY,
     "legend.title_fontsize": BODY,
     "figure.titlesize": BODY,
-    "xtick.labelsize": SMALL,
-    "ytick.labelsize": SMALL,
     "axes.linewidth": 0.5,
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "axes.labelpad": 3.0,
     "axes.spines.top": False,
     "axes.spines.right": False,
-    "axes.unicode_minus": True,
     "axes.axisbelow": True,
     "text.color": INK,
-    "xtick.color": INK,
-    "ytick.color": INK,
-    "xtick.major.width": 0.5,
-    "ytick.major.width": 0.5,
-    "xtick.minor.width": 0.3,
-    "ytick.minor.width": 0.3,
-    "xtick.major.size": 3.0,
-    "ytick.major.size": 3.0,
-    "xtick.minor.size": 1.6,
-    "ytick.minor.size": 1.6,
-    "xtick.major.pad": 2.5,
-    "ytick.major.pad": 2.5,
+    **{f"{axis}tick.{name}": value for axis in "xy" for name, value in TICKS.items()},
     "lines.linewidth": 1.2,
     "lines.markersize": 3.6,
     "hatch.linewidth": 0.35,
     "legend.frameon": False,
     "legend.handlelength": 2.2,
     "legend.columnspacing": 1.1,
-    "axes.grid": False,
     "savefig.dpi": 300,
     "svg.hashsalt": "vibropipe",
-    "svg.fonttype": "path",
     "pdf.fonttype": 3,  # OpenType files with cubic outlines cannot be embedded as type 42
-    "pdf.compression": 6,
-    "path.simplify": True,
 }
 # Metadata of files, without the time of writing.
 METADATA: Mapping[str, Mapping[str, None]] = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}

@@ -4,8 +4,6 @@ the errors that are asked for and reached.
 
 from __future__ import annotations
 
-from collections.abc import Collection
-
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -26,7 +24,7 @@ from vibropipe.report.exciter import side_of_first
 from vibropipe.report.parts import Answer, Datasets, Line, of_each, tables_of_each
 from vibropipe.scenes.accuracy.summary import error_text, motion_title, multiple_text
 from vibropipe.scenes.accuracy.text import answers, packages_of, times_table
-from vibropipe.scenes.kind import Picture, ReportPart, showing
+from vibropipe.scenes.kind import Picture, ReportPart
 from vibropipe.words.status import Status
 from vibropipe.words.wording import count
 
@@ -39,7 +37,7 @@ def has_asked(dataset: xr.Dataset) -> bool:
     return "asked_error" in dataset
 
 
-def draw_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+def draw_asked(dataset: xr.Dataset) -> Figure:
     """Draw, for the first motion, errors and times over the accuracy that is asked for."""
     one = dataset.isel(motion=0)
     figure = new_canvas(HEIGHT_CM)
@@ -76,8 +74,7 @@ def draw_errors(ax: Axes, one: xr.Dataset) -> None:
     error = np.maximum(one["asked_error"].values, 2 * LOWEST)
     blue = METHODS["newmark"].colour
     ax.plot(asked, estimate, color=blue, lw=1.0)
-    ax.plot(asked[good], error[good], "D", color=EXACT)
-    ax.plot(asked[~good], error[~good], "D", color=EXACT, markerfacecolor="white")
+    draw_marks(ax, one, error)
     label(ax, asked[0], estimate[0] * 2.5, "estimated by the program", blue, va="bottom")
     label(ax, asked[0], error[0] / 4, "true error", EXACT, va="top")
     if not good.all():
@@ -89,52 +86,41 @@ def draw_errors(ax: Axes, one: xr.Dataset) -> None:
     panel(ax, "a", "error", indent=-1.4)
 
 
+def draw_marks(ax: Axes, one: xr.Dataset, values: np.ndarray) -> None:
+    """Draw values over the accuracies, hollow where these are not reached."""
+    asked, good = one["accuracy"].values, kept(one)
+    ax.plot(asked[good], values[good], "D", color=EXACT)
+    ax.plot(asked[~good], values[~good], "D", color=EXACT, markerfacecolor="white")
+
+
 def draw_times(ax: Axes, one: xr.Dataset) -> None:
     """Draw the time of the call, with its quartiles, beside that of the call without an accuracy."""
-    asked, good = one["accuracy"].values, kept(one)
+    asked = one["accuracy"].values
     asked_axis(ax, one)
     times, low, high = (one[f"asked_time{side}"].values for side in ("", "_low", "_high"))
     plain = float(one["plain_time"])
     size, unit = (1e3, "µs") if max(times.max(), plain) >= 1e3 else (1.0, "ns")
     ax.vlines(asked, low / size, high / size, color=EXACT, lw=0.6)
-    ax.plot(asked[good], times[good] / size, "D", color=EXACT)
-    ax.plot(asked[~good], times[~good] / size, "D", color=EXACT, markerfacecolor="white")
+    draw_marks(ax, one, times / size)
     ax.axhline(plain / size, color=EXACT, lw=0.6, ls=(0, (4, 2)))
     ax.set_ylim(0, 1.25 * max(high.max(), plain) / size)
     hairlines(ax, "y")
     top = ax.get_ylim()[1]
-    label(
-        ax,
-        asked[0],
-        plain / size - 0.02 * top,
-        "the same call without an accuracy",
-        EXACT,
-        va="top",
-    )
-    label(
-        ax,
-        asked[0],
-        times.max() / size + 0.05 * top,
-        "with an estimate of its error",
-        EXACT,
-        va="bottom",
-    )
+    low_text, high_text = plain / size - 0.02 * top, times.max() / size + 0.05 * top
+    label(ax, asked[0], low_text, "the same call without an accuracy", EXACT, va="top")
+    label(ax, asked[0], high_text, "with an estimate of its error", EXACT, va="bottom")
     ax.set_ylabel(f"time per forcing period, {unit}")
     panel(ax, "b", "time", indent=-1.1)
 
 
-def describe_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+def describe_asked(dataset: xr.Dataset) -> str:
     """Return the caption: what is drawn."""
     one = dataset.isel(motion=0)
-    text = (
+    refused = " Hollow: refused, since the estimate is larger than what is asked."
+    return (
         f"The argument accuracy of simulate, on {motion_title(one['motion'].values)} over "
         f"{count(int(one['periods_run']), 'period')}, the call itself included. The true error is against 40 digits: "
-        "absolute, or relative to the motion where that is larger."
-    )
-    return (
-        text
-        if kept(one).all()
-        else f"{text} Hollow: refused, since the estimate is larger than what is asked."
+        f"absolute, or relative to the motion where that is larger.{'' if kept(one).all() else refused}"
     )
 
 
@@ -154,7 +140,7 @@ def asked_answer(dataset: xr.Dataset) -> Answer:
     return Answer(lead, f"The true error is at most {error_text(worst)}; {longer}.")
 
 
-def title_of_asked(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+def title_of_asked(dataset: xr.Dataset) -> str:
     """Return what the picture shows, as a sentence."""
     one = dataset.isel(motion=0)
     good = kept(one)
@@ -188,9 +174,8 @@ ASKED = Picture(
     draw_asked,
     describe_asked,
     has_asked,
-    showing,
-    title_of_asked,
-    "What do I get if I ask for an accuracy?",
+    titled=title_of_asked,
+    heading="What do I get if I ask for an accuracy?",
 )
 REPORT = ReportPart(
     "Accuracy",

@@ -43,10 +43,10 @@ def capital(text: str) -> str:
     return text if text.startswith(("scipy", "heyoka", "solve")) else capitalised(text)
 
 
-def time_text(nanoseconds: float, digits: int = 2) -> str:
-    """Write a time in the unit that people use: 0.23 µs, 1.5 ms."""
+def time_text(nanoseconds: float) -> str:
+    """Write a time in the unit that people use, to two digits: 0.23 µs, 1.5 ms."""
     size, unit = next((s for s in TIME_UNITS if nanoseconds >= 0.1 * s[0]), TIME_UNITS[-1])
-    return f"{format_number(float(f'{nanoseconds / size:.{digits}g}'), 4)} {unit}"
+    return f"{format_number(float(f'{nanoseconds / size:.2g}'), 4)} {unit}"
 
 
 def error_text(error: float) -> str:
@@ -63,9 +63,9 @@ def multiple_text(ratio: float, rounded: Callable[[float], float] = np.round) ->
     return f"{value:.2g}" if ratio < 10 else f"{value:,.0f}"
 
 
-def error_axis(ax: Axes, exponents: Iterable[int], worst: float, best: float = LEAST_ERROR) -> None:
+def error_axis(ax: Axes, exponents: Iterable[int], worst: float) -> None:
     """Let an axis of errors grow more accurate to the right."""
-    ax.set(xscale="log", xlim=(worst, best / 5))
+    ax.set(xscale="log", xlim=(worst, LEAST_ERROR / 5))
     power_ticks(ax, "x", exponents)
 
 

@@ -113,14 +113,14 @@ def steps_text(dataset: xr.Dataset) -> str:
 
 def answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
-    if "exact" not in dataset["method"].values:
-        found = (
-            [least_error(dataset.isel(motion=0))]
-            if dataset.sizes["motion"] == 1
-            else [Answer(lost_text(dataset))]
-        )
-        return [answer for answer in found if answer.lead]
-    found = one_motion(dataset.isel(motion=0)) if dataset.sizes["motion"] == 1 else several(dataset)
+    has_exact = "exact" in dataset["method"].values
+    if dataset.sizes["motion"] == 1:
+        one = dataset.isel(motion=0)
+        found = one_motion(one) if has_exact else [least_error(one)]
+    else:
+        # of several motions the title says who is accurate
+        found = [Answer(lost_text(dataset))]
+        found += [Answer(exact_times_text(dataset))] if has_exact else []
     return [answer for answer in found if answer.lead]
 
 
@@ -203,11 +203,6 @@ def names_text(methods: Iterable[str]) -> str:
     return series(names)
 
 
-def several(dataset: xr.Dataset) -> list[Answer]:
-    """Return where no other package ends a run, and the exact method's times; the title says who is accurate."""
-    return [Answer(lost_text(dataset)), Answer(exact_times_text(dataset))]
-
-
 def exact_times_text(dataset: xr.Dataset) -> str:
     """Write between which times of a period the exact method solves the motions."""
     curves = [curve(dataset.isel(motion=k), "exact")[1] for k in range(dataset.sizes["motion"])]
@@ -242,11 +237,8 @@ def lost_text(dataset: xr.Dataset) -> str:
         return ""
     outcome = dataset["outcome"].sel({"method": peers}).values
     tried = outcome != Outcome.NOT_TRIED
-    lost = int(
-        (
-            tried.any(axis=(1, 2)) & ~(tried & (outcome != Outcome.DID_NOT_END)).any(axis=(1, 2))
-        ).sum()
-    )
+    has_ended = (tried & (outcome != Outcome.DID_NOT_END)).any(axis=(1, 2))
+    lost = int((tried.any(axis=(1, 2)) & ~has_ended).sum())
     amount = dataset.sizes["motion"]
     return f"On {lost} of {amount} motions, no run of {names_text(peers)} ends." if lost else ""
 

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Collection
+from collections.abc import Callable
 from dataclasses import replace
 from typing import Any
 
@@ -23,7 +23,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.palette import EXACT, GREY, METHODS
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.kind import Picture, showing
+from vibropipe.scenes.kind import Picture
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.wording import series
 
@@ -53,7 +53,7 @@ def has_failures(dataset: xr.Dataset) -> bool:
     return bool(questions_in(dataset))
 
 
-def draw_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
+def draw_failures(dataset: xr.Dataset) -> Figure:
     """Draw a panel for each question."""
     names = questions_in(dataset)
     rows = -(-len(names) // 2)
@@ -236,7 +236,7 @@ TEXTS = {
 }
 
 
-def describe_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+def describe_failures(dataset: xr.Dataset) -> str:
     """Return the caption: what each panel shows."""
     names, attrs = questions_in(dataset), dataset.attrs
     letters = "abcd" if len(names) > 1 else ""
@@ -262,7 +262,7 @@ def is_below(dataset: xr.Dataset) -> bool:
     return any(bool((error < FLOOR).any()) for error in errors)
 
 
-def title_of_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+def title_of_failures(dataset: xr.Dataset) -> str:
     """Return what the picture shows, as a sentence, if the exact method has no failure."""
     names = questions_in(dataset)
     outcomes = [dataset[f"{name}_outcome"] for name in names if name != "step"]
@@ -274,5 +274,5 @@ def title_of_failures(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 
 
 FAILURES = Picture(
-    "failures", draw_failures, describe_failures, has_failures, showing, title_of_failures
+    "failures", draw_failures, describe_failures, has_failures, titled=title_of_failures
 )

@@ -109,10 +109,22 @@ def note_height(text: str) -> float:
     return NOTE_CM * (1 + text.count("\n")) if text else 0.0
 
 
-def top_note(figure: Figure, text: str, left: float) -> None:
-    """Write a grey note, such as the parameters, above all axes of a figure, `left` from its edge."""
+def noted_canvas(height: float, text: str, left: float) -> Figure:
+    """Return an empty figure and, above its height, a grey note, such as the parameters, `left` from its edge."""
+    figure = new_canvas(height + note_height(text))
     wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
     figure.text(left / wide, 1 - 0.05 / high, text, color=GREY, fontsize=SMALL, va="top")
+    return figure
+
+
+def legend_above(figure: Figure, handles: Sequence[Artist], note: str, left: float) -> None:
+    """Write a legend in a line above axes, under the note of the figure."""
+    wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
+    figure.legend(
+        handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
+        bbox_to_anchor=(left / wide - 0.01, 1.0 - note_height(note) / high),
+        columnspacing=1.2, fontsize=SMALL,
+    )  # fmt: skip
 
 
 def arrow(

@@ -22,11 +22,9 @@ from vibropipe.figures.canvas import (
     SMALL,
     axes,
     colour_bar,
-    new_canvas,
-    note_height,
+    noted_canvas,
     size_of,
     support_bands,
-    top_note,
 )
 from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
@@ -85,9 +83,7 @@ def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     has_map, has_times = "attractor" in show, "periods_to_attractor" in show
     lower = TIMES_CM + LOW if has_map and has_times else 0.0
     tall = TALL_CM if has_map else TALL_CM - 1.5
-    note = parameter_line(dataset)
-    figure = new_canvas(LOW + lower + tall + GAP + note_height(note))
-    top_note(figure, note, LEFT)
+    figure = noted_canvas(LOW + lower + tall + GAP, parameter_line(dataset), LEFT)
     if "x0" not in dataset.dims:
         draw_states(axes(figure, LEFT, LOW, MAP_CM, TALL_CM), dataset)
         draw_motions(figure, dataset, LOW)

@@ -12,8 +12,8 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import offset_copy
 
+from vibropipe.figures.canvas import CM_PER_INCH, axes, label_region, noted_canvas, panel
 from vibropipe.figures.canvas import WIDE as CANVAS
-from vibropipe.figures.canvas import axes, label_region, new_canvas, note_height, panel, top_note
 from vibropipe.figures.map_shapes import cell_edges, frame
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
@@ -57,10 +57,8 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
     """Draw the attractor of each start at some values of the parameter."""
     name, chosen = str(swept_name(dataset)), mapped_values(dataset)
     rows = -(-len(chosen) // COLUMNS)
-    note = parameter_line(dataset)
-    height = LOW + rows * UP + note_height(note)
-    figure = new_canvas(height)
-    top_note(figure, note, LEFT)
+    figure = noted_canvas(LOW + rows * UP, parameter_line(dataset), LEFT)
+    height = float(figure.get_figheight()) * CM_PER_INCH
     edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
     for position, index in enumerate(chosen):
         row, column = divmod(position, COLUMNS)
@@ -91,9 +89,7 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
     branches : data of a branch scene along the same parameter, drawn under the amplitudes
     """
     name = str(swept_name(dataset))
-    note = parameter_line(dataset)
-    figure = new_canvas(10.2 + note_height(note))
-    top_note(figure, note, 1.4)
+    figure = noted_canvas(10.2, parameter_line(dataset), 1.4)
     upper = axes(figure, 1.4, 5.8, 14.3, 3.8)
     lower = axes(figure, 1.4, 1.05, 14.3, 4.0, sharex=upper)
     if branches is not None:

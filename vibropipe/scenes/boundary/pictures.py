@@ -16,7 +16,7 @@ from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, note_height, open_mark, top_note
+from vibropipe.figures.canvas import axes, legend_above, noted_canvas, open_mark
 from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
 from vibropipe.figures.palette import EXACT, INK, REGIME_STYLES, shaded
 from vibropipe.figures.style import write_centred
@@ -66,9 +66,7 @@ def draw_boundaries(
     whole, dataset = dataset, of_kinds(dataset, show)
     x, y = plane(dataset)
     note = parameter_line(whole)
-    height = LOW + HIGH + TOP + note_height(note)
-    figure = new_canvas(height)
-    top_note(figure, note, LEFT)
+    figure = noted_canvas(LOW + HIGH + TOP, note, LEFT)
     ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
     of_axes = regimes if regimes is not None else whole
     for name, set_limits in ((x, ax.set_xlim), (y, ax.set_ylim)):
@@ -90,10 +88,7 @@ def draw_boundaries(
     frame(ax)
     if not dataset.sizes["point"] and regimes is None:
         write_centred(ax, "No curve is found")
-    figure.legend(
-        handles=curve_handles(dataset), loc="upper left", ncols=10, borderaxespad=0.1, fontsize=SMALL,
-        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / height), handletextpad=0.5, columnspacing=1.2,
-    )  # fmt: skip
+    legend_above(figure, curve_handles(dataset), note, LEFT)
     return figure
 
 

@@ -12,16 +12,13 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import (
-    CM_PER_INCH,
     SMALL,
-    WIDE,
     axes,
-    new_canvas,
-    note_height,
+    legend_above,
+    noted_canvas,
     open_mark,
     panel,
     size_of,
-    top_note,
 )
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
@@ -82,9 +79,7 @@ def draw_branches(
     high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
     base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
     note = parameter_line(dataset)
-    height = base + number * (high + BETWEEN) + TOP + note_height(note)
-    figure = new_canvas(height)
-    top_note(figure, note, LEFT)
+    figure = noted_canvas(base + number * (high + BETWEEN) + TOP, note, LEFT)
     limits = float(dataset[along].min()), float(dataset[along].max())
     drawn = []
     for position, each in enumerate(panels):
@@ -108,18 +103,8 @@ def draw_branches(
         drawn.append(draw_bars(figure, bars, colours, limits))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
-    legend_above(figure, handles_of(dataset, backbone), note)
+    legend_above(figure, handles_of(dataset, backbone), note, LEFT)
     return figure
-
-
-def legend_above(figure: Figure, handles: Sequence[Line2D], note: str) -> None:
-    """Write a legend in a line above axes, under the note of the figure."""
-    height = figure.get_size_inches()[1] * CM_PER_INCH
-    figure.legend(
-        handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
-        bbox_to_anchor=(LEFT / WIDE - 0.01, 1.0 - note_height(note) / height),
-        columnspacing=1.2, fontsize=SMALL,
-    )  # fmt: skip
 
 
 def is_reached(dataset: xr.Dataset) -> np.ndarray:

@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import SMALL, arrow, axes, new_canvas, note_height, panel, top_note
+from vibropipe.figures.canvas import SMALL, arrow, axes, legend_above, noted_canvas, panel
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.palette import GREY, INK, readable
 from vibropipe.figures.text import (
@@ -34,7 +34,6 @@ from vibropipe.scenes.branch.curves import (
     WIDTH,
     colours_of,
     draw_pieces,
-    legend_above,
     line_names,
     write_names,
 )
@@ -71,8 +70,7 @@ def question_of(datasets: Mapping[str, xr.Dataset]) -> str:
 def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
     """Draw the torques of load and motor over the speed, the speeds at which they are equal, and the jumps."""
     note = parameter_line(dataset)
-    figure = new_canvas(LOW + HIGH + TOP + BETWEEN + note_height(note))
-    top_note(figure, note, LEFT)
+    figure = noted_canvas(LOW + HIGH + TOP + BETWEEN, note, LEFT)
     ax = axes(figure, LEFT, LOW, WIDTH, HIGH)
     speeds, load = dataset[followed(dataset)], dataset["load_torque"].values
     order = np.argsort(speeds.values)
@@ -112,7 +110,7 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
             if (kept == is_kept).any()
         ),
     ]
-    legend_above(figure, handles, note)
+    legend_above(figure, handles, note, LEFT)
     return figure
 
 

@@ -31,7 +31,6 @@ from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.layout import (
     LEFT,
     MAX_MULTIPLES,
-    Spot,
     fitting_panels,
     lay_out,
     spot_axes,
@@ -116,21 +115,14 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     legend = legend_patches(dataset)
     below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
     layout = lay_out(rows, dims, panels, 1, True, below)
-    first: dict[Panel, Axes] = {}
-    drawn: list[tuple[Spot, Axes]] = []
-    for spot, letter in zip(
-        layout.spots, "abcdefghijklmnopqrstuvwxyzabcdefghijklmnopqrstuvwxyz", strict=False
-    ):
-        ax = spot_axes(layout.figure, spot, along, first.get(spot.panel))
-        first.setdefault(spot.panel, ax)
-        drawn.append((spot, ax))
-        ax.tick_params(labelleft=not spot.is_inner)
+    drawn = spot_axes(layout, along)
+    letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
+    for spot, ax in drawn:
         x_of = np.full(dataset["regime"].size, np.nan)
         x_of[spot.part["index"].values] = spot.part[along].values
         draw_diagram(ax, points[spot.panel], x_of, spot.panel)
         words = title_of(dataset, spot.panel, spot.width)
-        has_letter = len(layout.spots) > 1 == len(layout.bars)
-        write_spot_titles(ax, spot, letter if has_letter else "", words)
+        write_spot_titles(ax, spot, next(letters, ""), words)
     finish(layout, drawn, draw_bars(layout, rows, along, None), dataset, along)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure

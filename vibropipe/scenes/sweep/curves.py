@@ -101,20 +101,15 @@ def draw_sweep(
     named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
     legend = [patch for patch in legend if patch.get_label() not in named]
     layout = layout_with(legend)
+    drawn = spot_axes(layout, along)
     first: dict[Panel, Axes] = {}
-    drawn: list[tuple[Spot, Axes]] = []
-    letters, is_multiple = iter("abcdefghijklmnopqrstuvwxyz"), len(layout.bars) > 1
-    for spot in layout.spots:
-        ax = spot_axes(layout.figure, spot, along, first.get(spot.panel))
-        first.setdefault(spot.panel, ax)
-        drawn.append((spot, ax))
-        draw_panel(
-            ax, spot, along, lines_dim, backbone, arrows=len(drawn) == 1 or lines_dim is None
-        )
-        has_letter = len(layout.spots) > 1 and not is_multiple
-        ax.tick_params(labelleft=not spot.is_inner)
+    letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
+    for number, (spot, ax) in enumerate(drawn):
+        arrows = number == 0 or lines_dim is None
+        draw_panel(ax, spot, along, lines_dim, backbone, arrows)
         words = spot.panel.title(dataset, spot.width - 0.2)
-        write_spot_titles(ax, spot, next(letters, "") if has_letter else "", words)
+        write_spot_titles(ax, spot, next(letters, ""), words)
+        first.setdefault(spot.panel, ax)
     scale_ordinates(first, dataset)
     finish(layout, drawn, draw_bars(layout, dataset, along, lines_dim), dataset, along)
     if lines_dim is not None and drawn:

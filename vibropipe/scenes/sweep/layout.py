@@ -187,8 +187,15 @@ def write_spot_titles(ax: Axes, spot: Spot, letter: str, words: str) -> None:
         ax.text(0, y, spot.head, fontsize=BODY, weight="bold", transform=ax.transAxes)
 
 
-def spot_axes(figure: Figure, spot: Spot, along: str, shared: Axes | None = None) -> Axes:
-    """Add the axes of a panel, with the ordinate of another one if they share it."""
-    ax = axes(figure, spot.left, spot.bottom, spot.width, spot.height, sharey=shared)
-    ax.set_xscale(scale_of(spot.part[along].values))
-    return ax
+def spot_axes(layout: Layout, along: str) -> list[tuple[Spot, Axes]]:
+    """Add the axes of each panel; those of the same quantities share the ordinate of the first."""
+    first: dict[Panel, Axes] = {}
+    found = []
+    for spot in layout.spots:
+        shared = first.get(spot.panel)
+        ax = axes(layout.figure, spot.left, spot.bottom, spot.width, spot.height, sharey=shared)
+        ax.set_xscale(scale_of(spot.part[along].values))
+        ax.tick_params(labelleft=not spot.is_inner)
+        first.setdefault(spot.panel, ax)
+        found.append((spot, ax))
+    return found

@@ -157,7 +157,9 @@ def draw_characteristics(
     """Draw a backbone over amplitude, alone or with the scenes that lie along it."""
     if not together:
         return draw_amplitude_frequency(dataset, show)
-    return draw_overlay(*free_and_forced(dataset, together), shown_name(show))
+    is_of_velocity = show and all(name.startswith("velocity") for name in show)
+    name = "velocity" if is_of_velocity else "displacement"
+    return draw_overlay(*free_and_forced(dataset, together), name)
 
 
 def describe_characteristics(
@@ -176,13 +178,6 @@ def free_and_forced(
     free = [dataset, *(other for other in together if "eigenfrequency" in other)]
     free.sort(key=lambda each: abs(or_default(scalar_parameters(each), "delta")))
     return free, [other for other in together if "eigenfrequency" not in other]
-
-
-def shown_name(show: Collection[str]) -> str:
-    """Return whose harmonics are drawn over one another: `velocity` if only its quantities are shown."""
-    return (
-        "velocity" if show and all(name.startswith("velocity") for name in show) else "displacement"
-    )
 
 
 PICTURES = (

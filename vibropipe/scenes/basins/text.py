@@ -250,12 +250,12 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
         ends = outwards(low, high, 3)
         largest = float(np.abs(row["floquet_multiplier"].values).max())
-        creeps = [signed_text(row["housing_velocity_mean"])] if has_housing else []
+        creep = float(row["housing_velocity_mean"]) if has_housing else math.nan
         rows.append(
             [
                 letters_of(dataset)[index],
                 attractor_words(dataset, index),
-                *creeps,
+                *([digits(creep) if math.isfinite(creep) else DASH] if has_housing else []),
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
@@ -298,12 +298,6 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += f" Nothing was proved: {dataset.attrs[REFUSED]}."
     unknown = " A dash: none, or not known." if any(DASH in row for row in rows) else ""
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
-
-
-def signed_text(value: xr.DataArray) -> str:
-    """Write a value without unit; a dash if it is not known."""
-    number = float(value)
-    return digits(number) if math.isfinite(number) else DASH
 
 
 def knock_text(knock: float, step: float) -> str:

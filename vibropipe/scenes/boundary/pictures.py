@@ -18,7 +18,7 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import axes, legend_above, noted_canvas, open_mark
 from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
-from vibropipe.figures.palette import EXACT, INK, REGIME_STYLES, shaded
+from vibropipe.figures.palette import EXACT, INK, shaded
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.boundary.keys import BoundaryFigure
@@ -95,16 +95,10 @@ def draw_boundaries(
 def ends_of_axis(array: xr.DataArray) -> tuple[float, float] | None:
     """Return the ends of an axis: of the box in which curves were sought, else of the values, if there are any."""
     if "box" in array.attrs:
-        low, high = box_of(array)
+        factor = shown_factor(str(array.attrs.get("units", "1")))
+        low, high = (factor * float(end) for end in array.attrs["box"])
         return low, high
     return (float(array.min()), float(array.max())) if array.size else None
-
-
-def box_of(array: xr.DataArray) -> tuple[float, float]:
-    """Return the ends of a parameter in which curves were sought, in the units shown."""
-    factor = shown_factor(str(array.attrs.get("units", "1")))
-    low, high = (factor * float(end) for end in array.attrs["box"])
-    return low, high
 
 
 def draw_curve(ax: Axes, dataset: xr.Dataset, points: np.ndarray, name: str) -> None:
@@ -128,11 +122,6 @@ def colour_of(name: str) -> str:
     return EXACT if name == "level" else INK
 
 
-def faded(name: str) -> str:
-    """Return the colour of a regime mixed with white."""
-    return shaded(REGIME_STYLES[name].colour, FADED)
-
-
 def draw_regimes(
     ax: Axes, dataset: xr.Dataset, regimes: xr.Dataset, labels: Sequence[Text] = ()
 ) -> None:
@@ -144,9 +133,8 @@ def draw_regimes(
             codes = codes.isel({dim: 0})
     ordered = codes.sortby([x, y])
     values = ordered.transpose(y, x).values
-    colours = ListedColormap(
-        [faded(region.name) for region in sorted(regions, key=lambda r: r.code)]
-    )
+    ranked = sorted(regions, key=lambda region: region.code)
+    colours = ListedColormap([shaded(region.style.colour, FADED) for region in ranked])
     found = np.unique([region.code for region in regions])
     edges = cell_edges(ordered[x].values), cell_edges(ordered[y].values)
     numbers = np.searchsorted(found, values)

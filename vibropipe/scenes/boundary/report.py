@@ -10,7 +10,7 @@ from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
 from vibropipe.scenes.boundary.levels import shown_levels
-from vibropipe.scenes.boundary.text import boundary_answers, change_text, meeting_name, plane
+from vibropipe.scenes.boundary.text import boundary_answers, change_text, plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
@@ -96,8 +96,10 @@ def far_text(dataset: xr.Dataset, first: int, last: int) -> str:
 
 
 def end_text(name: str) -> str:
-    """Write what a curve meets at an end."""
-    return "end of the range" if name == "box" else meeting_name(name)
+    """Write what a curve meets at an end: grazing and fold; double grazing."""
+    if name == "box":
+        return "end of the range"
+    return name if name.startswith(("double", "degenerate")) else name.replace(" ", " and ")
 
 
 def words_at(dataset: xr.Dataset, point: int) -> str:

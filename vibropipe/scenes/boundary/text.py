@@ -192,8 +192,3 @@ def meeting_places(dataset: xr.Dataset) -> NDArray[np.intp]:
         reach = SAME_PLACE * np.ptp(dataset[name].values) if at.size else 0.0
         found.append(np.abs(at[:, None] - at) <= reach)
     return np.asarray((found[0] & found[1]).argmax(axis=1) if marked.any() else np.empty(0, int))
-
-
-def meeting_name(kind: str) -> str:
-    """Write what meets: grazing and fold; double grazing."""
-    return kind if kind.startswith(("double", "degenerate")) else kind.replace(" ", " and ")

@@ -131,7 +131,8 @@ def describe_motor(dataset: xr.Dataset, **options: Any) -> str:
 def title_motor(dataset: xr.Dataset, **options: Any) -> str:
     """Return the title: how many speeds are kept."""
     if over := swept(dataset):
-        kept_at, n = values_with_speed(dataset, over), np.unique(dataset[over].values).size
+        values = dataset[f"crossing_{over}"].values[dataset["speed_is_stable"].values == 1]
+        kept_at, n = np.unique(values).size, np.unique(dataset[over].values).size
         which = f"{number_word(kept_at) if kept_at else 'none'} of {amount_text(n, 'value')}"
         which = f"each of {amount_text(n, 'value')}" if kept_at == n > 1 else which
         return f"At {which} of {symbol_text(dataset[over])} the motor keeps a speed followed here"
@@ -145,12 +146,6 @@ def title_motor(dataset: xr.Dataset, **options: Any) -> str:
     elif kept == number:
         which = f"keeps {'both speeds' if number == 2 else f'all {speeds}'}"
     return f"The motor {which} at which its torque is that of the load"
-
-
-def values_with_speed(dataset: xr.Dataset, over: str) -> int:
-    """Return at how many values of the further parameter a speed is kept."""
-    kept = dataset["speed_is_stable"].values == 1
-    return int(np.unique(dataset[f"crossing_{over}"].values[kept]).size)
 
 
 def motor_answer(dataset: xr.Dataset) -> Answer | None:

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, changing_text
@@ -31,9 +32,10 @@ def title_branches(
     number = sum(len(intervals) for intervals in coexistence(dataset).values())
     if not number:
         return _alone(dataset, symbol)
-    if swept(dataset):
-        which = "each" if len(coexistence(dataset)) == _values(dataset) else "some"
-        return f"At {which} {symbol_text(dataset[swept(dataset)])}, several motions are stable in places along {symbol}"
+    if over := swept(dataset):
+        is_each = len(coexistence(dataset)) == np.unique(dataset[over].values).size
+        which = f"{'each' if is_each else 'some'} {symbol_text(dataset[over])}"
+        return f"At {which}, several motions are stable in places along {symbol}"
     intervals = amount_text(number, "interval")
     return f"At least two of these motions are stable in {intervals} of {symbol}"
 
@@ -53,11 +55,6 @@ def _alone(dataset: xr.Dataset, symbol: str) -> str:
     if kinds_present(dataset) and len(passed) <= MAX_TITLE:
         return passed
     return f"Stable and unstable orbits along {symbol}"
-
-
-def _values(dataset: xr.Dataset) -> int:
-    """Return the number of values of the further parameter."""
-    return len({float(value) for value in dataset[swept(dataset)].values})
 
 
 def describe_branches(

@@ -142,7 +142,10 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     shifted, points, branches = [], 0, 0
     # What follows it, by ties or as a damping that a restitution gives; absent where it has its default.
     held = {str(each) for part in parts for each, value in part.coords.items() if not value.dims}
-    values = {key: [float(part.get(key, _default(key))) for part in parts] for key in sorted(held)}
+    values = {
+        key: [float(part.get(key, DEFAULTS.get(key, 0.0))) for part in parts]
+        for key in sorted(held)
+    }
     varied = [name, *(key for key in values if key != name and len({*values[key]}) > 1)]
     for n, part in enumerate(parts):
         size = part.sizes["point"]
@@ -179,11 +182,6 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     ]
     merged.attrs.pop("incomplete", None)
     return merged.assign_attrs({"incomplete": "; ".join(incomplete)} if incomplete else {})
-
-
-def _default(name: str) -> float:
-    """Return the value of a parameter that a dataset leaves out."""
-    return DEFAULTS.get(name, 0.0)
 
 
 def names_over(dataset: xr.Dataset, dim: str) -> list[str]:

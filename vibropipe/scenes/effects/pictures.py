@@ -13,10 +13,10 @@ from vibropipe.figures.canvas import BODY, SMALL, WHITE_GROUND, axes, new_canvas
 from vibropipe.figures.palette import BAND, GREY, HAIRLINE, INK, METHODS, SUPPORT_COLOURS
 from vibropipe.figures.text import format_number, sentences
 from vibropipe.scenes.effects.report import (
+    LEAST,
     Price,
     base_times,
     groups,
-    largest_limit,
     prices,
     title_of,
 )
@@ -115,7 +115,7 @@ def describe_effects(dataset: xr.Dataset) -> str:
     """Return the caption: what the bars are relative to, and what counts as nothing."""
     found = prices(dataset)
     references = [price.label for price in found if price.is_reference]
-    limit = math.ceil(100 * largest_limit(found))
+    limit = math.ceil(100 * max([LEAST, *(price.limit for price in found)]))
     return sentences(
         f"Time of each entry over that of {' and of '.join(references)}: medians, and quartiles as lines"
         if references

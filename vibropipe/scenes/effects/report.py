@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from dataclasses import dataclass, replace
 
-import numpy as np
 import xarray as xr
 
 from vibropipe.figures.text import format_number
@@ -164,11 +163,6 @@ def dearest(entries: list[Price]) -> list[Price]:
     """Return the entries that add something to the same motion, the dearest first."""
     dear = (p for p in entries if p.is_same_motion and not p.is_nothing and p.ratio > 1.0)
     return sorted(dear, key=lambda price: -price.ratio)
-
-
-def largest_limit(found: list[Price]) -> float:
-    """Return the largest deviation that counts as nothing."""
-    return float(np.max([price.limit for price in found], initial=LEAST))
 
 
 def side(datasets: Datasets) -> Side:

@@ -249,13 +249,10 @@ def legend_below(figure: Figure, handles: Sequence[Artist], columns: int, left: 
     """Put a legend at the lower edge of a figure, in lines of `columns` entries, `left` cm from the left edge."""
     if handles:
         columns = min(columns, len(handles))
+        # in an order that reads along rows, since a legend fills its columns first
+        ordered = [handle for column in range(columns) for handle in handles[column::columns]]
         at = (left / CM_PER_INCH / figure.get_figwidth(), 0.0)
         figure.legend(
-            handles=by_rows(handles, columns), ncols=columns, loc="lower left", bbox_to_anchor=at, borderpad=0.2,
+            handles=ordered, ncols=columns, loc="lower left", bbox_to_anchor=at, borderpad=0.2,
             borderaxespad=0.0,
         )  # fmt: skip
-
-
-def by_rows(handles: Sequence[Artist], columns: int) -> list[Artist]:
-    """Return handles in an order that reads along rows, since a legend fills its columns first."""
-    return [handle for column in range(columns) for handle in handles[column::columns]]

@@ -107,30 +107,18 @@ def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) 
     Values in which datasets differ are all named.
     """
     names = list(datasets)
-    files = (
-        series(f"`{name}.nc`" for name in names)
-        if len(names) <= NAMED
-        else count(len(names), "file")
-    )
+    few = series(f"`{name}.nc`" for name in names)
+    files = few if len(names) <= NAMED else count(len(names), "file")
     texts = [f"`vibropipe run {source or study + '.yaml'}`", f"data: {files} in `results/{study}`"]
-    commits = dict.fromkeys(
-        " ".join(filter(None, [str(data.attrs.get("source", "")), commit_text(data)]))
-        for data in datasets.values()
-    )
-    texts += [series(text for text in commits if text)]
+    versions = []
+    for data in datasets.values():
+        source, commit = (str(data.attrs.get(name, "")) for name in ("source", "git_commit"))
+        versions.append(f"{source} {f'(commit {commit[:SHORT]})' if commit else ''}".strip())
+    texts += [series(filter(None, dict.fromkeys(versions)))]
     seconds = [float(car["seconds"]) for car in sidecars.values() if car.get("seconds")]
-    texts += (
-        [f"computed in {format_number(sum(seconds), 2)} s, with what was compiled"]
-        if seconds
-        else []
-    )
+    if seconds:
+        texts.append(f"computed in {format_number(sum(seconds), 2)} s, with what was compiled")
     return Line("Again", "; ".join(filter(None, texts)))
-
-
-def commit_text(dataset: xr.Dataset) -> str:
-    """Write the commit that a dataset was computed with; empty if it is not known."""
-    commit = str(dataset.attrs.get("git_commit", ""))[:SHORT]
-    return f"(commit {commit})" if commit else ""
 
 
 def footer(study: str, datasets: Datasets, sidecars: Sidecars) -> str:

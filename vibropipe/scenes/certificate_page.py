@@ -46,11 +46,6 @@ BOUNDED = (
 )
 
 
-def has_certificate(dataset: xr.Dataset) -> bool:
-    """Return whether a certificate was asked for."""
-    return REFUSED in dataset.attrs or proof_of(dataset) is not None
-
-
 def is_of_impacts(proof: xr.Dataset) -> bool:
     """Return whether a proof is of a motion between rigid supports without friction."""
     return all(
@@ -303,7 +298,7 @@ CERTIFICATE_PICTURE = Picture(
     CERTIFICATE,
     draw_certificate,
     describe_certificate,
-    has_certificate,
+    lambda dataset: REFUSED in dataset.attrs or proof_of(dataset) is not None,
     titled=title_certificate,
     heading="What is certain?",
 )

@@ -55,10 +55,12 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
     if shown.sizes["motion"] == 1:
         motion = motion_title(shown["motion"].values[0])
         periods = count(int(shown["periods_run"][0]), "forcing period")
+        has_own = any(method in OWN_METHODS for method in shown["method"].values.tolist())
+        called = "Times of this program are without the checks and labels of a call of simulate"
         first = f"The motion of {motion}" if motion.startswith("figure") else capitalised(motion)
         return sentences(
             f"{first}, {periods} for every method; each point is a step or a tolerance",
-            error, steps_text(shown), called_text(shown), left_out,
+            error, steps_text(shown), called if has_own else "", left_out,
         )  # fmt: skip
     return sentences(
         "Every method runs the same number of periods of a motion, and every motion strikes"
@@ -69,16 +71,6 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
         closed_text(shown),
         error, left_out,
     )  # fmt: skip
-
-
-def called_text(dataset: xr.Dataset) -> str:
-    """Write what the times of own methods leave out, if there are any."""
-    has_own = any(method in OWN_METHODS for method in dataset["method"].values.tolist())
-    return (
-        "Times of this program are without the checks and labels of a call of simulate"
-        if has_own
-        else ""
-    )
 
 
 def closed_text(dataset: xr.Dataset) -> str:

@@ -136,17 +136,10 @@ def groups_table(label: str, dataset: xr.Dataset) -> Table:
         "are counted, and none is allowed."
     )
     widths = ("2.9cm", "1fr", "3.4cm", "1.4cm", "1.7cm", "1.2cm")
-    return Table(
-        head, rows, note, widths, left=3, title=table_title(dataset), scene=label, picture="margins"
-    )
-
-
-def table_title(dataset: xr.Dataset) -> str:
-    """Return what the table shows, as a sentence."""
-    cases = count(int(dataset.sizes["case"]), "case")
-    groups = count(int(dataset.sizes["group"]), "group")
-    broken = (dataset["passed"].sel(solver="exact").values == Passed.NOT_PASSED).any()
-    return f"{cases} in {groups}" + ("" if broken else ": nothing is missed, every bound is kept")
+    cases, groups = (count(int(dataset.sizes[dim]), dim) for dim in ("case", "group"))
+    broken = (exact["passed"].values == Passed.NOT_PASSED).any()
+    title = f"{cases} in {groups}" + ("" if broken else ": nothing is missed, every bound is kept")
+    return Table(head, rows, note, widths, left=3, title=title, scene=label, picture="margins")
 
 
 def side(datasets: Datasets) -> Side:

@@ -29,7 +29,6 @@ from vibropipe.scenes.keys.values import (
     Rule,
     UnitRule,
     as_number,
-    parameter_range,
     refuse,
 )
 from vibropipe.words import parameters as words
@@ -127,7 +126,7 @@ Ties = dict[str, Annotated[str, TieRule()]]
 
 def _parameter_key(name: str) -> Any:
     key = Field(default=None, description=words.PARAMETERS[name].description)
-    return Annotated[float | None, parameter_range(name)], key
+    return Annotated[float | None, NumberRange(**vars(words.PARAMETERS[name].range))], key
 
 
 def _physical_key(name: str) -> Any:

@@ -200,11 +200,6 @@ class DisplayUnitRule(Rule):
             refuse(self.allowed, hint=error.hint)
 
 
-def parameter_range(name: str) -> NumberRange:
-    """Return the range of a parameter of the exciter."""
-    return NumberRange(**vars(PARAMETERS[name].range))
-
-
 def is_allowed(name: str, value: float) -> bool:
     """Return whether a value lies in the range of a parameter, whatever the others are."""
     return PARAMETERS[name].range.contains(value)

@@ -77,11 +77,13 @@ MARKS = (
 )
 
 
-def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
+def seen_text(dataset: xr.Dataset) -> str:
     """Write what is seen of a motion, as a title: which supports are struck, how hard, and where it rests."""
     if "impact_support" not in dataset:
         return ""
-    struck = {s: speeds for s in (1, 2) if (speeds := speeds_on(dataset, s)).size}
+    velocity, supports = dataset["impact_velocity"], dataset["impact_support"].values
+    speeds = {s: np.abs(velocity.values[supports == s]) for s in (1, 2)}
+    struck = {support: each for support, each in speeds.items() if each.size}
     grazed = [
         s for s in (1, 2) if "grazing_support" in dataset and s in dataset["grazing_support"].values
     ]
@@ -91,10 +93,9 @@ def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
         lies = not struck and not grazed and bool(np.isinf(dataset["rest_end"].values).all())
         on = f"lies on support {int(dataset['rest_support'].values[0])} all the time"
         tails.append(f"the mass {on}" if lies else "the mass rests at times")
-    velocity = dataset["impact_velocity"]
     hard = with_units(velocity, speeds_text(list(struck.values())))
-    tops = {format_number(float(speeds.max())) for speeds in struck.values()}
-    if not struck or not any(speeds.max() for speeds in struck.values()):
+    tops = {format_number(float(each.max())) for each in struck.values()}
+    if not struck or not any(each.max() for each in struck.values()):
         text = f"{NO_SUPPORT_STRUCK} with a velocity" if struck else NO_SUPPORT_STRUCK
     elif len(struck) == 2:
         who = "Both supports" if len(tops) == 1 else "Supports 1 and 2"
@@ -104,18 +105,11 @@ def seen_text(dataset: xr.Dataset, **keywords: object) -> str:
     return "; ".join([text, *tails])
 
 
-def speeds_on(dataset: xr.Dataset, support: int) -> NDArray[np.float64]:
-    """Return the speeds before the impacts on a support."""
-    at = dataset["impact_support"].values == support
-    return np.abs(dataset["impact_velocity"].values[at])
-
-
 def speeds_text(speeds: Sequence[NDArray[np.float64]]) -> str:
     """Write the largest speeds on each support, and whether they are those of all impacts."""
-    tops = [float(each.max()) for each in speeds]
-    if all(each.max() - each.min() <= SAME * each.max() for each in speeds):
-        return f"at {' and '.join(dict.fromkeys(map(format_number, tops)))}"
-    return f"hardest at {' and '.join(dict.fromkeys(map(format_number, tops)))}"
+    tops = " and ".join(dict.fromkeys(format_number(float(each.max())) for each in speeds))
+    is_same = all(each.max() - each.min() <= SAME * each.max() for each in speeds)
+    return f"at {tops}" if is_same else f"hardest at {tops}"
 
 
 def describe_impacts(dataset: xr.Dataset) -> str:

@@ -59,11 +59,6 @@ class Points:
     value: Floats
 
 
-def fits_bifurcation(dataset: xr.Dataset) -> bool:
-    """Return whether a sweep has impacts of every row, or states at the section."""
-    return "regime" in dataset and any(name in dataset for name in DEFAULT_SHOW)
-
-
 def diagram_panels(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Panel]:
     """Return the panels: impacts on each support, then states at the section, then the Lyapunov exponent."""
     wanted = [name for name in show if name in IN_DIAGRAM]
@@ -210,7 +205,7 @@ BIFURCATION = Picture(
     "bifurcation",
     draw_bifurcation,
     describe_bifurcation,
-    fits_bifurcation,
+    lambda dataset: "regime" in dataset and any(name in dataset for name in DEFAULT_SHOW),
     showing,
     bifurcation_title,
 )

@@ -10,7 +10,6 @@ from __future__ import annotations
 import colorsys
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 from matplotlib.colors import LinearSegmentedColormap, to_hex, to_rgb
 
@@ -51,26 +50,25 @@ ORANGES = ("#F2BE85", "#8A3D06")
 
 @dataclass(frozen=True)
 class RegimeStyle:
-    """Colour, hatch with its colour, and line style of a regime on maps, in strips and as a line."""
+    """Colour, and hatch with its colour, of a regime on maps and in strips."""
 
     colour: str
     hatch: str
-    linestyle: Any = "-"
     hatch_colour: str = INK
 
 
 REGIME_STYLES: Mapping[str, RegimeStyle] = {
-    "no_impact": RegimeStyle("#F7F7F5", "", (0, (1, 1))),  # 97
-    "with_rest": RegimeStyle("#E3D45E", "....", (0, (8, 2))),  # 84
-    "one_sided_1": RegimeStyle("#7FB5E0", "////", (0, (5, 1.5))),  # 71
-    "two_sided": RegimeStyle("#4F9A78", "", "-"),  # 58
+    "no_impact": RegimeStyle("#F7F7F5", ""),  # 97
+    "with_rest": RegimeStyle("#E3D45E", "...."),  # 84
+    "one_sided_1": RegimeStyle("#7FB5E0", "////"),  # 71
+    "two_sided": RegimeStyle("#4F9A78", ""),  # 58
     # more than one impact on a support
-    "two_sided_more": RegimeStyle("#26745B", "////", (0, (3, 1))),  # 44
-    "one_sided_2": RegimeStyle("#0F4A8A", "\\\\\\\\", (0, (5, 1.5, 1, 1.5)), "#FFFFFF"),  # 31
-    "aperiodic": RegimeStyle("#5A1506", "xxxx", (0, (3, 1)), "#FFFFFF"),  # 19
-    "unbounded": RegimeStyle("#050505", "", (0, (1, 3))),  # 1
+    "two_sided_more": RegimeStyle("#26745B", "////"),  # 44
+    "one_sided_2": RegimeStyle("#0F4A8A", "\\\\\\\\", "#FFFFFF"),  # 31
+    "aperiodic": RegimeStyle("#5A1506", "xxxx", "#FFFFFF"),  # 19
+    "unbounded": RegimeStyle("#050505", ""),  # 1
     # no regime but a row without one: white with red crosses
-    "unresolved": RegimeStyle("#FFFFFF", "xxxx", (0, (1, 3)), FAILED),  # 100
+    "unresolved": RegimeStyle("#FFFFFF", "xxxx", FAILED),  # 100
 }
 
 # What is proved of an orbit, with lightnesses of their own as well.
@@ -79,7 +77,7 @@ PROOF_STYLES: Mapping[str, RegimeStyle] = {
     "undecided": RegimeStyle("#E3D45E", "...."),  # 84
     "proved_stable": RegimeStyle("#7FB5E0", ""),  # 71
     "proved_unstable": RegimeStyle("#26745B", "////"),  # 44
-    "disproved": RegimeStyle("#5A1506", "xxxx", "-", "#FFFFFF"),  # 19
+    "disproved": RegimeStyle("#5A1506", "xxxx", "#FFFFFF"),  # 19
 }
 
 MAGNITUDES = "cividis"

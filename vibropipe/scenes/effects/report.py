@@ -85,8 +85,6 @@ class Price:
     limit: float
     impacts: float
     bytes: float
-    time: float
-    unit: str
     is_reference: bool
     is_same_motion: bool
 
@@ -127,8 +125,6 @@ def prices(dataset: xr.Dataset) -> list[Price]:
                 limit=LEAST + float(one["time_scatter"]),
                 impacts=float(one["impacts_per_period"]),
                 bytes=float(one["bytes_per_row"]),
-                time=float(one["time_per_unit"]),
-                unit=str(one["unit"].values),
                 is_reference=str(one["compared_with"].values) == name,
                 is_same_motion=abs(float(one["impacts_per_period"]) - other) <= 0.05 * other,
             )

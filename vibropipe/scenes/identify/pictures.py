@@ -51,7 +51,6 @@ class Column(NamedTuple):
     """A measured quantity: its name with index, and what was measured, fitted and assumed of its noise."""
 
     name: str
-    label: int | None
     words: str
     measured: xr.DataArray
     fitted: xr.DataArray
@@ -73,7 +72,7 @@ def columns(dataset: xr.Dataset) -> list[Column]:
                 text = f"{stem}_{label}" if inner else stem
                 long_name = str(own[0].attrs.get("long_name", "")).removeprefix("measured ")
                 words = in_words(stem, long_name, *(inner[0], label) if inner else ())
-                found.append(Column(text, label, words, *parts))
+                found.append(Column(text, words, *parts))
     return found
 
 

@@ -190,7 +190,7 @@ class Region:
 
     @property
     def style(self) -> RegimeStyle:
-        """Colour, hatch and line style."""
+        """Colour and hatch."""
         return REGIME_STYLES.get(self.name) or PROOF_STYLES[self.name]
 
     @property

@@ -174,13 +174,11 @@ class Kind:
 
     def plan(self, scene: Any) -> Work:
         """Return the planned work of a scene, the same on every machine."""
-        work: Work = self._module("keys").plan(scene)
-        return work
+        return self._module("keys").plan(scene)
 
     def solve(self, scene: Any, progress: Progress | None = None) -> xr.Dataset:
         """Solve a scene in memory."""
-        dataset: xr.Dataset = self._module("solve").solve(scene, progress)
-        return dataset
+        return self._module("solve").solve(scene, progress)
 
     def recompute(self, path: Path, scene: Any, rows: int, generator: Any) -> Recomputed:
         """Recompute a dataset and compare it; only a sample of at least `rows` rows by a kind whose `cut` has that."""
@@ -189,14 +187,12 @@ class Kind:
         sampled = getattr(self.cut, "recompute", None) if self.can_be_cut else None
         if sampled is None:
             return whole_scene(path, self, scene)
-        recomputed: Recomputed = sampled(path, scene, rows, generator)
-        return recomputed
+        return sampled(path, scene, rows, generator)
 
     @property
     def pictures(self) -> tuple[Picture, ...]:
         """All its pictures."""
-        pictures: tuple[Picture, ...] = self._module("pictures").PICTURES
-        return pictures
+        return self._module("pictures").PICTURES
 
     def pictures_of(self, dataset: xr.Dataset, chosen: tuple[str, ...] = ()) -> list[Picture]:
         """Return the chosen pictures, or the first that fits a dataset."""
@@ -208,8 +204,7 @@ class Kind:
     @property
     def report(self) -> ReportPart:
         """Its part of the report."""
-        part: ReportPart = self._module("report").REPORT
-        return part
+        return self._module("report").REPORT
 
     @property
     def cut(self) -> Any:

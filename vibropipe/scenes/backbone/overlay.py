@@ -205,8 +205,7 @@ def laws_alike(rows: xr.Dataset, axis: str) -> NDArray[np.bool_]:
     """Return whether each row along an axis has the law of motion of the next one."""
     columns = [rows[name].transpose(axis, ...).values.reshape(rows.sizes[axis], -1) for name in LAW]
     law = np.concatenate(columns, axis=1)
-    alike: NDArray[np.bool_] = (law[1:] == law[:-1]).all(axis=1)
-    return alike
+    return (law[1:] == law[:-1]).all(axis=1)
 
 
 def jumps_of(line: Line, least: float) -> NDArray[np.intp]:

@@ -185,8 +185,7 @@ def changes_of(dataset: xr.Dataset) -> list[Change]:
 
 def presence(dataset: xr.Dataset, index: int) -> np.ndarray:
     """Return at which values of the swept parameter an attractor is."""
-    present: np.ndarray = np.isfinite(dataset["basin_share"].sel(attractor_id=index).values)
-    return present
+    return np.isfinite(dataset["basin_share"].sel(attractor_id=index).values)
 
 
 def ordered(dataset: xr.Dataset) -> list[int]:

@@ -79,8 +79,7 @@ def mapped_values(dataset: xr.Dataset) -> list[int]:
     several = np.flatnonzero(dataset["basin_share"].count("attractor_id").values > 1)
     candidates = several if several.size else np.arange(dataset.sizes[swept_name(dataset)])
     spread = np.linspace(0, candidates.size - 1, min(MAX_MAPS, candidates.size))
-    chosen: list[int] = candidates[np.unique(spread.round().astype(int))].tolist()
-    return chosen
+    return candidates[np.unique(spread.round().astype(int))].tolist()
 
 
 def describe_share_maps(dataset: xr.Dataset) -> str:

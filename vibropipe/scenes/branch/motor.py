@@ -306,8 +306,7 @@ def may_be_kept(dataset: xr.Dataset) -> np.ndarray:
     """Return of each jump whether a motion that is not followed may keep the speed, as at a bifurcation it may."""
     lost, reached, _torques = jumps_of(dataset)
     places = dataset[f"bifurcation_{followed(dataset)}"].values
-    found: np.ndarray = np.isnan(reached) & np.isclose(lost[:, None], places, 1e-9, 0.0).any(axis=1)
-    return found
+    return np.isnan(reached) & np.isclose(lost[:, None], places, 1e-9, 0.0).any(axis=1)
 
 
 def jumps_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray, np.ndarray]:

@@ -23,8 +23,7 @@ def scattered_at(dataset: xr.Dataset) -> np.ndarray:
     known = np.flatnonzero(np.isfinite(dataset["yield"].values))
     along, over = dataset[followed(dataset)].values[known], swept(dataset)
     beside = dataset[over].values[known] if over else np.zeros(known.size)
-    order: np.ndarray = known[np.lexsort([along, beside])]
-    return order
+    return known[np.lexsort([along, beside])]
 
 
 def kept_words(dataset: xr.Dataset) -> str:

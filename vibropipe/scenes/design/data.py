@@ -273,8 +273,7 @@ def start_words(dataset: xr.Dataset) -> str:
 
 def is_met(dataset: xr.Dataset) -> np.ndarray:
     """Return of each design whether all that is wanted holds."""
-    met: np.ndarray = dataset["design_result"].values == DesignResult.MET
-    return met
+    return dataset["design_result"].values == DesignResult.MET
 
 
 # Costs within this share of their spread are the same.

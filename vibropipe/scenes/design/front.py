@@ -136,8 +136,7 @@ def draw_sensitivities(dataset: xr.Dataset) -> Figure:
 def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
     """Return the share of the variance that each parameter has, with the sign of its effect."""
     moved = part.of(best, "_deviation").sel(side="above").values
-    signed: np.ndarray = np.sign(moved) * part.of(best, "_contribution").values
-    return signed
+    return np.sign(moved) * part.of(best, "_contribution").values
 
 
 def row_text(best: xr.Dataset, part: Part) -> str:

@@ -216,8 +216,7 @@ def within_share(dataset: xr.Dataset, part: Part) -> np.ndarray:
     """Return the share of parts that keep the goal of a quantity, NaN if that is not known."""
     if f"{part.variable}_yield" not in dataset:
         return np.full(dataset.sizes["design"], np.nan)
-    shares: np.ndarray = part.of(dataset, "_yield").values
-    return shares
+    return part.of(dataset, "_yield").values
 
 
 def draw_yields(ax: Axes, dataset: xr.Dataset) -> None:

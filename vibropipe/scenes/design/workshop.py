@@ -253,8 +253,7 @@ def distances_to_ends(dataset: xr.Dataset, part: Part, row: int) -> np.ndarray:
 
 def is_lost(dataset: xr.Dataset) -> np.ndarray:
     """Return of each design whether it is shown to lose more parts than one that can be made."""
-    lost: np.ndarray = dataset["yield_high"].values < MADE
-    return lost
+    return dataset["yield_high"].values < MADE
 
 
 def lost_text(dataset: xr.Dataset) -> str:

@@ -44,8 +44,7 @@ class ForcedScene(BaseScene):
         return method_text(solver.get("method", "exact"), solver.get("steps_per_period"))
 
     def accuracy_asked(self) -> float | None:  # noqa: D102 - as BaseScene
-        accuracy: float | None = self.solver.arguments().get("accuracy")
-        return accuracy
+        return self.solver.arguments().get("accuracy")
 
     def effect_bounds(self) -> tuple[float, dict[str, Any]]:
         """Return the tau until which effects may occur, and further keywords of `effects_of`."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Collection, Iterator, Mapping
-from typing import Annotated, Any, Literal
+from typing import Annotated, Literal
 
 import numpy as np
 from pydantic import Field
@@ -113,8 +113,7 @@ class BasinsScene(TiedScene):
 
 def _housing(scene: BasinsScene) -> Iterator[Problem]:
     """Check that a scene with a housing that slides asks for nothing that is not computed for one."""
-    values: dict[str, Any] = {**scene.resolved_exciter(), **scene.over_arrays()}
-    if not np.any(values.get("mass_ratio", 0.0)):
+    if not np.any(scene.extent().get("mass_ratio", 0.0)):
         return
     if scene.phase % 1.0:
         yield Problem(("phase",), repr(scene.phase), must=LEFT_OUT)

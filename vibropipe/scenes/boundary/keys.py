@@ -150,7 +150,7 @@ class BoundaryScene(TiedScene):
         # As a list, since the order is that of the axes.
         return {**keys, "over": list(keys["over"].items()), "of": sorted(keys["of"], key=str)}
 
-    def values(self) -> dict[str, Any]:
+    def extent(self) -> dict[str, Any]:
         """Return each parameter with the ends of its values; what is tied with those at samples of the box."""
         ends = {str(name): np.array(ends) for name, ends in self.over.items()}
         if self.tied():
@@ -164,12 +164,9 @@ class BoundaryScene(TiedScene):
         grids = np.meshgrid(*ranges)
         return {str(name): grid.ravel() for name, grid in zip(self.over, grids, strict=True)}
 
-    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
-        return self.values()
-
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits within the box may need."""
-        values = self.values()
+        values = self.extent()
         return effect_names(effects_of(values, 0.0, 0.0, math.inf, followed=True), values)
 
 
@@ -188,7 +185,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
         yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
         return
     try:
-        values = scene.values()
+        values = scene.extent()
         at = {**DEFAULTS, **values, **scene.sampled()}
         followed = scene.tied().followed(at, scene.along)
         Exciter(**scene.resolved_exciter())
@@ -205,7 +202,7 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
 
 def _levels(scene: BoundaryScene) -> Iterator[Problem]:
     """Check the quantities whose values are sought, as `vibropipe.boundary` does."""
-    largest = {name: np.max(each) for name, each in scene.values().items()}
+    largest = {name: np.max(each) for name, each in scene.extent().items()}
     levels = [
         (n, name, value)
         for n, each in enumerate(scene.of)

@@ -19,7 +19,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
-from vibropipe.scenes.keys.proofs import check_covered, check_limits
+from vibropipe.scenes.keys.proofs import check_prove_rows
 from vibropipe.scenes.keys.values import is_allowed
 from vibropipe.words.bifurcations import without_slope
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -110,12 +110,12 @@ def _exciter(scene: BranchScene) -> Iterator[Problem]:
     if problems:
         return
     try:
-        all_effects(scene.values(), pieces=True, housing=True)
+        all_effects(scene.extent(), pieces=True, housing=True)
     except ParameterError as error:
         yield refused(("exciter", error.name), error)
         return
     varied_names = {scene.followed, *scene.tied().following([scene.followed])}
-    lows = {name: np.min(v) for name, v in scene.values().items() if name in varied_names}
+    lows = {name: np.min(v) for name, v in scene.extent().items() if name in varied_names}
     yield from check_varied_supports(scene, "along", lows)
 
 
@@ -143,7 +143,7 @@ def _tolerance(scene: BranchScene) -> Iterator[Problem]:
     """Check that parameters scatter by which the place of a bifurcation has a derivative."""
     if not scene.has_l():
         return
-    values = scene.values()
+    values = scene.extent()
     missing = without_slope(values, scene.followed)
     for name in scene.tolerance:
         if name in missing:
@@ -163,13 +163,6 @@ def _yield(scene: BranchScene) -> Iterator[Problem]:
     except ParameterError as error:
         is_own = error.name.split(".")[0] in ("subject_to", "tolerance")
         yield refused(argument_path(error) if is_own else ("exciter", error.name), error)
-
-
-def _prove(scene: BranchScene) -> Iterator[Problem]:
-    """Check that proofs are asked of what can be proved."""
-    if scene.prove:
-        yield from check_limits(scene)
-        yield from check_covered(scene.values(), "true")
 
 
 def _motor(scene: BranchScene) -> Iterator[Problem]:
@@ -213,9 +206,9 @@ CHECKS = (
     Check((("along",), ("tolerance",), ("motor",), ("figure", "pictures")), _motor),
     Check((("along",), ("over",), ("exciter",), ("tolerance",)), _tolerance),
     Check((("along",), ("over",), ("exciter",), ("tolerance",), ("subject_to",)), _yield),
-    Check((("along",), ("over",), ("exciter",), ("prove",)), _prove),
+    Check((("along",), ("over",), ("exciter",), ("prove",)), check_prove_rows),
     Check(
         (("along",), ("over",), ("exciter",), ("figure", "show")),
-        lambda scene: check_shown(scene.figure.show, scene.values()),
+        lambda scene: check_shown(scene.figure.show, scene.extent()),
     ),
 )

@@ -224,7 +224,7 @@ class BranchScene(TiedScene):
         values = self.resolved_exciter()
         return {name: value for name, value in values.items() if name not in self.over}
 
-    def values(self) -> dict[str, Any]:
+    def extent(self) -> dict[str, Any]:
         """Return each parameter with all the values it may take; of what is tied those at samples of the range."""
         own = {**self.over_arrays(), self.followed: np.array(self.ends.values)}
         if self.tied():
@@ -240,12 +240,9 @@ class BranchScene(TiedScene):
         grids = np.meshgrid(*arrays.values(), indexing="ij")
         return {name: grid.ravel() for name, grid in zip(arrays, grids, strict=True)}
 
-    def extent(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
-        return self.values()
-
     def called_effects(self) -> tuple[str, ...]:
         """Return the effects that orbits between the ends may need."""
-        values = self.values()
+        values = self.extent()
         start = largest_start(values, self.start.x0)
         effects = effects_of(values, start, self.start.v0, math.inf, followed=True)
         return effect_names(effects, values)

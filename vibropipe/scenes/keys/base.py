@@ -153,10 +153,13 @@ class BaseScene(StudyModel):
         """
         return without_absent({**DEFAULTS, **self.given_exciter()})
 
+    def computed(self) -> dict[str, bool]:
+        """Return which further effects its kind computes, as keywords of `all_effects`."""
+        return {"pieces": self.COMPUTES_PIECES, "housing": self.COMPUTES_HOUSING}
+
     def all_effects(self) -> Effects:
         """Return the effects of its exciters."""
-        values = {**self.resolved_exciter(), **self.over_arrays()}
-        return all_effects(values, pieces=True, housing=self.COMPUTES_HOUSING)
+        return all_effects(self.extent(), pieces=True, housing=self.COMPUTES_HOUSING)
 
     def has_l(self) -> bool:
         """Return whether l is given, by the scene, by the study or by a grid."""

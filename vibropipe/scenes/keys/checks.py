@@ -67,8 +67,7 @@ def check_exciter(scene: BaseScene) -> Iterator[Problem]:
             if not all(is_allowed(name, value) for name, value in corner.items()):
                 return  # reported at that parameter
             Exciter(**corner)
-        computed = {"pieces": scene.COMPUTES_PIECES, "housing": scene.COMPUTES_HOUSING}
-        all_effects({**scene.resolved_exciter(), **grids}, **computed)
+        all_effects({**scene.resolved_exciter(), **grids}, **scene.computed())
     except ParameterError as error:
         yield refused(("over" if error.name in grids else "exciter", error.name), error)
 
@@ -220,11 +219,7 @@ def check_vary_corners(scene: Any) -> Iterator[Problem]:
         yield from check_varied_supports(scene, "vary", {n: e[0] for n, e in scene.ends().items()})
         ends = {name: np.array(ends) for name, ends in scene.ends().items()}
         try:
-            all_effects(
-                {**scene.resolved_exciter(), **ends},
-                pieces=scene.COMPUTES_PIECES,
-                housing=scene.COMPUTES_HOUSING,
-            )
+            all_effects({**scene.resolved_exciter(), **ends}, **scene.computed())
         except ParameterError as error:
             yield refused(("vary" if error.name in ends else "exciter", error.name), error)
 
@@ -264,7 +259,7 @@ def check_changes(
 
 def check_housing(scene: Any) -> Iterator[Problem]:
     """Check that a scene with a housing that slides asks for nothing that is not computed for one."""
-    if not np.any({**scene.resolved_exciter(), **scene.over_arrays()}.get("mass_ratio", 0.0)):
+    if not np.any(scene.extent().get("mass_ratio", 0.0)):
         return
     if scene.accuracy_asked() is not None:
         yield Problem(("solver", "accuracy"), repr(scene.accuracy_asked()), must=LEFT_OUT)

@@ -52,7 +52,7 @@ class ForcedScene(BaseScene):
 
     def effect_arguments(self) -> tuple[tuple[Any, ...], dict[str, Any]]:
         """Return arguments and keywords of `physics.effects.effects_of` for this scene."""
-        values: dict[str, Any] = {**self.resolved_exciter(), **self.over_arrays()}
+        values = self.extent()
         span, keywords = self.effect_bounds()
         x, v = largest_start(values, self.start.x0), largest_velocity(values, self.start.v0)
         return (values, x, v, span), keywords
@@ -112,8 +112,4 @@ class VariedScene(TiedScene):
 
     def called_effects(self) -> tuple[str, ...]:
         """Return all effects of the ranges: which of them occur depends on the parameters found."""
-        return all_effect_names(
-            {**self.resolved_exciter(), **self.ends()},
-            pieces=self.COMPUTES_PIECES,
-            housing=self.COMPUTES_HOUSING,
-        )
+        return all_effect_names({**self.resolved_exciter(), **self.ends()}, **self.computed())

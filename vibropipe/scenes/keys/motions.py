@@ -63,7 +63,7 @@ class SetOfMotions(BaseScene):
         """Return all effects, since the motions compare them."""
         exciters = [self.exciter_of(name) for name in self.motions]
         further = {name: [or_default(each, name) for each in exciters] for name in FURTHER}
-        return all_effect_names(further, pieces=self.COMPUTES_PIECES, housing=self.COMPUTES_HOUSING)
+        return all_effect_names(further, **self.computed())
 
     def data_keys(self) -> dict[str, Any]:  # noqa: D102 - as BaseScene
         keys = super().data_keys()
@@ -90,7 +90,7 @@ def check_motions(scene: SetOfMotions) -> Iterator[Problem]:
             continue
         try:
             exciter = Exciter(**scene.exciter_of(name))
-            all_effects(vars(exciter), pieces=scene.COMPUTES_PIECES, housing=scene.COMPUTES_HOUSING)
+            all_effects(vars(exciter), **scene.computed())
         except ParameterError as error:
             yield refused((*path, "exciter", error.name), error)
             continue

@@ -95,6 +95,13 @@ def check_limits(scene: Any) -> Iterator[Problem]:
                 yield Problem(path, f"{value:.6g} +- {off:.6g}", must=must)
 
 
+def check_prove_rows(scene: Any) -> Iterator[Problem]:
+    """Check that proofs of rows are asked of what can be proved."""
+    if scene.prove:
+        yield from check_limits(scene)
+        yield from check_covered(scene.extent(), "true")
+
+
 def check_covered(values: Mapping[str, Any], found: str) -> Iterator[Problem]:
     """Check that exciters have no effect that cannot be proved."""
     try:

@@ -94,8 +94,7 @@ def check_figure(scene: SweepScene) -> Iterator[Problem]:
         if needed and not outputs & set(needed):
             must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
             yield Problem(("figure", "pictures"), repr(picture), must=must)
-    values = {**scene.resolved_exciter(), **scene.over_arrays()}
-    yield from check_shown(scene.figure.show, values)
+    yield from check_shown(scene.figure.show, scene.extent())
     for name in scene.figure.show:
         shown_by = pictures_showing(name)
         if not shown_by & {*pictures} and (pictures or shown_by == {"bifurcation"}):

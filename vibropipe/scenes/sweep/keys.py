@@ -41,13 +41,7 @@ from vibropipe.scenes.keys.effects import EFFECTS_TEXT, ForcedScene, StatedEffec
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid, words_as_numbers
 from vibropipe.scenes.keys.parts import MAX_LINES, Follow, OverName, Solver, Start, figure_key
 from vibropipe.scenes.keys.problems import Problem
-from vibropipe.scenes.keys.proofs import (
-    ROWS_TEXT,
-    ProveRows,
-    check_covered,
-    check_limits,
-    row_seconds,
-)
+from vibropipe.scenes.keys.proofs import ROWS_TEXT, ProveRows, check_prove_rows, row_seconds
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import NotNull, NumberRange
 from vibropipe.scenes.sweep.figure_keys import SweepFigure, check_figure
@@ -202,13 +196,6 @@ def _solver(scene: SweepScene) -> Iterator[Problem]:
         yield from SOLVER.problems(scene)
 
 
-def _prove(scene: SweepScene) -> Iterator[Problem]:
-    """Check that proofs are asked of what can be proved."""
-    if scene.prove:
-        yield from check_limits(scene)
-        yield from check_covered({**scene.resolved_exciter(), **scene.over_arrays()}, "true")
-
-
 CHECKS = (
     TIES,
     TOGETHER,
@@ -219,7 +206,7 @@ CHECKS = (
     Check((("over",),), lambda scene: check_rows(scene, ("over",))),
     Check((("solver",),), _solver),
     HOUSING,
-    Check((*EXCITER, ("over",), ("prove",)), _prove),
+    Check((*EXCITER, ("over",), ("prove",)), check_prove_rows),
     Check((*EFFECTS.reads, ("over",), ("follow",)), EFFECTS.problems),
     Check((*SUPPORTS, ("figure",), ("over",), ("outputs",), ("exciter", "friction")), check_figure),
 )

@@ -41,17 +41,13 @@ def left_out_text(dataset: xr.Dataset, show: Collection[str]) -> str:
     return f"Left out, without this error: {series(names)}" if names else ""
 
 
-def compared_text(dataset: xr.Dataset, show: Collection[str]) -> str:
-    """Write which errors are compared."""
-    texts = [quantity(name).short for name in errors_in(of_errors(dataset, show))]
-    return f"of {series(texts)}" if len(texts) == 1 else f"the largest of {series(texts)}"
-
-
 def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption: what is drawn."""
     left_out = left_out_text(dataset, show)
     shown = of_errors(dataset, show)
-    error = f"Error: {compared_text(dataset, show)}, against a solution of 40 digits"
+    texts = [quantity(name).short for name in errors_in(shown)]
+    of = "of" if len(texts) == 1 else "the largest of"
+    error = f"Error: {of} {series(texts)}, against a solution of 40 digits"
     if shown.sizes["motion"] == 1:
         motion = motion_title(shown["motion"].values[0])
         periods = count(int(shown["periods_run"][0]), "forcing period")

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator
 from typing import Literal
 
 from pydantic import Field
@@ -82,18 +82,13 @@ CHECKS = (Check((("cases",),), _cases),)
 def plan(scene: HardCasesScene) -> Work:
     """Return the work of hard cases, from the seconds that each took once."""
     cases = len(scene.cases)
+    seconds = sum(SECONDS_OF_CASES.get(name, SECONDS_PER_CASE) for name in scene.cases)
+    if not cases:
+        seconds = sum(SECONDS_OF_CASES.values()) + USUAL_CASES * SECONDS_PER_CASE
     return Work(
         size=count(cases, "case") if cases else "all cases",
         rows=max(1, cases),
         method="exact, newmark",
-        seconds=case_seconds(scene.cases)
-        + sum(SECONDS_OF_QUESTIONS[question] for question in scene.compare),
+        seconds=seconds + sum(SECONDS_OF_QUESTIONS[question] for question in scene.compare),
         bytes=HARD_CASES_BYTES,
     )
-
-
-def case_seconds(names: Sequence[str]) -> float:
-    """Return the rough seconds of hard cases by name; of all cases if none is named."""
-    if not names:
-        return sum(SECONDS_OF_CASES.values()) + USUAL_CASES * SECONDS_PER_CASE
-    return sum(SECONDS_OF_CASES.get(name, SECONDS_PER_CASE) for name in names)

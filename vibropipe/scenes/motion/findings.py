@@ -98,9 +98,7 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
     if word := stability_text(dataset):
         tail.append(f"The motion is {word}")
     if has_room and (mean := mean_text(dataset)) is not None:
-        tail.append(
-            f"its mean displacement is {mean}" if tail else f"Its mean displacement is {mean}"
-        )
+        tail.append(f"{'its' if tail else 'Its'} mean displacement is {mean}")
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
 
 
@@ -184,11 +182,8 @@ def orbit_text(dataset: xr.Dataset) -> str:
         span = f" in a window of {count(window, 'forcing period')}" if window else ""
         return f"The motion does not repeat{span}"
     if multiple == 0:
-        return (
-            "The motion grows without bound"
-            if code == Regime.UNBOUNDED
-            else "No steady state was found"
-        )
+        grows = "The motion grows without bound"
+        return grows if code == Regime.UNBOUNDED else "No steady state was found"
     rests = [s for s in (1, 2) if rests_on(dataset, s)]
     if rests:
         where = "both supports" if len(rests) == 2 else f"support {rests[0]}"
@@ -199,11 +194,9 @@ def orbit_text(dataset: xr.Dataset) -> str:
     numbers = [n for n in struck.values() if n]
     if not numbers:
         return "In the steady state no support is struck"
-    period = (
-        "in each forcing period" if multiple == 1 else f"in {count(multiple, 'forcing period')}"
-    )
-    if not is_forced(dataset):
-        period = "in each period"
+    period = "in each forcing period" if is_forced(dataset) else "in each period"
+    if is_forced(dataset) and multiple > 1:
+        period = f"in {count(multiple, 'forcing period')}"
     if len(numbers) == 2:
         who = "both supports are struck"
         if numbers[0] != numbers[1]:
@@ -250,9 +243,7 @@ def hardest_answer(datasets: Datasets) -> Answer | None:
     }
     sizes = {n: abs(float(datasets[n]["impact_velocity"][index])) for n, index in tops.items()}
     if not sizes or max(sizes.values()) == 0.0:
-        is_stored = len(datasets) > 1 and all(
-            "impact_support" in data for data in datasets.values()
-        )
+        is_stored = len(datasets) > 1 and all("impact_support" in d for d in datasets.values())
         return Answer("No support is struck.") if is_stored else None
     name = max(sizes, key=lambda key: sizes[key])
     data = datasets[name]
@@ -260,10 +251,8 @@ def hardest_answer(datasets: Datasets) -> Answer | None:
     alike = [each for each, size in sizes.items() if size >= (1 - 1e-6) * sizes[name]]
     where = f" in {motion_text(name)}" if len(datasets) > 1 else ""
     if len(alike) > 1:
-        return Answer(
-            f"The hardest impacts recorded have the velocity {top}.",
-            f"They are in {names_text(alike)}.",
-        )
+        lead = f"The hardest impacts recorded have the velocity {top}."
+        return Answer(lead, f"They are in {names_text(alike)}.")
     on = f"on support {int(data['impact_support'][tops[name]])}"
     speeds = np.abs(data["impact_velocity"].values)
     both = {int(s) for s in data["impact_support"].values[speeds >= (1 - 1e-6) * sizes[name]]}
@@ -278,20 +267,14 @@ def mean_answer(datasets: Datasets) -> Answer | None:
         return None
     if set(texts.values()) == {ZERO}:
         return Answer("The mean displacement is zero.")
-    name = max(texts, key=lambda key: abs(float(datasets[key]["displacement_mean"])))
-    size = abs(float(datasets[name]["displacement_mean"]))
-    alike = [
-        key for key in texts if abs(float(datasets[key]["displacement_mean"])) >= (1 - 1e-6) * size
-    ]
+    sizes = {key: abs(float(datasets[key]["displacement_mean"])) for key in texts}
+    name = max(sizes, key=lambda key: sizes[key])
+    alike = [key for key, size in sizes.items() if size >= (1 - 1e-6) * sizes[name]]
     if len(alike) > 1:
         return Answer(f"The mean displacement is largest in size in {names_text(alike)}.")
-    if len(texts) == 1:
-        return Answer(
-            f"The mean displacement is not zero in {motion_text(name)}.", f"It is {texts[name]}."
-        )
-    return Answer(
-        f"The mean displacement is largest in size in {motion_text(name)}.", f"It is {texts[name]}."
-    )
+    seen = "not zero" if len(texts) == 1 else "largest in size"
+    lead = f"The mean displacement is {seen} in {motion_text(name)}."
+    return Answer(lead, f"It is {texts[name]}.")
 
 
 ZERO = "zero"
@@ -322,15 +305,11 @@ def exponent_answers(datasets: Datasets) -> list[Answer]:
     name = max(finite, key=lambda key: float(finite[key]))
     value, error = finite[name], datasets[name]["lyapunov_exponent_error"]
     tail = f", with an error of {value_text(error, error, 2)}" if float(error) > 0.0 else ""
+    size = f"is {value_text(value, value, 3)}{tail}"
     if len(known) == 1:
         where = f" of {motion_text(name)}" if len(datasets) > 1 else ""
-        return [Answer(f"The Lyapunov exponent{where} is {value_text(value, value, 3)}{tail}.")]
-    return [
-        Answer(
-            f"The Lyapunov exponent is largest in {motion_text(name)}.",
-            f"It is {value_text(value, value, 3)}{tail}.",
-        )
-    ]
+        return [Answer(f"The Lyapunov exponent{where} {size}.")]
+    return [Answer(f"The Lyapunov exponent is largest in {motion_text(name)}.", f"It {size}.")]
 
 
 def names_text(names: Iterable[str] | Mapping[str, object]) -> str:

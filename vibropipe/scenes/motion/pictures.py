@@ -92,7 +92,8 @@ def draw_together(
         fastest = 1.12 * limits["velocity"][1]  # with room for the numbers
         plane.set(xlim=limits["displacement"], ylim=(-fastest, fastest))
         name_velocities(plane, draw_plane(plane, dataset, view), dataset)
-        draw_mean(x, dataset)
+        if math.isfinite(mean_of(dataset)):
+            x.axhline(mean_of(dataset), color=INK, linewidth=0.6, linestyle=(0, (5, 3)), zorder=1)
         for ax, name in ((x, "displacement"), (v, "velocity"), (plane, "velocity")):
             ax.set_ylabel("" if column else axis_label(dataset[name], width=14))
             ax.tick_params(labelleft=not column)
@@ -123,7 +124,7 @@ def head_lines(
             lines[-1] = joined
         else:
             lines.append(text)
-    if "displacement_mean" in dataset and math.isfinite(mean_of(dataset)):
+    if math.isfinite(mean_of(dataset)):
         mean = format_number(mean_of(dataset), 3)
         lines.append(f"mean {with_units(dataset['displacement_mean'], mean)}")
     return lines
@@ -139,15 +140,10 @@ def write_head(figure: Figure, left: float, lines: Sequence[str]) -> None:
 
 
 def mean_of(dataset: xr.Dataset) -> float:
-    """Return the mean displacement of a steady state, 0 where it is rounding."""
-    mean, size = float(dataset["displacement_mean"]), float(np.abs(dataset["displacement"]).max())
+    """Return the mean displacement of a steady state, 0 where it is rounding; NaN if it is not known."""
+    mean = float(dataset.get("displacement_mean", math.nan))
+    size = float(np.abs(dataset["displacement"]).max())
     return 0.0 if abs(mean) <= ROUNDING * size else mean
-
-
-def draw_mean(ax: Axes, dataset: xr.Dataset) -> None:
-    """Draw the mean displacement of a steady state as a dashed line."""
-    if "displacement_mean" in dataset and math.isfinite(mean_of(dataset)):
-        ax.axhline(mean_of(dataset), color=INK, linewidth=0.6, linestyle=(0, (5, 3)), zorder=1)
 
 
 def common_periods(motions: Sequence[xr.Dataset]) -> float | None:
@@ -238,8 +234,8 @@ def describe_panels(
     dataset: xr.Dataset,
     show: Collection[str],
     periods: float | None,
-    heads: Sequence[str],
     together: Mapping[str, xr.Dataset],
+    **others: Any,
 ) -> str:
     """Return the caption of one motion, or of several on common axes."""
     if not together:

@@ -93,15 +93,17 @@ def title_certificate(dataset: xr.Dataset) -> str:
     proof = proof_of(dataset)
     if proof is None:
         return "Nothing is proved"
-    who = "Every exciter within the stated limits" if "within" in proof else "The exciter"
+    one, each, every = (
+        f"{amount} exciter within the stated limits" if "within" in proof else "the exciter"
+        for amount in ("an", "each", "every")
+    )
+    orbit = f"the orbit {law_text(proof)}"
     if int(proof["proved"]) == Proved.DISPROVED:
-        which = "An exciter within the stated limits" if "within" in proof else "The exciter"
-        return f"Disproved: {which[0].lower()}{which[1:]} does not keep the orbit {law_text(proof)}"
+        return f"Disproved: {one} does not keep {orbit}"
     if not is_proved(proof):
-        whether = "each exciter within the stated limits" if "within" in proof else "the exciter"
-        return f"Not decided: whether {whether} keeps the orbit {law_text(proof)}"
+        return f"Not decided: whether {each} keeps {orbit}"
     kept = "keeps" if int(proof["proved_stable"]) == ProvedStable.STABLE else "has, unstable,"
-    return f"Proved: {who[0].lower()}{who[1:]} {kept} the orbit {law_text(proof)}"
+    return f"Proved: {every} {kept} {orbit}"
 
 
 def certificate_answer(dataset: xr.Dataset) -> Answer | None:
@@ -246,16 +248,14 @@ def describe_certificate(dataset: xr.Dataset) -> str:
     if proof is None or not is_proved(proof):
         return NOT_CLAIMED
     limits = limits_text(proof)
-    who = (
-        f"all exciters with {limits}, at once, all else exact"
-        if limits
-        else "the exciter with exactly its parameters"
+    who, kept = (
+        "the exciter with exactly its parameters",
+        "no flight reaches a support before its end",
     )
-    kept = (
-        "no flight reaches a support before its end"
-        if is_of_impacts(proof)
-        else f"it is a motion of just these events ({dataset.attrs[EVENTS]})"
-    )
+    if limits:
+        who = f"all exciters with {limits}, at once, all else exact"
+    if not is_of_impacts(proof):
+        kept = f"it is a motion of just these events ({dataset.attrs[EVENTS]})"
     return (
         f"Bounds over {who}: for each, the equations have exactly one orbit {law_text(proof)} nearby, {kept}, its "
         "period is no shorter, and its stability is the same. Computed in balls that contain all roundings. Triangles: "

@@ -46,11 +46,8 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
         return NOT_FOUND
     symbol, ranges = symbol_text(dataset[swept_name(dataset)]), len(together_ranges(dataset))
     if not ranges:
-        return (
-            f"At each value of {symbol}, all starts settle on one motion"
-            if not missing_text(dataset)
-            else ""
-        )
+        one = f"At each value of {symbol}, all starts settle on one motion"
+        return "" if missing_text(dataset) else one
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
     return f"On the grid, at least two motions coexist in {where}"  # there may be more between
 

@@ -180,11 +180,8 @@ def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel])
     left_out = panels[len(fitting_panels(dataset, dims, panels)) :]
     names = series(series_words(dataset, panel.series[0]) for panel in left_out)
     parameters = series(plain_symbol_of(dataset[name]) for name in dims)
-    return (
-        f"Not drawn, since a page with a column for each {parameters} has no room: {names}"
-        if left_out
-        else ""
-    )
+    reason = f"since a page with a column for each {parameters} has no room"
+    return f"Not drawn, {reason}: {names}" if left_out else ""
 
 
 def starts_text(dataset: xr.Dataset, arrows: bool = False) -> str:

@@ -32,12 +32,9 @@ LEFT, BOTTOM, HIGH, BAR = 1.5, 1.2, 5.6, 0.25
 
 def laws_title(changed: xr.DataArray, rows: int) -> str:
     """Return in how many rows laws differ."""
-    amount = int(changed.sum())
-    return (
-        f"Another law of motion in {amount:,} of {rows:,} rows"
-        if amount
-        else "All laws of motion are equal"
-    )
+    if amount := int(changed.sum()):
+        return f"Another law of motion in {amount:,} of {rows:,} rows"
+    return "All laws of motion are equal"
 
 
 def moved_title(moved: xr.DataArray) -> str:

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterator, Mapping, Sequence
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -58,11 +57,8 @@ def draw_overlay(
         ax = axes(figure, LEFT, bottom, WIDTH, HEIGHT)
         for style, dataset in zip(LINES, shown, strict=False):
             for at, values, is_stable in _lines(dataset, x, name):
-                ax.plot(
-                    at,
-                    values,
-                    **({} if is_stable else {"linestyle": DOTTED}) | _of(style, is_stable),
-                )
+                unstable = {"color": style["color"], "linestyle": DOTTED}
+                ax.plot(at, values, **(style if is_stable else unstable))
         _finish(ax, shown[0], x, name, "abcdefg"[number] if len(names) > 1 else "")
         ax.tick_params(labelbottom=number == len(names) - 1)
     ax.set_xlabel(axis_label(shown[0][x]))
@@ -73,11 +69,6 @@ def draw_overlay(
     figure.legend(handles=handles, loc="upper left", bbox_to_anchor=(LEFT / 16.0, 1 - 0.05 / high),
                   ncols=min(3, len(shown)), borderaxespad=0, fontsize=BODY)  # fmt: skip
     return figure
-
-
-def _of(style: Mapping[str, Any], is_stable: bool) -> dict[str, Any]:
-    """Return the style of a line; what is unstable is dotted."""
-    return dict(style) if is_stable else {"color": style["color"]}
 
 
 def _abscissa(datasets: Mapping[str, xr.Dataset], kinds: Sequence[str]) -> str:

@@ -214,12 +214,10 @@ def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None
         )  # fmt: skip
         times = one["time_per_period"].values
         failed = np.isfinite(times) & ~succeeded(one).values
-        for place in (MARK_AT, CROSS_AT):
-            at = np.full(failed.sum(), place), times[failed] * NS
-            if place == CROSS_AT:
-                crosses(ax, *at, style.colour)
-            else:
-                ax.plot(*at, style.marker, mfc="white", mec=style.colour, ms=2.8, mew=0.7)
+        late = times[failed] * NS
+        marks: dict[str, Any] = {"mfc": "white", "mec": style.colour, "ms": 2.8, "mew": 0.7}
+        ax.plot(np.full(late.size, MARK_AT), late, style.marker, **marks)
+        crosses(ax, np.full(late.size, CROSS_AT), late, style.colour)
         tried = one["outcome"].values[one["outcome"].values != Outcome.NOT_TRIED]
         if tried.size and (tried == Outcome.DID_NOT_END).all():
             lost.append(style.label)
@@ -230,12 +228,8 @@ def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None
     texts: dict[str, Any] = {"transform": ax.transAxes, "fontsize": SMALL}
     ax.text(0, 1.03, f"{periods} periods, {impacts}", color=GREY, va="bottom", **texts)
     if lost:
-        words = lost if len(lost) <= 2 else [", ".join(lost[:2]) + ",", ", ".join(lost[2:])]
-        text = (
-            "\n".join(["no run ends:", *words])
-            if len(lost) > 2
-            else f"no run ends:\n{', '.join(lost)}"
-        )
+        lines = [", ".join(lost[:2]), *([", ".join(lost[2:])] if len(lost) > 2 else [])]
+        text = "no run ends:\n" + ",\n".join(lines)
         note(ax, 0.98, 0.98, text, ha="right", color=INK, linespacing=1.1)
 
 

@@ -60,12 +60,8 @@ def rows_of(
     mean, peak = f"{name}_mean", f"{name}_amplitude"
     rows = []
     if not show or mean in show:
-        rows.append(
-            (
-                f"mean {name}\n{in_brackets(symbol_of(dataset[mean]), dataset[mean])}",
-                dataset[mean].values,
-            )
-        )
+        symbol = in_brackets(symbol_of(dataset[mean]), dataset[mean])
+        rows.append((f"mean {name}\n{symbol}", dataset[mean].values))
     if not show or peak in show:
         for k in range(min(3, dataset.sizes["harmonic"])):
             symbol = in_brackets(symbol_of(dataset[peak], k + 1), dataset[peak])

@@ -88,10 +88,9 @@ def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     stable = united(
         [(float(s.values[0]), float(s.values[-1])) for s in stretches if s.over == widest]
     )
-    law = dataset.attrs["law"]
-    place = (
-        f" at {symbol_text(dataset[over])} = {value_text(dataset[over], widest)}" if over else ""
-    )
+    law, place = dataset.attrs["law"], ""
+    if over:
+        place = f" at {symbol_text(dataset[over])} = {value_text(dataset[over], widest)}"
     is_where = ranges_text(dataset, stable)
     rest = f"They are stable {is_where}." if stable else "None of those found there is stable."
     absent = int(dataset.attrs.get("without_law", 0))

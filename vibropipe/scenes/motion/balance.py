@@ -21,8 +21,8 @@ from vibropipe.figures.text import (
     in_brackets,
     parameters_text,
     sentences,
-    with_units,
 )
+from vibropipe.report.findings import value_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.vocabulary import ENERGIES, STEADY, label
 from vibropipe.words.wording import capitalised
@@ -163,7 +163,7 @@ def spectrum_title(dataset: xr.Dataset) -> str:
     if float(amplitude.values[order]) == 0.0:
         return ""
     words = f"The {ORDINALS[order]} harmonic" if order < len(ORDINALS) else f"Harmonic {order + 1}"
-    size = with_units(amplitude, format_number(float(amplitude.values[order])))
+    size = value_text(amplitude, amplitude.values[order])
     return f"{words} of the displacement is the largest, {size}"
 
 
@@ -173,10 +173,8 @@ def describe_spectra(dataset: xr.Dataset) -> str:
     if not np.isfinite(amplitude).any():
         return sentences("No steady state was found, so there is no spectrum")
     number = int(dataset["harmonic"][int(np.nanargmax(amplitude.values))])
-    mean = with_units(
-        dataset["displacement_mean"], format_number(float(dataset["displacement_mean"]))
-    )
-    largest = with_units(amplitude, format_number(float(np.nanmax(amplitude.values))))
+    mean = value_text(dataset["displacement_mean"], dataset["displacement_mean"])
+    largest = value_text(amplitude, np.nanmax(amplitude.values))
     return sentences(
         "Amplitudes of the harmonics of the steady state",
         f"The mean displacement is {mean}; the largest harmonic is number {number}, {largest}",

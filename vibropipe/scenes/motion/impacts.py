@@ -2,8 +2,6 @@
 
 from __future__ import annotations
 
-from typing import Any
-
 import xarray as xr
 from matplotlib.figure import Figure
 
@@ -38,13 +36,11 @@ def draw_impacts_only(dataset: xr.Dataset) -> Figure:
     notes = []
     for support in (1, 2):
         struck = dataset["impact_support"].values == support
-        style: dict[str, Any] = {
-            "color": SUPPORT_COLOURS[support],
-            "marker": SUPPORT_MARKERS[support],
-        }
+        colour, marker = SUPPORT_COLOURS[support], SUPPORT_MARKERS[support]
         size = impact_style(support, velocity.size)["markersize"]
-        ax.vlines(times.values[struck], 0.0, velocity[struck], color=style["color"], linewidth=0.8)
-        ax.plot(times.values[struck], velocity[struck], linestyle="none", markersize=size, **style)
+        at, height = times.values[struck], velocity[struck]
+        ax.vlines(at, 0.0, height, color=colour, linewidth=0.8)
+        ax.plot(at, height, marker, color=colour, markersize=size)
         notes.append(f"{count(int(struck.sum()), 'impact')} on support {support}")
     grazing = times_of(dataset, "grazing").values
     if grazing.size:

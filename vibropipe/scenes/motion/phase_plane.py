@@ -15,12 +15,12 @@ from vibropipe.figures.style import keep_zero_scale
 from vibropipe.figures.text import (
     axis_label,
     clock,
-    format_number,
     is_forced,
     parameters_text,
     sentences,
     with_units,
 )
+from vibropipe.report.findings import value_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.curves import forcing_period
 from vibropipe.scenes.motion.panels import draw_plane, impacts_of, limits_of, window
@@ -116,9 +116,7 @@ def section_title(dataset: xr.Dataset) -> str:
         return "The mass strikes no support, and its states are seen once per forcing period"
     phase = np.mod(turns(dataset, impacts.time), 1.0)
     top = int(np.abs(impacts.before).argmax())
-    speed = with_units(
-        dataset["impact_velocity"], format_number(abs(float(impacts.before[top])), 4)
-    )
+    speed = value_text(dataset["impact_velocity"], abs(impacts.before[top]))
     return (
         f"The hardest impact, {speed}, comes {phase[top]:.2f} of a forcing period after its start"
     )

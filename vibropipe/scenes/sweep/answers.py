@@ -127,12 +127,10 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
         struck, known = largest(dataset[name]), dataset["regime"] < Regime.UNBOUNDED
         if not bool(known.any()) or (struck is not None and float(struck)):
             return None
-        told = (
-            "No support is struck."
-            if bool(known.all())
-            else "No row with a result strikes a support."
+        whole = bool(known.all())
+        return Answer(
+            "No support is struck." if whole else "No row with a result strikes a support."
         )
-        return Answer(told)
     values, dims = of_orbits(dataset, name), dataset["regime"].dims
     support, where = int(top["support"]), ""
     other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None

@@ -56,11 +56,8 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
         for (m, p1, p2), n in found[:MAX_ROWS]
     ]
     left = sum(n for _, n in found[MAX_ROWS:])
-    note = (
-        f"{count(len(found) - MAX_ROWS, 'more kind')} of orbit: {share_text(left, regime.size)}."
-        if left
-        else ""
-    )
+    more = f"{count(len(found) - MAX_ROWS, 'more kind')} of orbit"
+    note = f"{more}: {share_text(left, regime.size)}." if left else ""
     head = [
         "forcing periods",
         "impacts on support 1",
@@ -68,9 +65,8 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
         "share of all points",
     ]
     resting = " and without rest" if (regime == Regime.WITH_REST).any() else ""
-    title = (
-        f"The most frequent orbits with impacts{resting}, and after how many periods they repeat"
-    )
+    which = f"The most frequent orbits with impacts{resting}"
+    title = f"{which}, and after how many periods they repeat"
     return Table(head, rows, note, title=title, scene=label, left=0)
 
 
@@ -153,11 +149,8 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
         rows.append([*cells, hardest_text(line)] if has_velocity else cells)
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
     head = ["line", f"first and last {symbol} with impacts", "rows with impacts"]
-    head += (
-        [in_brackets("hardest impact of an orbit", dataset["impact_velocity_max"])]
-        if has_velocity
-        else []
-    )
+    if has_velocity:
+        head.append(in_brackets("hardest impact of an orbit", dataset["impact_velocity_max"]))
     return Table(
         head, rows, title="Where each line has impacts, and how hard they are", scene=label
     )
@@ -192,13 +185,12 @@ def energy_table(label: str, dataset: xr.Dataset) -> Table | None:
         "orbits": dataset["regime"] < Regime.APERIODIC,
         "aperiodic rows": dataset["regime"] == Regime.APERIODIC,
     }
+    kinds = {kind: mask for kind, mask in kinds.items() if mask.any()}
     rows = [
-        [words, *(energy_text(dataset, name, mask) for mask in kinds.values() if mask.any())]
+        [words, *(energy_text(dataset, name, mask) for mask in kinds.values())]
         for name, words in names.items()
     ]
-    heads = [
-        in_brackets(kind, dataset["energy_input"]) for kind, mask in kinds.items() if mask.any()
-    ]
+    heads = [in_brackets(kind, dataset["energy_input"]) for kind in kinds]
     note = "Smallest and largest value; of impacts on both supports together; of aperiodic rows the mean of a window."
     return Table(
         ["energy per forcing period", *heads],
@@ -214,12 +206,10 @@ def energy_text(dataset: xr.Dataset, name: str, rows: xr.DataArray) -> str:
     energy = dataset[name].where(rows)
     energy = energy.sum("support", skipna=False) if "support" in energy.dims else energy
     values = energy.values[np.isfinite(energy.values)]
-    ends = (
-        (format_number(float(end), DIGITS) for end in (values.min(), values.max()))
-        if values.size
-        else ()
-    )
-    return " … ".join(dict.fromkeys(ends)) or DASH
+    if not values.size:
+        return DASH
+    ends = (format_number(float(end), DIGITS) for end in (values.min(), values.max()))
+    return " … ".join(dict.fromkeys(ends))
 
 
 def question(datasets: Datasets) -> str:

@@ -32,6 +32,18 @@ from vibropipe.words.wording import capitalised, count, series
 # Errors of the table of times.
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
 TEN_DIGITS = 1e-10
+# How the methods of other packages are used.
+PACKAGES = {
+    (
+        "RK45",
+        "DOP853",
+        "Radau",
+    ): "`scipy`: `solve_ivp` with a terminal event for each support and a restart after it",
+    ("heyoka",): "`heyoka`: the same with its own events",
+    (
+        "solve_nivp",
+    ): "`solve_nivp`: trapezoidal steps with both supports as constraints on the velocity",
+}
 
 
 def left_out_text(dataset: xr.Dataset, show: Collection[str]) -> str:
@@ -234,17 +246,7 @@ def lost_text(dataset: xr.Dataset) -> str:
 def packages_of(datasets: Iterable[xr.Dataset]) -> str:
     """Write how other packages are used, those that were run."""
     run = {str(m) for data in datasets for m in data["method"].values} - set(OWN_METHODS)
-    texts = []
-    if run & {"RK45", "DOP853", "Radau"}:
-        texts.append(
-            "`scipy`: `solve_ivp` with a terminal event for each support and a restart after it"
-        )
-    if "heyoka" in run:
-        texts.append("`heyoka`: the same with its own events")
-    if "solve_nivp" in run:
-        texts.append(
-            "`solve_nivp`: trapezoidal steps with both supports as constraints on the velocity"
-        )
+    texts = [text for names, text in PACKAGES.items() if run & {*names}]
     stop = "a run is stopped after 10,000 evaluations a period"
     return "; ".join([*texts, stop]) if texts else ""
 

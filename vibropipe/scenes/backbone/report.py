@@ -19,36 +19,28 @@ def law_answers(dataset: xr.Dataset) -> list[Answer]:
     low, high = (value_text(period, limit) for limit in (min(limits), max(limits)))
     symbol = symbol_text(period)
     if low == high:
-        return [
-            Answer(
-                "Free motions of every shorter period strike both supports.",
-                f"The longest is {symbol} = {low}.",
-            )
-        ]
-    return [
-        Answer(
-            "Free motions strike both supports up to a longest period.",
-            f"It falls from {symbol} = {high} to {low} with the offset {symbol_text(dataset['delta_over_l'])}.",
-        )
-    ]
+        lead = "Free motions of every shorter period strike both supports."
+        return [Answer(lead, f"The longest is {symbol} = {low}.")]
+    lead, offset = (
+        "Free motions strike both supports up to a longest period.",
+        dataset["delta_over_l"],
+    )
+    falls = f"It falls from {symbol} = {high} to {low} with the offset {symbol_text(offset)}."
+    return [Answer(lead, falls)]
 
 
 def amplitude_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return from which amplitudes the supports are struck, and how far the frequency rises."""
     limits = first_strikes(dataset)
     near, far = (value_text(dataset["amplitude"], limit) for limit in limits)
+    lead, rest = f"Free motions strike both supports from amplitude {near} on.", ""
     if limits[0] <= 0.0:
-        first = Answer(
-            "Free motions always strike one support.", f"They strike both from amplitude {far} on."
-        )
-    elif near == far:
-        first = Answer(f"Free motions strike both supports from amplitude {near} on.")
-    else:
-        first = Answer(
-            "Free motions strike one support before both.",
-            f"One from amplitude {near} on, both from {far}.",
-        )
-    return [first, *frequency_answers(dataset)]
+        lead = "Free motions always strike one support."
+        rest = f"They strike both from amplitude {far} on."
+    elif near != far:
+        lead = "Free motions strike one support before both."
+        rest = f"One from amplitude {near} on, both from {far}."
+    return [Answer(lead, rest), *frequency_answers(dataset)]
 
 
 def frequency_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -57,12 +49,8 @@ def frequency_answers(dataset: xr.Dataset) -> list[Answer]:
     top = largest(frequency)
     if top is None or not rising_text(frequency, top, ("amplitude",)):
         return []
-    return [
-        Answer(
-            f"The frequency of the free motion reaches {value_text(frequency, top, 3)} here.",
-            "That is at the largest amplitude.",
-        )
-    ]
+    lead = f"The frequency of the free motion reaches {value_text(frequency, top, 3)} here."
+    return [Answer(lead, "That is at the largest amplitude.")]
 
 
 answers = of_each(

@@ -183,10 +183,7 @@ def _figure(scene: BasinsScene) -> Iterator[Problem]:
     fits = {"shares", "maps"} if scene.swept else {"basins"}
     for name in scene.figure.pictures:
         if name not in fits:
-            without = (
-                "without a parameter in `over`" if scene.swept else "with a parameter in `over`"
-            )
-            must = f"must be chosen {without}"
+            must = f"must be chosen {'without' if scene.swept else 'with'} a parameter in `over`"
             yield Problem(("figure", "pictures"), repr(name), must=must)
     if not scene.swept and scene.figure.branches is not None:
         must = "must be left out unless `over` has a parameter"

@@ -125,10 +125,8 @@ def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
     """Return the ranges of the parameter in which several attractors coexist, the widest first."""
     values = dataset[str(swept_name(dataset))].values
     order = np.argsort(values)
-    values, several = (
-        values[order],
-        (dataset["basin_share"].count("attractor_id").values > 1)[order],
-    )
+    several = dataset["basin_share"].count("attractor_id").values > 1
+    values, several = values[order], several[order]
     starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
     ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
     places = np.array([change.value for change in changes_of(dataset)])

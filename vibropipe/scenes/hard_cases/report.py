@@ -72,10 +72,8 @@ def on_chatter(dataset: xr.Dataset) -> Answer:
     off = f"off by at most {size_text(error.max())} of it"
     lead = f"Chatter: the time of its end is {off}, for a restitution up to {R}."
     other = errors_of(dataset, "chatter", "DOP853")[1]
-    never = (other != Outcome.OK).all()
-    return Answer(
-        lead, "DOP853 with events never comes to rest: it is stuck before." if never else ""
-    )
+    stuck = "DOP853 with events never comes to rest: it is stuck before."
+    return Answer(lead, stuck if (other != Outcome.OK).all() else "")
 
 
 def on_energy(dataset: xr.Dataset) -> Answer:
@@ -83,9 +81,8 @@ def on_energy(dataset: xr.Dataset) -> Answer:
     error = errors_of(dataset, "energy", "exact")[0]
     if not np.isfinite(error[-1]):
         return Answer("A million impacts: the exact method does not finish them.")
-    lead = (
-        f"A million impacts: the energy is off by at most {size_text(error[-1])} of it if marched."
-    )
+    off = f"off by at most {size_text(error[-1])} of it"
+    lead = f"A million impacts: the energy is {off} if marched."
     closed = errors_of(dataset, "energy", "closed")[0]
     rest = "The closed form, used without losses and force, does not drift."
     return Answer(lead, rest if closed.max() <= np.finfo(float).eps else "")
@@ -96,12 +93,10 @@ def on_cases(dataset: xr.Dataset) -> Answer:
     passed = dataset["passed"].values
     broken = int((passed == Passed.NOT_PASSED).any(axis=1).sum())
     total = count(int(dataset.sizes["case"]), "case")
-    if not broken:
-        return Answer(
-            f"{total}: every bound is kept.",
-            "A bound is rounding times what the case multiplies it by.",
-        )
-    return Answer(f"{total}: {count(broken, 'bound')} exceeded.")
+    if broken:
+        return Answer(f"{total}: {count(broken, 'bound')} exceeded.")
+    rest = "A bound is rounding times what the case multiplies it by."
+    return Answer(f"{total}: every bound is kept.", rest)
 
 
 def size_text(value: float) -> str:

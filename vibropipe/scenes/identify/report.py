@@ -49,9 +49,8 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     ]
     if ended:
         whose = "its range: widen it" if len(ended) == 1 else "their ranges: widen them"
-        found.append(
-            Answer(f"{series(ended)} ended at {whose}, unless nothing beyond is possible.")
-        )
+        lead = f"{series(ended)} ended at {whose}, unless nothing beyond is possible."
+        found.append(Answer(lead))
     if int(dataset["fit_result"]) == FitResult.EXPLAINED:
         found += [Answer(f"{pair} are told apart badly.") for pair in alike(dataset)[:1]]
         found += [Answer(text) for text in least_and_best_known(dataset)]
@@ -239,13 +238,9 @@ def side(datasets: Datasets) -> Side:
             rows.append(Row(plain_symbol_of(dataset[name]), text))
     first = next(iter(datasets.values()))
     given = [
-        Row(
-            plain_symbol_of(first[name]), with_units(first[name], format_number(float(first[name])))
-        )
-        for name in parameter_names(first)
-        if all(
-            is_given(each, name, float(first[name].values.flat[0])) for each in datasets.values()
-        )
+        Row(plain_symbol_of(first[n]), with_units(first[n], format_number(float(first[n]))))
+        for n in parameter_names(first)
+        if all(is_given(each, n, float(first[n].values.flat[0])) for each in datasets.values())
     ]
     return Side([*rows, *([Row("Given"), *given] if given else [])])
 

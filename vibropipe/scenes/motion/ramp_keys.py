@@ -81,19 +81,16 @@ def _beside(scene: Any) -> Iterator[Problem]:
             yield Problem((key,), found, must=f"{why}: {reason}")
     for output in scene.outputs:
         if output not in MOTION_DEFAULT:
-            must = (
-                f"must leave out {output} beside ramp: it is one of a steady state or of a balance"
-            )
+            reason = "it is one of a steady state or of a balance"
+            must = f"must leave out {output} beside ramp: {reason}"
             yield Problem(("outputs",), repr(str(output)), must=must)
+    of_periods = "forcing periods change their length on it"
     for key in ("periods", "together"):
         if value := getattr(figure, key):
-            must = f"{why}: forcing periods change their length on it"
-            yield Problem(("figure", key), describe(value), must=must)
+            yield Problem(("figure", key), describe(value), must=f"{why}: {of_periods}")
     for picture in figure.pictures:
         if picture in OF_PERIODS:
-            must = (
-                f"must leave out {picture} beside ramp: forcing periods change their length on it"
-            )
+            must = f"must leave out {picture} beside ramp: {of_periods}"
             yield Problem(("figure", "pictures"), repr(str(picture)), must=must)
 
 

@@ -141,9 +141,8 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
     if series.name in WITH_ZERO_LINE:
         zero_line(ax)
     if not kept.any():
-        write_centred(
-            ax, f"Support {(series.position or 0) + 1} is not struck" if is_impact else "No values"
-        )
+        unstruck = f"Support {(series.position or 0) + 1} is not struck"
+        write_centred(ax, unstruck if is_impact else "No values")
         return
     colour = EXACT if series.position is None else SUPPORT_COLOURS[series.position + 1]
     draw_points(ax, x[kept], points.value[kept], colour)
@@ -182,12 +181,9 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     section = "its states at the section, once per forcing period" if at_section else ""
     exponent = "its largest Lyapunov exponent" if "lyapunov_exponent" in names else ""
     aperiodic = int((dataset["regime"] == Regime.APERIODIC).sum())
-    strobe = (
-        ", of which an orbit of m > 1 periods has one drawn"
-        if "displacement_strobe" in names
-        else ""
-    )
-    drawn = series(filter(None, [impacts, section + strobe, exponent]))
+    if "displacement_strobe" in names:
+        section += ", of which an orbit of m > 1 periods has one drawn"
+    drawn = series(filter(None, [impacts, section, exponent]))
     return sentences(
         f"Bifurcation diagram over {plain_symbol_of(dataset[along])}: {drawn}",
         f"Aperiodic rows ({aperiodic} of {dataset['regime'].size}) show a band"

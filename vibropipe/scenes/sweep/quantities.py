@@ -215,9 +215,9 @@ def series_words(dataset: xr.Dataset, series: Series) -> str:
 def element_number(dataset: xr.Dataset, series: Series) -> int:
     """Return the number of one element of a quantity, such as that of a support or harmonic."""
     position = series.position or 0
-    return (
-        int(dataset[series.dim].values[position]) if series.dim in dataset.coords else position + 1
-    )
+    if series.dim in dataset.coords:
+        return int(dataset[series.dim].values[position])
+    return position + 1
 
 
 def fitted_title(dataset: xr.Dataset, series: Series, width_cm: float) -> str:
@@ -255,9 +255,9 @@ def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
     """Return a mask of the points by kind of mark; each point is in exactly one mask."""
     orbit = row["regime"].values < PERIODIC_BELOW
     stable = ~is_unstable(row) if "stable" in row else np.ones_like(orbit)
-    multiple = (
-        row["period_multiple"].values > 1 if "period_multiple" in row else ~np.ones_like(orbit)
-    )
+    multiple = np.zeros_like(orbit)
+    if "period_multiple" in row:
+        multiple = row["period_multiple"].values > 1
     return {
         "line": orbit & stable & ~multiple,
         "multiple": orbit & stable & multiple,

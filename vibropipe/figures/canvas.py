@@ -38,6 +38,7 @@ BODY, SMALL, LETTER = 8.0, 7.0, 9.0  # pt: labels and titles; ticks and notes; l
 NOTE_CM = 0.38  # of a line of SMALL type
 MIN_TYPE = 6.5  # pt, of anything in a figure
 WHITE_GROUND = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none"}
+TIGHT_GROUND = {**WHITE_GROUND, "boxstyle": "square,pad=0.08"}
 MICRO = "\u00b5"
 
 
@@ -156,17 +157,10 @@ def support_bands(ax: Axes, lower: float, upper: float, axis: Literal["x", "y"] 
     """Hatch what lies beyond the supports, the surfaces at two values of `axis`; keeps the limits of the axes."""
     low, high = sorted(ax.get_ylim() if axis == "y" else ax.get_xlim())
     span = ax.axhspan if axis == "y" else ax.axvspan
+    style: dict[str, Any] = {"facecolor": BAND, "edgecolor": HAIRLINE, "hatch": "//////"}
     for first, last in ((low, lower), (upper, high)):
         if last > first:
-            span(
-                first,
-                last,
-                facecolor=BAND,
-                edgecolor=HAIRLINE,
-                hatch="//////",
-                linewidth=0,
-                zorder=0,
-            )
+            span(first, last, linewidth=0, zorder=0, **style)
     (ax.set_ylim if axis == "y" else ax.set_xlim)(low, high)
 
 

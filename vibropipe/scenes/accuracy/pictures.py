@@ -50,6 +50,7 @@ BAND = 3e3  # left end of the band of failed runs
 MARK_AT, CROSS_AT = 400.0, 20.0  # in that band: whose run, and that it failed
 COMPARED_DIGITS = 1e-12  # error at which an arrow compares with the exact method
 NO_ROOM = 3e-15  # error right of which no name has room
+LONG_NAMES = {"crude": "impact at the\nend of a step", "newmark": "Newmark, impacts located"}
 MIN_GAP = 0.36  # cm between labels above each other
 
 
@@ -119,23 +120,9 @@ def name_lines(ax: Axes, ends: list[tuple[str, float, float, bool]]) -> None:
         taken.append((x, y))
         at = ax.transData.inverted().transform(((x + shift) * inch, y * inch))
         bold: dict[str, Any] = {"weight": "bold", "fontsize": BODY + 1} if method == "exact" else {}
-        name = {"crude": "impact at the\nend of a step", "newmark": "Newmark, impacts located"}.get(
-            method, style.label
-        )
-        text = name + ("*" if is_dear else "")
-        ha = "right" if to_left else "left"
-        label(
-            ax,
-            at[0],
-            at[1],
-            text,
-            style.colour,
-            ha=ha,
-            va="center",
-            zorder=5,
-            linespacing=1.1,
-            **bold,
-        )
+        text = LONG_NAMES.get(method, style.label) + ("*" if is_dear else "")
+        place: dict[str, Any] = {"ha": "right" if to_left else "left", "va": "center", "zorder": 5}
+        label(ax, at[0], at[1], text, style.colour, linespacing=1.1, **place, **bold)
 
 
 def multiples(ax: Axes, unit: float) -> None:

@@ -6,7 +6,7 @@ Figures 5 and 8 of the paper, with the steady states that lie along them.
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -17,7 +17,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.canvas import (
     CM_PER_INCH,
     SMALL,
-    WHITE_GROUND,
+    TIGHT_GROUND,
     WIDE,
     axes,
     jump,
@@ -94,18 +94,15 @@ def draw_overlay(
             words = f"mean {name}" if order == 0 else f"{ORDINALS[order - 1]} harmonic"
             text = in_brackets(f"{words} {f'|{symbol}|' if order == 0 else symbol}", array)
             label(ax, 0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", zorder=6,
-                  bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip
+                  bbox=TIGHT_GROUND)  # fmt: skip
     amplitude = free[0][f"{name}_amplitude"]
     words = f"first harmonic of the {name}, {symbol_of(amplitude, 1)}"
     main.set(xlabel=x_label(free, forced), ylabel=in_brackets(words, amplitude))
     panel(main, "a", indent=-0.95)
     if small:
         panel(small[0], "b", indent=-0.95)
-        small[-1].set_xlabel(
-            axis_label(forced[0][frequency(forced[0])])
-            if forced
-            else axis_label(free[0]["eigenfrequency"])
-        )
+        axis = forced[0][frequency(forced[0])] if forced else free[0]["eigenfrequency"]
+        small[-1].set_xlabel(axis_label(axis))
     if name == "displacement":
         draw_distance(main, free[0])
     write_key(figure, forced)
@@ -135,15 +132,8 @@ def draw_distance(ax: Axes, dataset: xr.Dataset) -> None:
         return
     ax.axhline(float(distance), color=INK, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
     text = f"half the distance of the supports, {value_text(distance)}"
-    ax.text(
-        0.995,
-        float(distance),
-        text,
-        transform=ax.get_yaxis_transform(),
-        ha="right",
-        va="bottom",
-        fontsize=SMALL,
-    )
+    at_right: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "ha": "right"}
+    ax.text(0.995, float(distance), text, va="bottom", fontsize=SMALL, **at_right)
 
 
 def draw_order(
@@ -226,23 +216,20 @@ def draw_jumps(ax: Axes, line: Line, least: float) -> None:
 
 def label_lines(ax: Axes, lines: Sequence[Line], height: float) -> None:
     """Write the other coordinate of each line where the lowest of its values last passes a height, else at its end."""
-    numbers = {
-        line.coordinate.item(): line.coordinate for line in lines if line.coordinate is not None
-    }
-    for value, coordinate in numbers.items():
-        own = [
-            line
-            for line in lines
-            if line.coordinate is not None and line.coordinate.item() == value
-        ]
-        x = own[0].x
+    by_value: dict[float, list[Line]] = {}
+    for line in lines:
+        if line.coordinate is not None:
+            by_value.setdefault(line.coordinate.item(), []).append(line)
+    for own in by_value.values():
+        x, coordinate = own[0].x, own[0].coordinate
+        assert coordinate is not None
         low = np.fmin.reduce([line.y for line in own])
         above = np.flatnonzero(low >= height)
         at = min(int(above[-1]) + 1 if above.size else x.size - 1, x.size - 1)
         if not np.isfinite(low[at]):
             continue
         label(ax, float(x[at]), float(low[at]), value_text(coordinate), own[0].colour, ha="center", va="center",
-              zorder=6, bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.08"})  # fmt: skip
+              zorder=6, bbox=TIGHT_GROUND)  # fmt: skip
 
 
 def x_limits(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> tuple[float, float]:
@@ -267,15 +254,9 @@ def write_key(figure: Figure, forced: Sequence[xr.Dataset]) -> None:
     for number, text in enumerate(difference_texts(forced)):
         tail = ", seen where it differs" if number else ""
         entries.append((f"{names[number % 2]}: {text}{tail}", FAMILIES[number % 2][1]))
-    left = LEFT
+    left, y = LEFT, 1 - 0.42 / (float(figure.get_figheight()) * CM_PER_INCH)
     for text, colour in entries:
-        drawn = figure.text(
-            left / WIDE,
-            1 - 0.42 / (float(figure.get_figheight()) * CM_PER_INCH),
-            text,
-            color=readable(colour),
-            va="baseline",
-        )
+        drawn = figure.text(left / WIDE, y, text, color=readable(colour), va="baseline")
         left += drawn.get_window_extent().width / figure.dpi * CM_PER_INCH + 0.45
 
 

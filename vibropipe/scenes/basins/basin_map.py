@@ -211,31 +211,18 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
         ax.locator_params(axis="x", integer=True)
         if is_last:
             ax.set_xlabel(f"time, in {'forcing ' if is_forced(dataset) else ''}periods")
-    figure.text(
-        (BESIDE - 1.28) / 16.0,
-        (bottom + TALL_CM - slot * len(drawn) / 2) / (figure.get_figheight() * CM_PER_INCH),
-        in_brackets("displacement", dataset["displacement_strobe"]),
-        rotation=90,
-        ha="center",
-        va="center",
-    )
+    middle = bottom + TALL_CM - slot * len(drawn) / 2
+    place = (BESIDE - 1.28) / 16.0, middle / (figure.get_figheight() * CM_PER_INCH)
+    text = in_brackets("displacement", dataset["displacement_strobe"])
+    figure.text(*place, text, rotation=90, ha="center", va="center")
 
 
 def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
     """Return the motion of an attractor, marched on from its section."""
     row = dataset.sel(attractor_id=index)
-    names = [
-        name
-        for name in (
-            *PARAMETERS,
-            *PHYSICAL,
-            "displacement_strobe",
-            "velocity_strobe",
-            "base_frequency",
-        )
-        if name in row.variables
-    ]
-    return motion_of(row[[*names, "period_multiple"]])
+    needed = ("displacement_strobe", "velocity_strobe", "base_frequency", "period_multiple")
+    names = [name for name in (*PARAMETERS, *PHYSICAL, *needed) if name in row.variables]
+    return motion_of(row[names])
 
 
 def periods_of(motions: Sequence[Motion]) -> int:

@@ -173,21 +173,13 @@ def cells_of(
 
 def curve_handles(dataset: xr.Dataset) -> list[Line2D]:
     """Return legend entries of the kinds of curves, of thin lines and of the marks."""
-    handles = [
-        Line2D(
-            [],
-            [],
-            color=colour_of(name),
-            linestyle=CURVES[name],
-            linewidth=STABLE_WIDTH,
-            label=name,
-        )
-        for name in kinds_present(dataset)
-    ]
+    handles = []
+    for name in kinds_present(dataset):
+        style: dict[str, Any] = {"color": colour_of(name), "linestyle": CURVES[name]}
+        handles.append(Line2D([], [], linewidth=STABLE_WIDTH, label=name, **style))
     if (dataset["stable"] == 0).any():
-        handles.append(
-            Line2D([], [], color=INK, linewidth=UNSTABLE_WIDTH, label="of an unstable orbit")
-        )
+        text = "of an unstable orbit"
+        handles.append(Line2D([], [], color=INK, linewidth=UNSTABLE_WIDTH, label=text))
     if marks(dataset).any():
         handles.append(Line2D([], [], **MARK_STYLE, label="curves meet"))
     return handles

@@ -116,15 +116,8 @@ def draw_support(ax: Axes, dataset: xr.Dataset, number: int, edge: float, sign: 
     depth, near = (0.2, 0.35) if soft else (0.5, 0.0)
     block(ax, dataset, min(edge + sign * near, edge + sign * (near + depth)), 2.8, depth, 0.75)
     if soft:
-        coil(
-            ax,
-            min(edge, edge + sign * near),
-            max(edge, edge + sign * near),
-            3.17,
-            turns=3,
-            half=0.1,
-            lead=0.04,
-        )
+        first, last = sorted((edge, edge + sign * near))
+        coil(ax, first, last, 3.17, turns=3, half=0.1, lead=0.04)
     ax.plot([edge] * 2, [2.8, 3.55], color=INK, lw=1.4, solid_capstyle="butt")
     ax.text(
         edge + sign * (near + depth) / 2, 3.62, str(number), ha="center", va="bottom",
@@ -132,12 +125,8 @@ def draw_support(ax: Axes, dataset: xr.Dataset, number: int, edge: float, sign: 
     )  # fmt: skip
     names = [stiffness, damping] if soft else [f"R{number}"]
     text = "\n".join(quantity_text(dataset, name) for name in names if name in dataset.coords)
-    place: dict[str, Any] = {
-        "ha": "left" if sign > 0 else "right",
-        "va": "center",
-        "linespacing": 1.3,
-    }
-    ax.text(edge + sign * 0.65, 3.17, text, **place)
+    side = "left" if sign > 0 else "right"
+    ax.text(edge + sign * 0.65, 3.17, text, ha=side, va="center", linespacing=1.3)
 
 
 def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:

@@ -126,15 +126,8 @@ def shown_parts(dataset: xr.Dataset) -> list[Part]:
 
 def head(ax: Axes, x: float, text: str, side: str) -> None:
     """Write the head of a column of text axes."""
-    ax.text(
-        x / WIDE,
-        1 + 0.2 / size_of(ax)[1],
-        text,
-        transform=ax.transAxes,
-        ha=side,
-        va="bottom",
-        weight="bold",
-    )
+    y = 1 + 0.2 / size_of(ax)[1]
+    ax.text(x / WIDE, y, text, transform=ax.transAxes, ha=side, va="bottom", weight="bold")
 
 
 def over(ax: Axes, title: str, note: str) -> None:

@@ -73,12 +73,8 @@ def draw_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     exponents = (-6, -4, -2)
-    ticks(
-        ax,
-        "x",
-        [2e-8, *(10.0**n for n in exponents), 1.0],
-        ["none", *map(power, exponents), "1: bound"],
-    )
+    places = [2e-8, *(10.0**n for n in exponents), 1.0]
+    ticks(ax, "x", places, ["none", *map(power, exponents), "1: bound"])
     ax.set_xlabel("deviation as a share of its bound")
     x = 1e-4
     for solver in solvers:

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import textwrap
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -159,16 +159,8 @@ def draw_rest(ax: Axes, parts: list[Column], x: xr.DataArray) -> None:
     colours = [EXACT, METHODS["rk45"].colour, GREY]
     for n, part in enumerate(parts):
         left = (part.measured - part.fitted) / part.noise
-        marker = MARKERS[n % len(MARKERS)]
-        ax.plot(
-            x,
-            left,
-            marker,
-            color=colours[n % 3],
-            markersize=marker_size(x),
-            linestyle="none",
-            label=part.words,
-        )
+        style: dict[str, Any] = {"color": colours[n % 3], "markersize": marker_size(x)}
+        ax.plot(x, left, MARKERS[n % len(MARKERS)], linestyle="none", label=part.words, **style)
     for level in (-2, 2):
         ax.axhline(level, color=GREY, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
     zero_line(ax)

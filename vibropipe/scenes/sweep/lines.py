@@ -16,7 +16,7 @@ from matplotlib.axes import Axes
 from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import CM_PER_INCH, SMALL, arrow, label, size_of
+from vibropipe.figures.canvas import CM_PER_INCH, SMALL, TIGHT_GROUND, arrow, label, size_of
 from vibropipe.figures.map_shapes import cell_edges
 from vibropipe.figures.palette import REGIME_STYLES
 from vibropipe.figures.style import BLACK, rasterise_many
@@ -187,7 +187,6 @@ def name_boxes(
     """Write the name of a regime into each of its boxes that is long enough."""
     name = regime_name(code)
     text = bar_name(name)
-    ground: Any = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
     scaled = np.log if ax.get_xscale() == "log" else np.asarray
     first, last = scaled(np.array(ax.get_xlim()))
     for box in polygons:
@@ -199,7 +198,7 @@ def name_boxes(
         ax.text(
             at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center",
             fontsize=SMALL, clip_on=True, gid=BAR_NAME,
-            bbox=ground if REGIME_STYLES[name].hatch else None,
+            bbox=TIGHT_GROUND if REGIME_STYLES[name].hatch else None,
             color="white" if name == "unbounded" else BLACK,
         )  # fmt: skip
 
@@ -214,7 +213,6 @@ BESIDE_CM = 0.03, 0.12, 0.24, 0.36  # cm from a line to a label beside it, more 
 TIGHT = 0.08  # cm less around a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
-ON_LINE = {"boxstyle": "square,pad=0.08", "facecolor": "white", "edgecolor": "none"}
 
 
 @dataclass(frozen=True)
@@ -272,7 +270,7 @@ def label_lines(
         boxes.append(np.array([at - half, at + half]))
         x, y = at / size
         label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center",
-              va="center_baseline", bbox=ON_LINE, zorder=6)  # fmt: skip
+              va="center_baseline", bbox=TIGHT_GROUND, zorder=6)  # fmt: skip
 
 
 def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:

@@ -196,10 +196,11 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
         heading = f"{percent(float(shares[index]))} of the starts"
         for line, text in enumerate(reversed([heading, *words[index]])):
             y = 1 + (0.2 + line * LINE_CM) / high
-            weight = "bold" if text is heading else "normal"
-            ax.text(
-                -0.05, y, text, transform=ax.transAxes, weight=weight, fontsize=SMALL, va="center"
-            )
+            style: dict[str, Any] = {
+                "weight": "bold" if text is heading else "normal",
+                "va": "center",
+            }
+            ax.text(-0.05, y, text, transform=ax.transAxes, fontsize=SMALL, **style)
         top = 1 + (0.2 + LINE_CM * len(words[index])) / high
         ax.text(-0.17, top, letters[index], transform=ax.transAxes, **LETTER_STYLE)
         is_last = position == len(drawn) - 1

@@ -255,13 +255,10 @@ def draw_front(dataset: xr.Dataset) -> Figure:
 def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
     """Write the numbers of designs on the side of the front where nothing else can lie."""
     signs = [sign for _, sign in ends_of(dataset)]
-    places: dict[str, Any] = {
-        "ha": "right" if signs[0] > 0 else "left",
-        "va": "top" if signs[1] > 0 else "bottom",
-    }
+    ha, va = "right" if signs[0] > 0 else "left", "top" if signs[1] > 0 else "bottom"
+    offset = (-3.0 * signs[0], -2.0 * signs[1])
     for n, at in enumerate(zip(x, y, strict=True), start=1):
-        offset = (-3.0 * signs[0], -2.0 * signs[1])
-        ax.annotate(str(n), at, xytext=offset, textcoords="offset points", fontsize=SMALL, **places)
+        ax.annotate(str(n), at, offset, textcoords="offset points", fontsize=SMALL, ha=ha, va=va)
 
 
 def axis_text(dataset: xr.Dataset, which: int) -> str:

@@ -81,9 +81,8 @@ def draw_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         colour, marker, name = SOLVERS[solver]
         top: dict[str, Any] = {"transform": ax.get_xaxis_transform(), "clip_on": False}
         ax.plot([x], [1 + 0.25 / height], marker, color=colour, ms=3.6, **top)
-        drawn = label(
-            ax, x * 1.4, 1 + 0.25 / height, name, colour, va="center", transform=top["transform"]
-        )
+        options = {"va": "center", "transform": top["transform"]}
+        drawn = label(ax, x * 1.4, 1 + 0.25 / height, name, colour, **options)
         x = ax.transData.inverted().transform((drawn.get_window_extent().x1, 0))[0] * 3.0
     return figure
 

@@ -53,11 +53,10 @@ def steady_tables(datasets: Datasets) -> list[Table]:
         for name, cells in columns.items()
         if name in COMMON and len(steady) > 1 and len({*cells}) == 1
     }
-    shown = {name: cells for name, cells in columns.items() if name not in common}
     shown = {
         name: cells
-        for name, cells in shown.items()
-        if not {*cells} <= {DASH, "0"} or name == "mean"
+        for name, cells in columns.items()
+        if name not in common and (name == "mean" or not {*cells} <= {DASH, "0"})
     }
     shown = fitting(shown, min(len(differing(steady)), MAX_PARAMETERS))
     title = "The steady state" if len(steady) == 1 else "Steady states of the motions"

@@ -294,15 +294,12 @@ def jumps_answer(dataset: xr.Dataset) -> Answer | None:
     found = [(jump, line) for _, line in lines_of(dataset) for jump in jumps_of(line, axis)]
     if not found:
         return None
-    jump, line = max(
-        found, key=lambda each: abs(each[0].amplitude_after - each[0].amplitude_before)
-    )
+    jump, line = max(found, key=lambda each: each[0].size)
     where = between_text(line[axis], jump.before, jump.after)
     if len(found) == 1:
         return Answer(f"The first harmonic jumps {where}.")
-    return Answer(
-        "The first harmonic jumps in several places.", f"The largest of these lies {where}."
-    )
+    lead = "The first harmonic jumps in several places."
+    return Answer(lead, f"The largest of these lies {where}.")
 
 
 def unresolved_answer(dataset: xr.Dataset) -> Answer | None:

@@ -63,12 +63,13 @@ def describe_sweep(
     wanted = panels_of(dataset, show, joined=not others)
     panels = fitting_panels(dataset, others[1:], wanted)
     quantities = {each.name for panel in panels for each in panel.series}
-    shades = (
-        f"; blue, from light to dark, with {plain_symbol_of(dataset[others[0]])}" if others else ""
-    )
+    seen = f"Steady states against {plain_symbol_of(dataset[along])}"
+    if lines:
+        seen += (
+            f" for {lines}; blue, from light to dark, with {plain_symbol_of(dataset[others[0]])}"
+        )
     return sentences(
-        f"Steady states against {plain_symbol_of(dataset[along])}"
-        + (f" for {lines}{shades}" if lines else ""),
+        seen,
         "Blue, from dark to light: first and further harmonics"
         if any(len(panel.series) > 1 and panel.series[0].dim == "harmonic" for panel in panels)
         else "",
@@ -121,9 +122,8 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
         subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
     size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
     # what has no orbit may have larger values in its window
-    of, among = (
-        ("", "") if (dataset["regime"] < Regime.APERIODIC).all() else (" of orbits", "in orbits ")
-    )
+    all_repeat = bool((dataset["regime"] < Regime.APERIODIC).all())
+    of, among = ("", "") if all_repeat else (" of orbits", "in orbits ")
     seen = f"{capitalised(subject)}{of} {size}"
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" support {own.position + 1}"
@@ -194,9 +194,8 @@ def starts_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     words = " and ".join(f"{way}wards" for way in ways)
     kept = "; arrows: jumps" if arrows else ""
     if not ways:
-        return (
-            "Each row starts from the equilibrium without velocity" if is_from_rest(dataset) else ""
-        )
+        rest = "Each row starts from the equilibrium without velocity"
+        return rest if is_from_rest(dataset) else ""
     return f"Each row starts from its neighbour, followed {words}{along}{kept}. {LEFT_EARLY}"
 
 
@@ -296,13 +295,12 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the maps of quantities: their largest values, signs, lines and what has no value."""
     found, most = drawn_panels(dataset, show)
     _, _, further = map_axes(dataset)
-    largest_values = []
-    for each in found:
-        top = largest(of_orbits(dataset, each))
-        if top is not None:
-            largest_values.append(
-                f"{value_text(top, top, 3)} ({series_words(dataset, each).split(' of ')[0]})"
-            )
+    tops = [(largest(of_orbits(dataset, each)), series_words(dataset, each)) for each in found]
+    largest_values = [
+        f"{value_text(top, top, 3)} ({words.split(' of ')[0]})"
+        for top, words in tops
+        if top is not None
+    ]
     is_cut = any(
         float(abs(each.of(dataset)).max()) > (value_norm(dataset, each.name).vmax or np.inf)
         for each in found

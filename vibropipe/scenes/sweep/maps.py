@@ -169,16 +169,14 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
     lines = 2 if has_rows else 1
     figure, found = places(len(panels), 2, height, lines, beside=BAR_CM)
     for place, (title, part, each) in zip(found, panels, strict=True):
-        ax = map_panel(figure, place, part, x, y)
-        drawn = draw_values(ax, part, each, norms[each.name], x, y)
-        values = each.of(part).values
-        bar = colour_bar(
-            figure, drawn, place.left + place.width + 0.15, place.bottom, 0.18, place.height
-        )
+        ax, norm = map_panel(figure, place, part, x, y), norms[each.name]
+        drawn = draw_values(ax, part, each, norm, x, y)
+        right = place.left + place.width
+        bar = colour_bar(figure, drawn, right + 0.15, place.bottom, 0.18, place.height)
         plain_ticks(bar.ax.yaxis, 5)
-        extend(bar.ax, values, norms[each.name])
-        if has_both_signs(norms[each.name]):
-            stripe(bar.ax, norms[each.name])
+        extend(bar.ax, each.of(part).values, norm)
+        if has_both_signs(norm):
+            stripe(bar.ax, norm)
         write_titles(ax, fitted_title(dataset, each, place.width + BAR_CM - 0.2), title)
     return figure
 

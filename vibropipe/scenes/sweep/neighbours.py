@@ -46,12 +46,11 @@ NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
 
 @dataclass(frozen=True)
 class Jump:
-    """A jump between neighbouring rows of a line: the values of the parameter and the amplitudes on either side."""
+    """A jump between neighbouring rows of a line: the values of the parameter on either side, and its size."""
 
     before: float
     after: float
-    amplitude_before: float
-    amplitude_after: float
+    size: float
 
 
 def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
@@ -64,7 +63,7 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
     moves = (regime == Regime.NO_IMPACT) | strikes(line).values
     amplitude = np.where(moves & (regime < NO_ORBIT), amplitude, np.nan)
     return [
-        Jump(*(float(v) for v in (values[n], values[n + 1], amplitude[n], amplitude[n + 1])))
+        Jump(float(values[n]), float(values[n + 1]), abs(float(amplitude[n + 1] - amplitude[n])))
         for n in jump_steps(values, amplitude, regime)
     ]
 
@@ -227,9 +226,8 @@ def together_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
     widths = [each.high - each.low for each in found]
     one = "The widest range" if widths.count(widths[0]) == 1 else "One of the widest ranges"
     widest = "They are in the rows" if len(found) == 1 else f"{one} of such rows is"
-    return Answer(
-        "Among the motions followed here, at least two are stable together.", f"{widest} {where}."
-    )
+    lead = "Among the motions followed here, at least two are stable together."
+    return Answer(lead, f"{widest} {where}.")
 
 
 def range_text(dataset: xr.Dataset, axis: str, rows: Rows) -> str:

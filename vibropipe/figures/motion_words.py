@@ -153,6 +153,13 @@ def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[
     return f"{who}, {times_word(number)} a period"
 
 
+def regime_by(impacts: Sequence[float]) -> Regime:
+    """Return the regime of an orbit without rests by its impacts on each support."""
+    struck = tuple(n for n, amount in enumerate(impacts, 1) if amount > 0)
+    alone = {(): Regime.NO_IMPACT, (1,): Regime.ONE_SIDED_1, (2,): Regime.ONE_SIDED_2}
+    return alone.get(struck, Regime.TWO_SIDED)
+
+
 def words_of(row: xr.Dataset) -> str:
     """Write the motion of one row of a dataset in words."""
     impacts = row["impacts_per_orbit"]

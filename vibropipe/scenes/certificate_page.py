@@ -9,7 +9,7 @@ from matplotlib.figure import Figure
 
 from vibropipe.figures.canvas import BODY, SMALL, axes, new_canvas, panel, support_bands
 from vibropipe.figures.claims import at_least, outwards
-from vibropipe.figures.motion_words import motion_words
+from vibropipe.figures.motion_words import motion_words, regime_by
 from vibropipe.figures.palette import EXACT, INK, SUPPORT_MARKERS, SUPPORT_TEXT
 from vibropipe.figures.text import (
     axis_label,
@@ -25,7 +25,6 @@ from vibropipe.scenes.kind import Picture
 from vibropipe.solve.in_si import ROWS_WITHIN
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why, tally
-from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 8.6, 4.6  # cm, of the tube
@@ -61,11 +60,8 @@ def is_proved(proof: xr.Dataset | None) -> bool:
 def law_text(proof: xr.Dataset) -> str:
     """Write the law of an orbit in words, in brackets."""
     impacts = proof["impacts_per_orbit"].values.tolist()
-    sides = [n for n, amount in enumerate(impacts, 1) if amount > 0]
-    regime = Regime.TWO_SIDED if len(sides) == 2 else Regime.NO_IMPACT
-    if len(sides) == 1:
-        regime = Regime.ONE_SIDED_1 if sides == [1] else Regime.ONE_SIDED_2
-    return f"({motion_words(regime, int(proof['period_multiple']), impacts, (0, 0))})"
+    multiple = int(proof["period_multiple"])
+    return f"({motion_words(regime_by(impacts), multiple, impacts, (0, 0))})"
 
 
 def limits_text(proof: xr.Dataset) -> str:

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text, motion_words, rests_of
+from vibropipe.figures.motion_words import amount_text, motion_words, regime_by, rests_of
 from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
@@ -109,14 +109,7 @@ def words_at(dataset: xr.Dataset, point: int) -> str:
         np.nan_to_num(array.isel(point=point).values)
         for array in (struck, rests_of(dataset, struck))
     )
-    both = (int(impacts[0] > 0), int(impacts[1] > 0))
-    regime = {
-        (0, 0): Regime.NO_IMPACT,
-        (1, 0): Regime.ONE_SIDED_1,
-        (0, 1): Regime.ONE_SIDED_2,
-    }.get(both, Regime.TWO_SIDED)
-    if (rests > 0).any():
-        regime = Regime.WITH_REST
+    regime = Regime.WITH_REST if (rests > 0).any() else regime_by(impacts)
     return motion_words(regime, int(dataset["period_multiple"][point]), impacts, rests)
 
 

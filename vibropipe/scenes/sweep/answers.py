@@ -27,7 +27,14 @@ from vibropipe.scenes.sweep.neighbours import (
     together_answer,
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
-from vibropipe.scenes.sweep.quantities import directions, is_from_rest, is_map, strikes, swept
+from vibropipe.scenes.sweep.quantities import (
+    combinations,
+    directions,
+    is_from_rest,
+    is_map,
+    strikes,
+    swept,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised, count, series, share
 
@@ -89,8 +96,8 @@ def lines_of(dataset: xr.Dataset, *names: str) -> Iterator[tuple[str, xr.Dataset
     axis = axis_of(dataset)
     others = [str(name) for name in dataset["regime"].dims if name != axis]
     ordered = dataset[[n for n in (*OF_LINES, *names) if n in dataset]].sortby(axis)
-    for position in np.ndindex(*(dataset.sizes[name] for name in others)):
-        line = ordered.isel(dict(zip(others, position, strict=True)))
+    for at in combinations(ordered, others):
+        line = ordered.isel(at)
         yield point_text(line["regime"], others), line
 
 

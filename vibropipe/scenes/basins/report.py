@@ -82,11 +82,8 @@ def mapped_values(dataset: xr.Dataset) -> list[int]:
 def describe_share_maps(dataset: xr.Dataset) -> str:
     """Return the caption of the maps at some values of the parameter."""
     symbol = symbol_text(dataset[swept_name(dataset)])
-    marks = (
-        "; symbols: their states once every forcing period"
-        if not float(dataset["start_phase"])
-        else ""
-    )
+    symbols = "; symbols: their states once every forcing period"
+    marks = "" if float(dataset["start_phase"]) else symbols
     return sentences(
         f"Starts at some values of {symbol}{start_text(dataset)}; colours: the motion on which they settle{marks}",
         missing_text(dataset),

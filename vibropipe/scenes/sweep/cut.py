@@ -87,12 +87,8 @@ def earlier_rows(
     if _kernel(scene) != _kernel(other) or grid.of_restitution != old.of_restitution:
         raise NotTakenError(f"{path}: other effects are computed with the values of its grids now")
     start, stop = _rows(scene, shard)
-    rows = np.concatenate(
-        [
-            grid.rows_in(old, a, min(a + ROWS_AT_ONCE, stop))
-            for a in range(start, stop, ROWS_AT_ONCE)
-        ]
-    )
+    firsts = range(start, stop, ROWS_AT_ONCE)
+    rows = np.concatenate([grid.rows_in(old, a, min(a + ROWS_AT_ONCE, stop)) for a in firsts])
     if rows.min() >= 0:
         rows[0] = -1
     return EarlierRows(path, old.shape, rows)

@@ -141,11 +141,8 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     for point, line in lines_of(dataset, "impact_velocity_max"):
         struck = np.flatnonzero(strikes(line).values)
         values = line[axis].values[struck[[0, -1]]] if struck.size else ()
-        cells = [
-            point,
-            " … ".join(dict.fromkeys(format_number(float(v), 5) for v in values)) or DASH,
-        ]
-        cells.append(share_text(struck.size, line.sizes[axis]))
+        ends = " … ".join(dict.fromkeys(format_number(float(v), 5) for v in values)) or DASH
+        cells = [point, ends, share_text(struck.size, line.sizes[axis])]
         rows.append([*cells, hardest_text(line)] if has_velocity else cells)
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
     head = ["line", f"first and last {symbol} with impacts", "rows with impacts"]

@@ -26,12 +26,8 @@ STATES = 512
 class Link(NamedTuple):
     """Where an attractor is at a neighbouring value of the parameter.
 
-    Attributes
-    ----------
-    target : int
-        Index in the set there of the attractor that its motion settles on; negative: none.
-    jump : float or None
-        Value of the parameter at which the motion jumps; None: it goes on.
+    target : index in the set there of the attractor that its motion settles on; negative: none
+    jump : value of the parameter at which the motion jumps; None: it goes on
     """
 
     target: int
@@ -41,15 +37,9 @@ class Link(NamedTuple):
 class Change(NamedTuple):
     """An attractor that appears or vanishes with increasing parameter.
 
-    Attributes
-    ----------
-    appears : bool
-    value : float
-        Value of the parameter.
-    family : int
-        The attractor.
-    other : int
-        The attractor that its motion settles on where it is not; -1: none.
+    value : of the parameter
+    family : the attractor
+    other : the attractor that its motion settles on where it is not; -1: none
     """
 
     appears: bool
@@ -68,22 +58,11 @@ class Families(NamedTuple):
 def follow_attractors(sets: Sequence[AttractorSet], name: str) -> Families:
     """Carry attractors along a parameter.
 
-    Parameters
-    ----------
-    sets : sequence of AttractorSet
-        Sets at increasing values of the parameter. What is found on the way from a neighbouring value is added.
-    name : str
-        The parameter.
-
-    Returns
-    -------
-    Families
-
-    Notes
-    -----
     Each attractor is carried to both neighbouring values: the motion from one of its states settles at a value ahead,
     where its states must lie near those before; else the step is halved. So an attractor may move far from one value
     to the next, and a jump to one close by is still a jump. Period doublings and windows of chaos are no jumps.
+
+    sets : at increasing values of the parameter. What is found on the way from a neighbouring value is added
     """
     links: dict[tuple[int, int, int], Link] = {}
     n_known = -1

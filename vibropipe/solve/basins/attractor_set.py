@@ -38,17 +38,11 @@ MAX_CELLS, COARSEST, FINEST, MIN_EXTENT = 2048, 32, 2**30, 1e-200
 class Attractor(NamedTuple):
     """One attractor.
 
-    Attributes
-    ----------
-    period_multiple : int
-        Forcing periods of its orbit; 0 without an orbit.
-    sections : (n, 2) array
-        Its section points in order of time, from the one with the least displacement on; without an orbit, many states
-        of one motion.
-    ellipses : tuple of Ellipse
-        Neighbourhoods of section points that no motion leaves.
-    cells : tuple of arrays, optional
-        Without an orbit, the cells that it visits (`visited_cells`).
+    period_multiple : forcing periods of its orbit; 0 without an orbit
+    sections : (n, 2), its section points in order of time, from the one with the least displacement on; without an
+        orbit, many states of one motion
+    ellipses : neighbourhoods of section points that no motion leaves
+    cells : without an orbit, the cells that it visits (`visited_cells`)
     """
 
     period_multiple: int
@@ -65,16 +59,7 @@ class Attractor(NamedTuple):
 class AttractorSet:
     """The attractors of an exciter that are known so far.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    known : iterable of Attractor
-        Those found before.
-
-    Attributes
-    ----------
-    known : list of Attractor
-        In the order in which they were found.
+    known : those found before, then all in the order in which they were found
     """
 
     def __init__(self, exciter: Exciter, known: Iterable[Attractor] = ()) -> None:
@@ -86,10 +71,8 @@ class AttractorSet:
 
         Each start may take START_WORK, whatever the others do.
 
-        Returns
-        -------
-        owner, periods : (n,) int array
-            As of `settle`; UNDECIDED and 0 if no attractor is known. Those of a start do not depend on others.
+        Returns owner and periods as `settle` does; UNDECIDED and 0 if no attractor is known. Those of a start do not
+        depend on others.
         """
         if not self.known:
             return np.full(len(starts), UNDECIDED), np.zeros(len(starts), np.int64)
@@ -110,31 +93,18 @@ class AttractorSet:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Find the attractor that each start settles on; unknown ones are added.
 
-        Parameters
-        ----------
-        starts : (n, 2) array
-            Displacements and velocities.
-        phase : float
-            Phase of the force at the start, in turns.
-        progress : callable, optional
-            Called as progress(done, total), in starts assigned.
-        assigned : (array, array), optional
-            What `assigned` returns for these starts, if that is known.
-
-        Returns
-        -------
-        owner : (n,) int array
-            Index into `known`, or negative: none was found.
-        periods : (n,) int array
-            Forcing periods until the motion was assigned.
-
-        Notes
-        -----
         Starts are marched until they are assigned. If some are not after a limit, a sample of them is solved as steady
         states, which finds attractors still unknown, and all are marched again from their starts, further once the
         sample brings nothing new. So what is found for a start depends neither on threads nor on other starts, but for
         attractors that would not have been found without them. All share an amount of work that grows with their
         number; starts for which it does not suffice stay undecided.
+
+        starts : (n, 2), displacements and velocities
+        phase : phase of the force at the start, in turns
+        progress : called as progress(done, total), in starts assigned
+        assigned : what `assigned` returns for these starts, if that is known
+        Returns the index (n,) into `known` of each start, negative where none was found, and the forcing periods until
+        its motion was assigned.
         """
         first = self.assigned(starts, phase) if assigned is None else assigned
         owner, periods = (np.array(each, np.int64) for each in first)
@@ -174,10 +144,7 @@ class AttractorSet:
     def _discover(self, starts: np.ndarray, phase: float, orbits_only: bool = False) -> np.ndarray:
         """Solve starts as steady states and add the attractors that are new.
 
-        Returns
-        -------
-        (n,) int array
-            Index into `known` of each start, or negative.
+        Returns the index (n,) into `known` of each start, or negative.
         """
         owner = np.full(len(starts), FAILED)
         if phase:
@@ -287,14 +254,7 @@ class AttractorSet:
 def visited_cells(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return the cells that an attractor visits.
 
-    Parameters
-    ----------
-    sections : (n, 2) array
-
-    Returns
-    -------
-    cells, corner, scale : array
-        As in `Cells`, of one attractor.
+    Returns cells, corner and scale as in `Cells`, of one attractor.
     """
     corner = sections.min(axis=0)
     offsets = sections - corner

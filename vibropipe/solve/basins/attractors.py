@@ -133,21 +133,9 @@ def attractor_dataset(
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Return the dataset of the attractors found, and the number of the attractor of each start.
 
-    Parameters
-    ----------
-    attractor_set : AttractorSet
-    owner : (n,) int array
-        Index of the attractor of each start in the order in which they were found, or negative.
-    harmonics : int
-        Number of harmonics.
-    start : str
-        The starts, for the attributes.
-
-    Returns
-    -------
-    dataset : xarray.Dataset
-    numbers : (n,) int32 array
-        `attractor_id` of each start; -1 for none.
+    owner : (n,), index of the attractor of each start in the order in which they were found, or negative
+    start : the starts, for the attributes
+    Returns the number as `attractor_id` (n,); -1 for none.
     """
     import xarray as xr
 
@@ -226,11 +214,8 @@ def attractor_ids(attractor_set: AttractorSet) -> np.ndarray:
 def shares(counts: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
     """Return shares counts/n with their 95 % confidence intervals (low, high) by Wilson's score.
 
-    Parameters
-    ----------
-    counts : (k,) int array
-    n : int
-        Number of starts, > 0.
+    counts : (k,)
+    n : number of starts, > 0
     """
     share, z2 = counts / n, QUANTILE_95**2 / n
     centre = (share + 0.5 * z2) / (1 + z2)

@@ -34,16 +34,10 @@ Assigned = tuple[np.ndarray, np.ndarray]
 class BasinRows:
     """A grid of starts, at each value of one parameter or at one exciter.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        The exciter; a parameter of the grid takes the place of its own.
-    grid : SweepGrid
-        Over the parameter, if there is one, then `x0` and `v0`; rows are starts, v0 running fastest.
-    phase : float
-        Phase of the force at the start, in turns.
-    searched : int
-        Number of scattered starts that look for attractors first.
+    exciter : a parameter of the grid takes the place of its own
+    grid : over the parameter, if there is one, then `x0` and `v0`; rows are starts, v0 running fastest
+    phase : phase of the force at the start, in turns
+    searched : number of scattered starts that look for attractors first
     """
 
     exciter: Exciter

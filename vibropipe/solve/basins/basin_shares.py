@@ -49,27 +49,12 @@ def shares_dataset(
 ) -> tuple[xr.Dataset, np.ndarray]:
     """Return the attractors over a parameter, and the number of the attractor of each start.
 
-    Parameters
-    ----------
-    sets : sequence of AttractorSet
-        At each value.
-    families : Families
-        Their numbers.
-    owners : sequence of (n,) int arrays
-        Index of the attractor of each start in the set of each value, or negative.
-    name : str
-        The parameter.
-    harmonics : int
-        Number of harmonics.
-    start : str
-        The starts, for the attributes.
-
-    Returns
-    -------
-    dataset : xarray.Dataset
-        Over `name` and `attractor_id`; where an attractor is not, numbers are NaN and the regime is unresolved.
-    numbers : (values, n) int32 array
-        `attractor_id` of each start; -1 for none.
+    sets : at each value
+    families : their numbers
+    owners : of each value, the index (n,) of the attractor of each start in its set, or negative
+    start : the starts, for the attributes
+    Returns a dataset over `name` and `attractor_id`, whose numbers are NaN where an attractor is not, and the
+    `attractor_id` (values, n) of each start; -1 for none.
     """
     import xarray as xr
 

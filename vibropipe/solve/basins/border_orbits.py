@@ -33,14 +33,9 @@ REACH = 1.5
 class BorderOrbit(NamedTuple):
     """An unstable orbit between basins.
 
-    Attributes
-    ----------
-    sections : (m, 2) array
-        Its states at the section, the one with the least displacement first.
-    multipliers : (2,) complex array
-        The larger modulus first.
-    sides : (int, int)
-        Indices of the attractors on either side of the border.
+    sections : (m, 2), its states at the section, the one with the least displacement first
+    multipliers : (2,), the larger modulus first
+    sides : indices of the attractors on either side of the border
     """
 
     sections: np.ndarray
@@ -53,26 +48,15 @@ def border_orbits(
 ) -> list[BorderOrbit]:
     """Find unstable orbits on the borders between the basins of a grid.
 
-    Parameters
-    ----------
-    attractors : AttractorSet
-    starts : (nx, nv, 2) array
-    owner : (nx, nv) int array
-        Index of the attractor of each start, or negative.
-    phase : float
-        Phase of the force at the start, in turns.
-
-    Returns
-    -------
-    list of BorderOrbit
-        In the order of their displacements. Those with more than MAX_MULTIPLE periods, of a chaotic border all but a
-        few, and those beyond the work that the number of starts allows are not found.
-
-    Notes
-    -----
     The line between two neighbouring starts of different basins is cut until its ends lie within rounding of the
     border. Both are marched: they stay beside the border, whose motions approach an orbit, until they part, and are
     cut down again [1]_. Newton's method closes the orbit.
+
+    starts : (nx, nv, 2)
+    owner : (nx, nv), index of the attractor of each start, or negative
+    phase : phase of the force at the start, in turns
+    Returns them in the order of their displacements. Those with more than MAX_MULTIPLE periods, of a chaotic border
+    all but a few, and those beyond the work that the number of starts allows are not found.
 
     References
     ----------

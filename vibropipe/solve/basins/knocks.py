@@ -28,19 +28,9 @@ def knocks_of(
     Rounded down: after all smaller ones that were tried it comes back. Disturbances grow by a ninth from one to the
     next, so that a narrower tongue of another basin may be missed.
 
-    Parameters
-    ----------
-    attractors : AttractorSet
-    orbit : Attractor
-    index : int
-        Its index among the known ones.
-    velocity : float
-        Largest change of velocity that is tried.
-
-    Returns
-    -------
-    (float, float)
-        NaN where every disturbance that was tried leads back, and without an orbit.
+    index : its index among the known ones
+    velocity : largest change of velocity that is tried
+    Returns NaN where every disturbance that was tried leads back, and without an orbit.
     """
     if orbit.period_multiple == 0 or len(orbit.sections) > MAX_POINTS:
         return np.nan, np.nan

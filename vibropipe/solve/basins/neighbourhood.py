@@ -41,24 +41,12 @@ def spectral_radius(jacobian: np.ndarray) -> float:
 def contracting_norm(jacobian: np.ndarray, scale: np.ndarray) -> tuple[np.ndarray, float]:
     """Return a norm in which a stable matrix contracts.
 
-    Parameters
-    ----------
-    jacobian : (2, 2) array
-        Matrix with a spectral radius rho up to MAX_RADIUS.
-    scale : (2,) array
-        Unit of each component.
-
-    Returns
-    -------
-    norm : (2, 2) array
-        S of the norm sqrt(z S z^T).
-    factor : float
-        Bound (1 + rho)/2 of the norm of `jacobian`.
-
-    Notes
-    -----
     S = sum of (A^T)^k Q A^k with A = jacobian/factor solves the discrete Lyapunov equation A^T S A = S - Q, so
     |A z| < |z| in its norm. The sum is doubled in each step [1]_.
+
+    jacobian : (2, 2), matrix with a spectral radius rho up to MAX_RADIUS
+    scale : (2,), unit of each component
+    Returns S (2, 2) of the norm sqrt(z S z^T), and the bound (1 + rho)/2 of the norm of `jacobian`.
 
     References
     ----------
@@ -76,25 +64,15 @@ def contracting_norm(jacobian: np.ndarray, scale: np.ndarray) -> tuple[np.ndarra
 def trapping_ellipse(section: SectionMap, point: np.ndarray, m: int) -> Ellipse | None:
     """Return an ellipse around a section point of a stable orbit that the m-period return map takes into itself.
 
-    Parameters
-    ----------
-    section : SectionMap
-    point : (2,) array
-        Section point (x, x').
-    m : int
-        Period multiple.
-
-    Returns
-    -------
-    Ellipse or None
-        None if the orbit is not stable, has none of at least MIN_ELLIPSE, or the search takes more work than a row may.
-
-    Notes
-    -----
     In the norm of `contracting_norm` the linear part of the map contracts by `factor`. The radius is the largest of
     those tried for which the rest of the map, at RING_STATES states of each ring, is smaller than half of what is left
     to 1, and the motion has the contacts of the orbit. Then each ring is mapped well into itself, and by continuity
     what it encloses is.
+
+    point : (2,), section point (x, x')
+    m : period multiple
+    Returns None if the orbit is not stable, has none of at least MIN_ELLIPSE, or the search takes more work than a row
+    may.
     """
     jacobian = section.jacobian(point, m)
     if not spectral_radius(jacobian) < MAX_RADIUS:

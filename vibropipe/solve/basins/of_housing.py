@@ -39,21 +39,11 @@ def settle_rows(
     Orbits are one where period multiple, impacts, mean displacement, amplitudes, impact velocities and the progression
     of the housing agree, motions without an orbit where the housing goes the same way.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        With a housing that slides.
-    starts : (n, 2) float array
-        Displacements and velocities at tau = 0, with the housing at rest.
-    progress : callable, optional
-        Called as progress(done, total), in starts.
-
-    Returns
-    -------
-    owner : (n,) int array
-        Number of the motion, orbits first, by period multiple and then by progression; -1: none was found.
-    periods : (n,) int array
-    first : (motions, 2) float array
+    exciter : with a housing that slides
+    starts : (n, 2), displacements and velocities at tau = 0, with the housing at rest
+    progress : called as progress(done, total), in starts
+    Returns the number (n,) of each motion, orbits first, by period multiple and then by progression, -1 where none was
+    found.
     """
     row = np.array([exciter.parameters()])
     values = exciter.stated()

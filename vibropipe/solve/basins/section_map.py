@@ -113,14 +113,7 @@ def _jacobian(
 class SectionMap:
     """The return map of one exciter.
 
-    Parameters
-    ----------
-    exciter : Exciter
-
-    Attributes
-    ----------
-    scale : (2,) array
-        Units of x and x' at the section: l, and l times the larger of 1 and nu.
+    scale : (2,), units of x and x' at the section: l, and l times the larger of 1 and nu
     """
 
     def __init__(self, exciter: Exciter) -> None:
@@ -231,19 +224,11 @@ class SectionMap:
     ) -> tuple[np.ndarray, np.ndarray]:
         """Assign starts to attractors.
 
-        Parameters
-        ----------
-        starts : (n, 2) array
-        phase, ellipses, cells, max_periods
-            As for `orbits.basins.assign_starts`.
-        start_work : int
-            Work that each start may take, in steps; 0: all share what is left, whoever needs it.
-
-        Returns
-        -------
-        owner, periods : (n,) int array
-            Attractor of each start, and forcing periods marched. Each start is marched by itself, so they do not
-            depend on the number of threads.
+        starts : (n, 2)
+        phase, ellipses, cells, max_periods : as for `orbits.basins.assign_starts`
+        start_work : work that each start may take, in steps; 0: all share what is left, whoever needs it
+        Returns the attractor (n,) of each start, and forcing periods marched. Each start is marched by itself, so they
+        do not depend on the number of threads.
         """
         n, starts = len(starts), starts - self._equilibrium
         ellipses = ellipses._replace(center=ellipses.center - self._equilibrium)

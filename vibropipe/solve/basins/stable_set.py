@@ -20,26 +20,14 @@ MAX_VERTICES, MAX_PERIODS = 3_000, 1_000
 def stable_set(section: SectionMap, point: np.ndarray, m: int, velocity: float) -> np.ndarray:
     """Return the stable set of an unstable orbit, as far as its motions backward in time stay slow.
 
-    Parameters
-    ----------
-    section : SectionMap
-    point : (2,) array
-        State of the orbit at the section.
-    m : int
-        Its period multiple.
-    velocity : float
-        Largest |x'| that is followed.
-
-    Returns
-    -------
-    (n, 2) array
-        States (x, x') along the curve, which NaN parts into pieces.
-
-    Notes
-    -----
     Near the orbit the set is the line along the eigenvector of the smaller multiplier. The stretch of it that the
     orbit's period maps onto its own beginning is marched backward: its preimages follow one another along the set
     [1]_. Backward other states approach the set, so rounding is no trouble. States are added where neighbours part.
+
+    point : (2,), state of the orbit at the section
+    m : its period multiple
+    velocity : largest |x'| that is followed
+    Returns states (n, 2) along the curve, which NaN parts into pieces.
 
     References
     ----------

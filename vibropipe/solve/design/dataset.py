@@ -57,13 +57,8 @@ def needed_tolerances(
     corners and at the ends of the axes of this box the motion from the start is then marched: where a goal is missed or
     the law changes, the box shrinks. A target may be off by what `allow` gives.
 
-    Parameters
-    ----------
-    problem : Problem
-    candidate : Candidate
-        The design.
-    deviations : mapping of str to float
-        Standard deviations of the parameters, given or assumed.
+    candidate : the design
+    deviations : standard deviations of the parameters, given or assumed
     """
     nothing = np.full(len(Parameters._fields), np.nan)
     base = problem.parameters(candidate.share[None])[0]

@@ -46,30 +46,18 @@ def directions(k: int) -> np.ndarray:
 class Problem:
     """Goals, varied parameters and start.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Parameters that are not varied.
-    vary : mapping of str to (float, float)
-        Ranges of the varied ones.
-    goals : Goals
-    x0, v0 : float or None, float
-        Start of every motion.
-    tolerance : mapping of str to float
-        Standard deviations of parameters.
-    allow : mapping of str to float
-        How far targets may be off if parameters are.
-    scatter : mapping of str to float
-        Standard deviations of parameters that parts scatter by: given, or assumed; none if yields are not asked for.
-    margins : (bounds,) array, optional
-        How far inside each bound a quantity is to be.
-    reach : float
-        Standard deviations of `scatter` up to which the motions around a design are to have its law.
-    ties : Ties
-        Parameters by expressions of others; `vary` then has names of one's own, too. They hold for designs: parts
-        scatter in each parameter by itself.
-    work : CallWork
-        What all marches of the search may take.
+    exciter : parameters that are not varied
+    vary : ranges of the varied ones
+    x0, v0 : start of every motion
+    tolerance : standard deviations of parameters
+    allow : how far targets may be off if parameters are
+    scatter : standard deviations of parameters that parts scatter by: given, or assumed; none if yields are not asked
+        for
+    margins : (bounds,), how far inside each bound a quantity is to be
+    reach : standard deviations of `scatter` up to which the motions around a design are to have its law
+    ties : parameters by expressions of others; `vary` then has names of one's own, too. They hold for designs: parts
+        scatter in each parameter by itself
+    work : what all marches of the search may take
     """
 
     exciter: Exciter

@@ -49,22 +49,11 @@ class Trial:
 class Search:
     """Searches from one sample on; each trial starts from the settled state of the last one.
 
-    Parameters
-    ----------
-    problem : Problem
-    share : (k,) array
-        The sample.
-    state : (3,) array
-        Its settled state.
-    law : (4,) int array
-        Its law of motion, which is kept.
-
-    Attributes
-    ----------
-    last : Trial
-        The last valid trial.
-    refused : int
-        Trials with another law of motion.
+    share : (k,), the sample
+    state : (3,), its settled state
+    law : (4,), its law of motion, which is kept
+    last : the last valid trial
+    refused : trials with another law of motion
     """
 
     problem: Problem
@@ -139,12 +128,8 @@ class Search:
 
         Successive linear programs within a reach that shrinks where they do not hold, or the law changes.
 
-        Parameters
-        ----------
-        which : int
-            Number of the objective.
-        limits : dict of int to float
-            Largest values of other objectives.
+        which : number of the objective
+        limits : largest values of other objectives
         """
         problem, limits = self.problem, limits or {}
         best = self.last

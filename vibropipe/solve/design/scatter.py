@@ -57,14 +57,9 @@ def assumed_scatter(exciter: Exciter, vary: Mapping[str, tuple[float, float]]) -
 class Judged(NamedTuple):
     """A design among scattered parts.
 
-    Attributes
-    ----------
-    points : Points
-        The parts, and then the ends of the axes and the corners of the worst case if deviations are given.
-    kept : (1 + goals, parts) bool array
-        Whether a part keeps the law, and each target and bound.
-    reliability : float
-        Least distance to a limit of a goal, to first order, in standard deviations of its quantity.
+    points : the parts, and then the ends of the axes and the corners of the worst case if deviations are given
+    kept : (1 + goals, parts), whether a part keeps the law, and each target and bound
+    reliability : least distance to a limit of a goal, to first order, in standard deviations of its quantity
     """
 
     points: Points

@@ -75,10 +75,7 @@ class Samples:
 def find_candidates(problem: Problem, n_samples: int, steps: WorkCount) -> list[Candidate]:
     """Return the designs found, not yet ranked.
 
-    Raises
-    ------
-    ParameterError
-        If no sample is a stable motion that has the quantities.
+    Raises ParameterError if no sample is a stable motion that has the quantities.
     """
     samples: Samples | None = None
     candidates: list[Candidate] = []

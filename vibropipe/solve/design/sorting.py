@@ -22,18 +22,13 @@ NONE, NO_RULE = "no single quantity", "no rule: too few parts fail, or too few d
 class SortingRule(NamedTuple):
     """Parts are good on one side of a threshold of one quantity.
 
-    Attributes
-    ----------
-    threshold : float
-        In units of the quantity; NaN where no threshold sorts better than to take or to refuse all parts.
-    area : float
-        Share of the pairs of a good and a bad part in which the good one has the larger value, ties counting half
-        (area under the curve of the receiver). From 0.5 on, good parts lie above the threshold, else below.
-    wrong, wrong_low, wrong_high : float
-        Share of parts that were not used for the threshold and that it sorts wrongly, with its 95 % interval.
-    fitted : float
-        Share sorted wrongly of the parts that the threshold is fitted to. Rules are chosen by it, since the interval of
-        the least of several shares would be too low.
+    threshold : in units of the quantity; NaN where no threshold sorts better than to take or to refuse all parts
+    area : share of the pairs of a good and a bad part in which the good one has the larger value, ties counting half
+        (area under the curve of the receiver). From 0.5 on, good parts lie above the threshold, else below
+    wrong, wrong_low, wrong_high : share of parts that were not used for the threshold and that it sorts wrongly, with
+        its 95 % interval
+    fitted : share sorted wrongly of the parts that the threshold is fitted to. Rules are chosen by it, since the
+        interval of the least of several shares would be too low
     """
 
     threshold: float
@@ -50,12 +45,8 @@ def sorting_rule(values: np.ndarray, kept: np.ndarray) -> SortingRule:
     The first half of the parts gives area and threshold, the second half the share sorted wrongly: a share of the
     parts that the threshold was fitted to would be too small.
 
-    Parameters
-    ----------
-    values : (n,) float array
-        The quantity of each part; NaN where the part has none, which counts as bad.
-    kept : (n,) bool array
-        Whether a part keeps the specification. Both halves have to have good and bad parts.
+    values : (n,), the quantity of each part; NaN where the part has none, which counts as bad
+    kept : (n,), whether a part keeps the specification. Both halves have to have good and bad parts
     """
     half = len(kept) // 2
     known = np.isfinite(values[:half])
@@ -150,18 +141,11 @@ def sorting_variables(
 ) -> tuple[Variables, str]:
     """Return the sorting rules of a design, and the name of the best one; none where they cannot be shown.
 
-    Parameters
-    ----------
-    names : sequence of Named
-        Quantities that have a rule, all parts of each.
-    scattered : sequence of str
-        Parameters that have a rule.
-    point : Points
-        The design, one point.
-    points : Points
-        Its scattered parts, and others after them.
-    kept : (n,) bool array
-        Which of the first n points are good.
+    names : quantities that have a rule, all parts of each
+    scattered : parameters that have a rule
+    point : the design, one point
+    points : its scattered parts, and others after them
+    kept : (n,), which of the first n points are good
     """
     if not can_sort(kept):
         return {}, NO_RULE

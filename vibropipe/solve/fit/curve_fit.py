@@ -30,18 +30,11 @@ class OrbitCurve(NamedTuple):
     Cubic Hermite interpolation between the samples and the impacts of an orbit: its error is that of the fourth power
     of a sample's width, also where the velocity jumps; the error of the velocity is that of the third power.
 
-    Attributes
-    ----------
-    parameters : Parameters
-        As kernels see them.
-    m : int
-        Forcing periods of the orbit.
-    rigid_impacts : (i,) array
-        Phases of impacts on rigid supports.
-    begin, width : (n,) array
-        Phases where stretches between samples and impacts begin, and their lengths, > 0.
-    x, v : (n, 2) array
-        Displacement and velocity at both ends of each.
+    parameters : as kernels see them
+    m : forcing periods of the orbit
+    rigid_impacts : (i,), phases of impacts on rigid supports
+    begin, width : (n,), phases where stretches between samples and impacts begin, and their lengths, > 0
+    x, v : (n, 2), displacement and velocity at both ends of each
     """
 
     parameters: Parameters
@@ -69,14 +62,9 @@ class OrbitCurve(NamedTuple):
 def orbit_curve(variables: Variables, parameters: np.ndarray, row: int) -> OrbitCurve:
     """Return the curve of an orbit.
 
-    Parameters
-    ----------
-    variables : Variables
-        With the outputs `impacts` and `motion`.
-    parameters : (p,) array
-        Of the row.
-    row : int
-        One with an orbit.
+    variables : with the outputs `impacts` and `motion`
+    parameters : (p,), of the row
+    row : one with an orbit
     """
     p = Parameters(*acting_rows(parameters[None])[0])
     m = int(variables["period_multiple"][1][row])

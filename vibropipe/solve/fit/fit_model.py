@@ -33,17 +33,11 @@ BLOCK = 4_000_000
 class Measured:
     """What was measured.
 
-    Attributes
-    ----------
-    over : mapping of str to array
-        Swept parameters (n,), or the phase of a motion.
-    values : (n, q) array
-    names : list of Named
-        The quantities; empty for a motion.
-    weights : (q,) array
-        One over the standard deviation of each.
-    has_noise : bool
-        Whether the standard deviations are known.
+    over : swept parameters (n,), or the phase of a motion
+    values : (n, q)
+    names : the quantities; empty for a motion
+    weights : (q,), one over the standard deviation of each
+    has_noise : whether the standard deviations are known
     """
 
     over: Mapping[str, np.ndarray]
@@ -62,12 +56,8 @@ class Measured:
 class Model:
     """The measured quantities as functions of what is to be found.
 
-    Attributes
-    ----------
-    found : list of str
-        Parameters, and names of one's own that ties use.
-    width : (k,) array
-        Widths of their ranges.
+    found : parameters, and names of one's own that ties use
+    width : (k,), widths of their ranges
     """
 
     exciter: Exciter
@@ -192,16 +182,10 @@ def _sequence(k: int) -> Any:
 class Search(NamedTuple):
     """A search of the least misfit.
 
-    Attributes
-    ----------
-    best : (k,) array
-        Values of least misfit.
-    ends : (n, k) array
-        Values where refinements ended.
-    costs : (n,) array
-        Half of the sum of squared misfits there.
-    samples : int
-        Number of samples of each round.
+    best : (k,), values of least misfit
+    ends : (n, k), values where refinements ended
+    costs : (n,), half of the sum of squared misfits there
+    samples : number of samples of each round
     """
 
     best: np.ndarray

@@ -27,15 +27,9 @@ AT_END = 1e-6
 class Quality(NamedTuple):
     """The quality of a fit.
 
-    Attributes
-    ----------
-    noise : (q,) array
-        Standard deviation of each quantity: given, or estimated.
-    chi : float
-        Sum of squares over the noise, over the degrees of freedom.
-    limit : float
-        The largest that noise alone gives in 999 of 1000 cases; infinite where too few numbers can tell.
-    result : FitResult
+    noise : (q,), standard deviation of each quantity: given, or estimated
+    chi : sum of squares over the noise, over the degrees of freedom
+    limit : the largest that noise alone gives in 999 of 1000 cases; infinite where too few numbers can tell
     """
 
     noise: np.ndarray
@@ -57,16 +51,10 @@ def quality_of(
     Without given noise it is estimated from the differences of successive misfits [1]_: noise has no memory, and what a
     model leaves has.
 
-    Parameters
-    ----------
-    measured, fitted, misfits : (n, q) array
-        Fitted values are NaN where the motion has none.
-    freedom : int
-        Numbers less parameters.
-    order : (n,) int array
-        Measurements in the order of the phase or of the swept parameters.
-    noise : (q,) array, optional
-        Standard deviations.
+    measured, fitted, misfits : (n, q), fitted values are NaN where the motion has none
+    freedom : numbers less parameters
+    order : (n,), measurements in the order of the phase or of the swept parameters
+    noise : (q,), standard deviations
 
     References
     ----------
@@ -118,16 +106,11 @@ def _result(
 class Determined(NamedTuple):
     """What the measurements determine.
 
-    Attributes
-    ----------
-    covariance : (k, k) array
-        Of the parameters found; infinite along directions without effect.
-    singular_values : (k,) array
-        Change of the fit along each direction, over all of the ranges, in standard deviations of the noise.
-    directions : (k, k) array
-        Directions in rows, in shares of the ranges.
-    results : (k,) int array
-        FoundResult of each parameter.
+    covariance : (k, k), of the parameters found; infinite along directions without effect
+    singular_values : (k,), change of the fit along each direction, over all of the ranges, in standard deviations of
+        the noise
+    directions : (k, k), directions in rows, in shares of the ranges
+    results : (k,), FoundResult of each parameter
     """
 
     covariance: np.ndarray
@@ -141,14 +124,9 @@ def determined(
 ) -> Determined:
     """Return which parameters a fit determines, from its singular directions [1]_.
 
-    Parameters
-    ----------
-    slopes : (n, k) array
-        Derivatives of the misfits, in standard deviations of the noise, by the parameters.
-    scale : float
-        What the covariance is multiplied by.
-    found, low, high : (k,) array
-        Values found, and the ends of their ranges.
+    slopes : (n, k), derivatives of the misfits, in standard deviations of the noise, by the parameters
+    scale : what the covariance is multiplied by
+    found, low, high : (k,), values found, and the ends of their ranges
 
     References
     ----------

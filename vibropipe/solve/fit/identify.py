@@ -283,19 +283,12 @@ def read_table(
 ) -> Measured | Record:
     """Return a table without units, of a motion, a response or a record, or raise a ParameterError.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        The parameters that are known.
-    measured : mapping of str to array_like
-    ranges : mapping of str to (float, float)
-        Parameters that vary.
-    noise, steady_from, blanking, sign
-        As `identify` takes them.
-    p : float, optional
-        Eigenfrequency (rad/s), for messages in Hz.
-    ties : Ties, optional
-        A record is read with the tied parameters at the lower ends of the ranges.
+    exciter : the parameters that are known
+    measured : columns by name
+    ranges : parameters that vary
+    noise, steady_from, blanking, sign : as `identify` takes them
+    p : eigenfrequency (rad/s), for messages in Hz
+    ties : a record is read with the tied parameters at the lower ends of the ranges
     """
     table = {name: column.values for name, column in columns_of(measured).items()}
     if is_record(table):

@@ -28,11 +28,8 @@ PHASE, NO_UNIT = "phase", ("", "1", "-")
 class Column(NamedTuple):
     """A column of a table.
 
-    Attributes
-    ----------
-    values : (n,) array
-    unit : str
-        As it was written; empty without one.
+    values : (n,)
+    unit : as it was written; empty without one
     """
 
     values: np.ndarray
@@ -42,15 +39,9 @@ class Column(NamedTuple):
 def columns_of(measured: Any) -> dict[str, Column]:
     """Return the columns of a table by name.
 
-    Parameters
-    ----------
-    measured : mapping, pandas.DataFrame, xarray.Dataset, structured array, or path of a CSV file
-        Units stand in the names, as `velocity (mm/s)`, in the attribute `units` of xarray, or are those of pint.
-
-    Raises
-    ------
-    ParameterError
-        If it is no table of finite numbers, with columns of one length.
+    measured : mapping, pandas.DataFrame, xarray.Dataset, structured array, or path of a CSV file. Units stand in the
+        names, as `velocity (mm/s)`, in the attribute `units` of xarray, or are those of pint
+    Raises ParameterError if it is no table of finite numbers, with columns of one length.
     """
     if isinstance(measured, (str, os.PathLike)):
         measured = _file(measured)
@@ -116,17 +107,8 @@ def plain_table(
 ) -> dict[str, np.ndarray]:
     """Return the columns of a table without units, time as tau.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    columns : mapping of str to Column
-    with_units : bool
-        Whether numbers without a unit are in SI.
-
-    Raises
-    ------
-    ParameterError
-        If a unit is none or of another dimension, or the exciter has none.
+    with_units : whether numbers without a unit are in SI
+    Raises ParameterError if a unit is none or of another dimension, or the exciter has none.
     """
     if with_units and not exciter.written:
         which = next(

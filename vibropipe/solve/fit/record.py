@@ -33,31 +33,18 @@ KNOWN, UNKNOWN = "known", "unknown"
 class Record:
     """A record of which the motion has settled.
 
-    Attributes
-    ----------
-    tau : (n,) array
-        Increasing times.
-    columns : list of str
-        What was measured, of `SENSORS`.
-    values : (n, q) array
-    is_clipped : (n, q) bool array
-        Samples at the limit of a sensor.
-    transient : int
-        Number of samples before `tau` that are left out.
-    line : Line
-        The frequency of the record.
-    phase : float or None
-        Of the force in the middle of the record, in forcing periods; None where it is not measured.
-    phase_slack : float
-        Time by which a trigger, which lies between two samples, may be off.
-    noise : (q,) array
-        Standard deviations, given or estimated.
-    has_noise : bool
-        Whether they are given.
-    blanking : float
-        Time on each side of an impact in which velocities and accelerations do not count.
-    is_signed : bool
-        Whether the direction of the sensors is known.
+    tau : (n,), increasing times
+    columns : what was measured, of `SENSORS`
+    values : (n, q)
+    is_clipped : (n, q), samples at the limit of a sensor
+    transient : number of samples before `tau` that are left out
+    line : the frequency of the record
+    phase : of the force in the middle of the record, in forcing periods; None where it is not measured
+    phase_slack : time by which a trigger, which lies between two samples, may be off
+    noise : (q,), standard deviations, given or estimated
+    has_noise : whether they are given
+    blanking : time on each side of an impact in which velocities and accelerations do not count
+    is_signed : whether the direction of the sensors is known
     """
 
     tau: np.ndarray
@@ -101,21 +88,12 @@ def read_record(
 ) -> Record:
     """Return a record without units, or raise a ParameterError.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Its frequency is that of the record unless it states none or nu varies.
-    table : mapping of str to (n,) array
-        Finite numbers: `tau`, columns of `SENSORS`, and at most one of `TRIGGERS`.
-    ranges : mapping of str to (float, float)
-        Parameters that vary.
-    noise : mapping of str to float, optional
-    steady_from, blanking : float, optional
-        As `identify` takes them, in tau.
-    sign : str
-        `known` or `unknown`.
-    p : float, optional
-        Eigenfrequency (rad/s), for messages in Hz.
+    exciter : its frequency is that of the record unless it states none or nu varies
+    table : columns (n,) of finite numbers: `tau`, columns of `SENSORS`, and at most one of `TRIGGERS`
+    ranges : parameters that vary
+    steady_from, blanking : as `identify` takes them, in tau
+    sign : `known` or `unknown`
+    p : eigenfrequency (rad/s), for messages in Hz
     """
     tau = table[TAU]
     columns = _checked_columns(table, exciter)

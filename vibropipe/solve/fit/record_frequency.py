@@ -32,22 +32,12 @@ def forcing_line(
 ) -> Line:
     """Return the forcing frequency: as stated, or that of the force, or of the record.
 
-    Parameters
-    ----------
-    stated : float or None
-        The frequency that the exciter states.
-    tau : (n,) array
-    values, is_clipped : (n, q) array
-        What sensors measured, and which samples are at their limits.
-    pulse : (n,) array, optional
-        A force or a trigger.
-    p : float, optional
-        Eigenfrequency (rad/s), for messages in Hz.
-
-    Raises
-    ------
-    ParameterError
-        If the record has no period, or another one than is stated.
+    stated : the frequency that the exciter states
+    tau : (n,)
+    values, is_clipped : (n, q), what sensors measured, and which samples are at their limits
+    pulse : (n,), a force or a trigger
+    p : eigenfrequency (rad/s), for messages in Hz
+    Raises ParameterError if the record has no period, or another one than is stated.
     """
     if pulse is not None:
         found = line_of_trigger(tau, pulse) or largest_line(tau, pulse[:, None], None)

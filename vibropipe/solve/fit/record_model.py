@@ -30,14 +30,9 @@ ROUNDING = 1e-12
 class RowFit(NamedTuple):
     """The best fit of one orbit to a record.
 
-    Attributes
-    ----------
-    values : (n, q) array
-        What the sensors show; NaN within the blanking of an impact, and everywhere without an orbit.
-    phase : (n,) array
-        Of each sample, in forcing periods from the start of the orbit.
-    offsets, signs : (q,) array
-        Of the sensors.
+    values : (n, q), what the sensors show; NaN within the blanking of an impact, and everywhere without an orbit
+    phase : (n,), of each sample, in forcing periods from the start of the orbit
+    offsets, signs : (q,), of the sensors
     """
 
     values: np.ndarray
@@ -50,11 +45,7 @@ class RowFit(NamedTuple):
 class RecordModel(Model):
     """The values of sensors as functions of the parameters; phase, offsets and signs are those that fit best.
 
-    Attributes
-    ----------
-    record : Record
-    blanked : (n,) bool array, optional
-        Samples next to an impact; None for those of each orbit.
+    blanked : (n,), samples next to an impact; None for those of each orbit
     """
 
     record: Record

@@ -27,12 +27,8 @@ WINDOW, WINDOW_HARMONICS, SCATTERS, OF_LARGEST, LEAST_SCATTER, MIN_WINDOWS = 2, 
 class Line(NamedTuple):
     """A line of a spectrum.
 
-    Attributes
-    ----------
-    nu, std : float
-        Its frequency and the standard deviation of that, 0 if it is stated.
-    rise : float, optional
-        Time at which a trigger rises.
+    nu, std : its frequency and the standard deviation of that, 0 if it is stated
+    rise : time at which a trigger rises
     """
 
     nu: float

@@ -19,13 +19,9 @@ APART = 4.0
 class Twins(NamedTuple):
     """Other sets of parameters that fit as well, the best first.
 
-    Attributes
-    ----------
-    points : (n, k) array
-    kinds : (n,) int array
-        Of `Twin`.
-    excess : (n,) array
-        What their sum of squares over the noise exceeds that of the parameters found.
+    points : (n, k)
+    kinds : (n,), of `Twin`
+    excess : (n,), what their sum of squares over the noise exceeds that of the parameters found
     """
 
     points: np.ndarray
@@ -41,16 +37,9 @@ def find_twins(
     Their sum of squares is larger by no more than noise alone changes it in 999 of 1000 cases, and the linear model
     tells them apart from the parameters found and from each other, so that they lie in no common neighbourhood.
 
-    Parameters
-    ----------
-    model : Model
-    found : Search
-    low, high : (k,) array
-        Ends of the ranges.
-    slopes : (n, k) array
-        Derivatives of the misfits, in standard deviations of the noise, by the parameters.
-    scale : float
-        Sum of squares over the noise, for each degree of freedom, of misfits weighted as in the model.
+    low, high : (k,), ends of the ranges
+    slopes : (n, k), derivatives of the misfits, in standard deviations of the noise, by the parameters
+    scale : sum of squares over the noise, for each degree of freedom, of misfits weighted as in the model
 
     References
     ----------

@@ -45,15 +45,9 @@ MIRRORED = 1e-6
 class Critical:
     """The orbit at a bifurcation, and what is proved of it.
 
-    Attributes
-    ----------
-    tube : list of ball
-        Times and velocities of the impacts; empty unless it exists.
-    parameter : ball
-    touched : int
-        The support that is touched at a grazing, or BOTH; else 0.
-    why : Why
-        What is not proved.
+    tube : balls, times and velocities of the impacts; empty unless it exists
+    touched : the support that is touched at a grazing, or BOTH; else 0
+    why : what is not proved
     """
 
     tube: list[Any]
@@ -67,17 +61,9 @@ def bifurcation_near(
 ) -> Critical:
     """Return the bifurcation of a kind that Newton's method finds from an orbit nearby.
 
-    Parameters
-    ----------
-    nominal : mapping of str to ball
-        The exciter of the orbit, exact numbers.
-    law : Law
-    guess : sequence of ball
-        Times and velocities of the impacts of the orbit.
-    kind : Bifurcation
-        FOLD, FLIP, PITCHFORK or GRAZING.
-    along : str
-        The parameter that varies.
+    nominal : the exciter of the orbit, exact numbers
+    guess : balls, times and velocities of the impacts of the orbit
+    kind : FOLD, FLIP, PITCHFORK or GRAZING
     """
     u0 = [*map(arb, guess)]
     is_half = _may_be_mirrored(nominal, law, along)

@@ -12,14 +12,9 @@ from vibropipe.proof.balls import ZERO, Jet, Number, hull, total
 class Box:
     """Exciters p0 + sum D_j c_j: the offsets c_j from `low` to `high`, within -1 to 1.
 
-    Parameters
-    ----------
-    nominal : mapping of str to ball
-        p0, exact numbers.
-    directions : sequence of mapping of str to ball
-        D_j, by parameter; none of an exciter alone.
-    low, high : sequence of float
-        Exact in few bits, as halves of halves of the box are.
+    nominal : p0, by parameter, balls that are exact numbers
+    directions : D_j, balls by parameter; none of an exciter alone
+    low, high : exact in few bits, as halves of halves of the box are
     """
 
     def __init__(

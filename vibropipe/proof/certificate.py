@@ -110,23 +110,13 @@ def exists(box: Box, claim: Claim, guess: Sequence[Any], max_moved: float) -> Pa
 class Certificate:
     """The proof over a box of exciters |c_j| <= 1 around one whose orbit is known.
 
-    Attributes
-    ----------
-    nominal, within : mapping of str to ball
-        The exciter, and how far each parameter may be off, either way.
-    claim : Claim
-    start : Orbit
-        The orbit of the nominal exciter, proved.
-    limit : int
-        Parts and points that are examined at most.
-    narrows : bool
-        Whether proved parts are split further to narrow their bounds.
-    tree : Part or Joined, optional
-        All parts, once the claim is proved.
-    why : Why
-        What is not proved.
-    counterexample : dict of str to float, optional
-        Parameters at which the claim is disproved.
+    nominal, within : balls by parameter: the exciter, and how far each parameter may be off, either way
+    start : the orbit of the nominal exciter, proved
+    limit : parts and points that are examined at most
+    narrows : whether proved parts are split further to narrow their bounds
+    tree : all parts, once the claim is proved
+    why : what is not proved
+    counterexample : parameters at which the claim is disproved
     """
 
     nominal: Mapping[str, Any]

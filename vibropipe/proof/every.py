@@ -29,13 +29,8 @@ CUT = 0.4921875
 class Found:
     """The orbits of a law: those that are proved, what is left undecided, and the intervals looked at.
 
-    Attributes
-    ----------
-    parts : list of Part
-        Orbits that are motions; their stability may be undecided.
-    why : Why
-        `NONE` if there are certainly no others.
-    looked : int
+    parts : orbits that are motions; their stability may be undecided
+    why : `NONE` if there are certainly no others
     """
 
     parts: list[Part]
@@ -57,14 +52,8 @@ def all_orbits(
 ) -> Found:
     """Return all orbits of a law (m, 1, 0), (m, 0, 1) or (m, 1, 1) of one exciter.
 
-    Parameters
-    ----------
-    p : mapping of str to ball
-        Exact numbers.
-    law : tuple of int
-    harmonics : int
-    limit : int
-        Intervals that are looked at most.
+    p : balls by parameter, exact numbers
+    limit : intervals that are looked at most
     """
     m, p1, p2 = law
     equations = Equations(p, m)
@@ -128,10 +117,7 @@ def _zeros(
 def _orbit_at(equations: Equations, low: float, high: float, harmonics: int) -> Part | None:
     """Return the orbit at a zero of g, None where it is certainly no motion.
 
-    Raises
-    ------
-    UndecidedError
-        If it may be one.
+    Raises UndecidedError if it may be one.
     """
     s = _narrowed(equations, arb(low), arb(high))
     D, n1, n2, alpha, beta = equations.cramer(s)

@@ -53,20 +53,10 @@ def _is_zero(value: Number) -> bool:
 class Flights:
     """The equations of motion on a piece at parameters that are balls or jets.
 
-    Parameters
-    ----------
-    p : mapping of str to ball or jet
-        Values of all of `words.proofs.BOXED`.
-    piece : Piece
-
-    Attributes
-    ----------
-    position, restitution : dict of int to ball or jet
-        Of each support, 1 and 2.
-    origin, stiffness, damping, push : ball or jet
-        Of the piece: where z is 0, K, H and the constant force.
-    forces : list of (int, complex ball or jet)
-        Multiples of nu and amplitudes F: the force is the sum of Im(F exp(i k nu tau)).
+    p : balls or jets, values of all of `words.proofs.BOXED`
+    position, restitution : balls or jets of each support, 1 and 2
+    origin, stiffness, damping, push : balls or jets of the piece: where z is 0, K, H and the constant force
+    forces : multiples of nu and amplitudes F: the force is the sum of Im(F exp(i k nu tau))
     """
 
     def __init__(self, p: Mapping[str, Number], piece: Piece = FREE) -> None:

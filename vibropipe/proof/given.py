@@ -43,10 +43,8 @@ class Given(NamedTuple):
 def given_orbit(orbit: Any, strikes: bool = True) -> Given:
     """Return the settled orbit of an exciter, or the orbit of a row; strikes : whether it has to strike a support.
 
-    Raises
-    ------
-    ParameterError
-        If it is none of both, has an effect that is not proved, or no orbit with impacts and without rests.
+    Raises ParameterError if it is none of both, has an effect that is not proved, or no orbit with impacts and without
+    rests.
     """
     if not isinstance(orbit, (Exciter, xr.Dataset)):
         raise ParameterError("orbit", orbit, KNOWN, got=type(orbit).__name__)
@@ -132,10 +130,7 @@ def _marched(row: xr.Dataset, exciter: Exciter, periods: float) -> xr.Dataset:
 def orbit_of_events(row: xr.Dataset, exciter: Exciter, m: int) -> Given:
     """Return the orbit of a row with soft supports or friction: its events, marched from the section.
 
-    Raises
-    ------
-    ParameterError
-        If contacts and pieces do not follow each other as those of an orbit.
+    Raises ParameterError if contacts and pieces do not follow each other as those of an orbit.
     """
     motion = _marched(row, exciter, 2 * m)
     period, is_soft = exciter.period, {1: exciter.k1 > 0.0, 2: exciter.k2 > 0.0}

@@ -73,10 +73,7 @@ class Equations:
     def one_flight(self, turns: Any, of: int, to: int) -> list[list[Any]]:
         """Return (velocity, time) of impacts that repeat after one flight, mirrored if it ends at the other support.
 
-        Raises
-        ------
-        UndecidedError
-            If the equations are singular, or a root is double.
+        Raises UndecidedError if the equations are singular, or a root is double.
         """
         sign = 1 if of == to else -1
         (x_v, a, b, x_0), (v_v, c, d, v_0) = self.flight(arb(0), turns, of, to)

@@ -39,12 +39,9 @@ VELOCITY, HOLD = "velocity", "hold"
 class Stretch(NamedTuple):
     """What certainly holds on a stretch of a flight.
 
-    Attributes
-    ----------
-    x, v : ball
-        Displacement from the origin of the piece and velocity in its middle.
-    around, rate, acceleration, jerk : ball
-        x, x', x'' and, with friction, the derivative of that; of a mass that is held as if there were no friction.
+    x, v : balls, displacement from the origin of the piece and velocity in its middle
+    around, rate, acceleration, jerk : x, x', x'' and, with friction, the derivative of that; of a mass that is held as
+        if there were no friction
     """
 
     x: Any

@@ -44,27 +44,14 @@ UNIQUENESS_STEP = 1.05
 class Orbit:
     """An orbit over a box of exciters: its approximation at the centre, and what is proved of it.
 
-    Parameters
-    ----------
-    box : Box
-    law : Law
-    guess : sequence of ball
-        Times of the events and what each leaves free, in their order.
-
-    Attributes
-    ----------
-    u : list of ball
-        Times and what is free at the centre, exact numbers, refined from the guess.
-    scale : list of ball
-        What the radii of unknowns are shares of: a forcing period, the largest velocity, l of a displacement.
-    moved : float
-        How far the guess was off, as a share of the scale; inf if Newton's method failed.
-    radius, held, unique : list of ball
-        Once proved: radii of the tubes that the orbit lies in, that it was found in, and in which there is no other.
-    share : list of float
-        Of each direction, what the width of the box adds to the residual of Krawczyk's test.
-    tube, lengths : list of ball
-        Once proved: the unknowns over the box, and the lengths of the flights.
+    guess : balls, times of the events and what each leaves free, in their order
+    u : balls, times and what is free at the centre, exact numbers, refined from the guess
+    scale : what the radii of unknowns are shares of: a forcing period, the largest velocity, l of a displacement
+    moved : how far the guess was off, as a share of the scale; inf if Newton's method failed
+    radius, held, unique : once proved: radii of the tubes that the orbit lies in, that it was found in, and in which
+        there is no other
+    share : of each direction, what the width of the box adds to the residual of Krawczyk's test
+    tube, lengths : once proved: the unknowns over the box, and the lengths of the flights
     """
 
     def __init__(self, box: Box, law: Law, guess: Sequence[Any]) -> None:

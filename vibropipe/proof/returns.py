@@ -73,23 +73,13 @@ class Seen(NamedTuple):
 class Returns:
     """Starts at the section that are proved to settle on a stable orbit.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Without friction.
-    states : (m, 2) array
-        Its states at the section, in doubles.
-    off : float
-        How far these may be off.
-
-    Attributes
-    ----------
-    norm, radius : (2, 2) array, float
-        Of the ellipse about the first state: |norm (z - state)| <= radius. No ellipse if that is 0.
-    near : float
-        All starts nearer than this to any state of the orbit settle on it.
-    examined : int
-        Cells that were examined.
+    exciter : without friction
+    states : (m, 2), its states at the section, in doubles
+    off : how far these may be off
+    norm, radius : (2, 2) and a number, of the ellipse about the first state: |norm (z - state)| <= radius. No ellipse
+        if that is 0
+    near : all starts nearer than this to any state of the orbit settle on it
+    examined : cells that were examined
     """
 
     def __init__(self, exciter: Exciter, states: np.ndarray, off: float) -> None:

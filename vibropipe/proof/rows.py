@@ -47,10 +47,7 @@ def prove_rows(
 
     within, parts : as of `prove`, about the exciter of each row.
 
-    Raises
-    ------
-    ParameterError
-        If a row has an effect that is not proved.
+    Raises ParameterError if a row has an effect that is not proved.
     """
     dims = dims_of_rows(rows)
     shape = tuple(rows.sizes[name] for name in dims)

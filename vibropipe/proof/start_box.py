@@ -95,18 +95,10 @@ def image(
 ) -> tuple[Moved, Moved] | None:
     """Return the states at the section after some periods of all motions from a box; None if that is not proved.
 
-    Parameters
-    ----------
-    model : Flights
-    centre : (ball, ball)
-        x, x' of the centre, x from the equilibrium.
-    axes : two of (ball, ball)
-        What one unit of either offset adds to them.
-    piece : Piece
-        On which the motions begin.
-    happened : sequence of Happening
-        What the motion from the centre meets in turn; all from the box are shown to meet the same.
-    periods : int
+    centre : balls x, x' of the centre, x from the equilibrium
+    axes : what one unit of either offset adds to them
+    piece : on which the motions begin
+    happened : what the motion from the centre meets in turn; all from the box are shown to meet the same
     """  # fmt: skip
     section = Event(Kind.SECTION, 0, piece)
     x, v = (Moved.of(centre[n], [axis[n] for axis in axes]) for n in (0, 1))

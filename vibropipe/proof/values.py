@@ -38,14 +38,9 @@ from vibropipe.proof.orbit import Orbit
 class Values(NamedTuple):
     """Balls of an orbit; each by the mean value form over a box, so that no width is counted twice.
 
-    Attributes
-    ----------
-    trace, determinant, discriminant : ball
-        Of the derivative of the return map: tr, det and tr^2/4 - det.
-    mean, displacement, velocity : ball
-        Constant part of displacement, and the state at the section.
-    squares : list of ball
-        |c_k|^2; not finite for a harmonic at resonance without damping, which the impulses do not determine.
+    trace, determinant, discriminant : balls of the derivative of the return map: tr, det and tr^2/4 - det
+    mean, displacement, velocity : constant part of displacement, and the state at the section
+    squares : |c_k|^2; not finite for a harmonic at resonance without damping, which the impulses do not determine
     """
 
     trace: Any

@@ -61,23 +61,13 @@ class Change(NamedTuple):
 class Comparison(NamedTuple):
     """What differs between two datasets.
 
-    Attributes
-    ----------
-    settings : list of Setting
-    study : list of str
-        Lines of their studies that differ, each after - or +.
-    over : list of str
-        Dimensions of the rows.
-    rows, only : int, (int, int)
-        Rows in both, and in one of them alone.
-    laws : list of str or None
-        Of each row with another law of motion, where it lies and both laws; None of datasets without laws.
-    changes : list of Change
-        Those of the largest relative difference first.
-    same : int
-        Number of quantities that agree.
-    left_out : list of str
-        Quantities that one of them lacks, or has in another shape.
+    study : lines of their studies that differ, each after - or +
+    over : dimensions of the rows
+    rows, only : rows in both, and in one of them alone
+    laws : of each row with another law of motion, where it lies and both laws; None of datasets without laws
+    changes : those of the largest relative difference first
+    same : number of quantities that agree
+    left_out : quantities that one of them lacks, or has in another shape
     """
 
     settings: list[Setting]
@@ -96,11 +86,8 @@ def compare_datasets(one: xr.Dataset, two: xr.Dataset) -> Comparison:
 
     Rows are those of equal coordinates, or of equal numbers over dimensions without coordinates.
 
-    Raises
-    ------
-    ParameterError
-        If they have no row in common, one is in SI and the other without units, or rows that are only numbered are not
-        as many.
+    Raises ParameterError if they have no row in common, one is in SI and the other without units, or rows that are only
+    numbered are not as many.
     """
     first, second, dims = common_rows(one, two)
     sizes = [int(np.prod([data.sizes[name] for name in dims])) for data in (first, one, two)]

@@ -75,10 +75,7 @@ def as_table(found: Comparison) -> pd.DataFrame:
 def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
     """Draw where laws differ, and the difference of the quantity that differs most, of a sweep over one or two.
 
-    Raises
-    ------
-    ParameterError
-        If the datasets are no such sweeps.
+    Raises ParameterError if the datasets are no such sweeps.
     """
     from vibropipe.figures.comparison import draw_curve, draw_map
 

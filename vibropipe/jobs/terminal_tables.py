@@ -30,13 +30,8 @@ COMPILE_SECONDS, COMPILE_SECONDS_FURTHER = {False: 30.0, True: 37.0}, {False: 8.
 def plan_text(study: Study, estimates: Estimates | None = None) -> str:
     """Return the plan of a study as a table.
 
-    Parameters
-    ----------
-    study : Study
-        The study.
-    estimates : Estimates, optional
-        Estimates for this machine. Without them, the table holds approximate times and sizes that are the same on
-        every machine.
+    estimates : estimates for this machine. Without them, the table holds approximate times and sizes that are the same
+        on every machine
     """
     plans = [plan_scene(scene) for scene in study.scenes.values()]
     found: Mapping[str, Estimate | ScenePlan]
@@ -99,18 +94,8 @@ def run_seconds(
 ) -> float:
     """Return the estimated seconds from the command to the report of a study.
 
-    Parameters
-    ----------
-    plans : sequence of ScenePlan
-        Plans of the scenes.
-    work : mapping of str to float
-        Seconds on one core by scene.
-    figures : int
-        Number of figures.
-    uncompiled : sequence of str
-        Scenes whose kernels have to be compiled first, kind by kind.
-    cores : int
-        Number of cores.
+    work : seconds on one core by scene
+    uncompiled : scenes whose kernels have to be compiled first, kind by kind
     """
     longest = max(
         work[plan.name] / (min(cores, plan.shards) if not plan.is_parallel else cores)
@@ -159,11 +144,6 @@ def motion_text(motion: xr.Dataset) -> str:
     """Return a motion as a table: parameters, impacts, grazings and rests in order of time, end state.
 
     Of more than MAX_EVENTS events, only the first and the last ones are shown.
-
-    Parameters
-    ----------
-    motion : xarray.Dataset
-        A result of `vp.simulate`.
     """
     head = ("tau", "event", "support", "velocity before", "after")
     body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]

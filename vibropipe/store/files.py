@@ -118,10 +118,7 @@ def scene_files(path: str | PathLike[str]) -> list[Path]:
 def attributes_of(path: str | PathLike[str]) -> dict[str, Any]:
     """Return the global attributes of a file after checking every byte.
 
-    Raises
-    ------
-    StoreError
-        If the file is missing, truncated or damaged.
+    Raises StoreError if the file is missing, truncated or damaged.
 
     References
     ----------

@@ -277,10 +277,7 @@ def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
 def write_xlsx(rows: pd.DataFrame, file: Path) -> None:
     """Write a table as a sheet of numbers and names, its head in sight.
 
-    Raises
-    ------
-    StoreError
-        If openpyxl is not installed, or the rows or columns are more than a sheet has.
+    Raises StoreError if openpyxl is not installed, or the rows or columns are more than a sheet has.
     """
     if find_spec("openpyxl") is None:
         raise StoreError("openpyxl: is not installed: pip install 'vibropipe[xlsx]', or write .csv")

@@ -66,49 +66,31 @@ FLAGS: Mapping[str, Mapping[str, int]] = {
 class Quantity:
     """A quantity of a dataset.
 
-    Attributes
-    ----------
-    long_name, symbol, plain : str
-        As in datasets and on axes; as matplotlib mathtext, and as plain text where sentences need it.
-    dims : tuple of str
-        Its dimensions in the smallest dataset that holds it. Swept dimensions (or `row` in a shard) come before them,
-        and a motion over one orbit runs over `phase` in place of `tau`.
-    units : str
-        Lengths are in the unit chosen for l, times in 1/p with p = sqrt(C/m), eqs. (2)-(4).
-    flags : mapping of str to int, optional
-        The names of its integer values.
-    sample_dimension : str, optional
-        Of a count per row, the dimension of what it counts (CF).
-    dimension : str
-        Its physical dimension (`words.units.DIMENSIONS`), as that of its error; "" of a pure number.
-    si : mapping of str to str
-        Its name in a dataset in SI, if another one, and its words there.
-    comment : str
-        An attribute in datasets.
-    axis : str
-        Of a coordinate: "parts" of a quantity, which are columns of a table, or "events", listed one after the other.
-    output : str, optional
-        Of a steady state, the output that has it, "" of every row; else None.
-    effect : str
-        Of a steady state, the effect without which none has it.
-    bytes : int
-        Of a number on disk.
-    is_signed, is_complex, is_constant, is_loss : bool
-        Whether it may be negative, is complex, is the same in all steady states, or is energy that is lost.
-    has_error, has_derivative : bool
-        Whether steady states have an estimate of its error, and its derivatives by the parameters.
-    largest_of : str
-        The quantity of impacts of which it is the largest at a support.
-    goal : str
-        Whether a design may take it: "smooth" in the parameters, a whole number or fraction of the "law" of motion, or
-        the "place" of a bifurcation.
-    short : str
-        Two to four words, where the long name would be too long.
-    drawn : tuple of str
-        The kinds of scenes whose pictures show it if a study asks for it.
-    function : callable, optional
-        Of a quantity that others give: takes the quantities of the rows and their parameters, both by name, and returns
-        its values (rows, *dims).
+    long_name, symbol, plain : as in datasets and on axes; as matplotlib mathtext, and as plain text where sentences
+        need it
+    dims : its dimensions in the smallest dataset that holds it. Swept dimensions (or `row` in a shard) come before
+        them, and a motion over one orbit runs over `phase` in place of `tau`
+    units : lengths are in the unit chosen for l, times in 1/p with p = sqrt(C/m), eqs. (2)-(4)
+    flags : the names of its integer values
+    sample_dimension : of a count per row, the dimension of what it counts (CF)
+    dimension : its physical dimension (`words.units.DIMENSIONS`), as that of its error; "" of a pure number
+    si : its name in a dataset in SI, if another one, and its words there
+    comment : an attribute in datasets
+    axis : of a coordinate: "parts" of a quantity, which are columns of a table, or "events", listed one after the other
+    output : of a steady state, the output that has it, "" of every row; else None
+    effect : of a steady state, the effect without which none has it
+    bytes : of a number on disk
+    is_signed, is_complex, is_constant, is_loss : whether it may be negative, is complex, is the same in all steady
+        states, or is energy that is lost
+    has_error, has_derivative : whether steady states have an estimate of its error, and its derivatives by the
+        parameters
+    largest_of : the quantity of impacts of which it is the largest at a support
+    goal : whether a design may take it: "smooth" in the parameters, a whole number or fraction of the "law" of motion,
+        or the "place" of a bifurcation
+    short : two to four words, where the long name would be too long
+    drawn : the kinds of scenes whose pictures show it if a study asks for it
+    function : of a quantity that others give: takes the quantities of the rows and their parameters, both by name, and
+        returns its values (rows, *dims)
     """
 
     long_name: str

@@ -62,28 +62,17 @@ def one_of(*words: str) -> Range:
 class Effect:
     """A physical effect that an exciter can have or lack.
 
-    Attributes
-    ----------
-    unless : str
-        Where it is absent: "h = 0".
-    shown : tuple of str
-        The parameters whose values a message shows beside `unless`.
-    is_common : bool
-        Whether kernels have it unless effects are stated, as all of eqs. (5), (6); others only if parameters call for
-        it.
-    calls : tuple of str
-        The parameters that call for it by being other than 0; without any, whether it occurs is a question of which
-        supports are reached (`physics.effects`).
-    is_marched : bool
-        Whether kernels have code for it; a load is an offset of the supports, and has none.
-    refusal : str
-        Why calls that do not compute it refuse its parameters: "dry friction is"; "" where all compute it.
-    sentence : str
-        What a report says of it in the line on the model; "" if the equation says it.
-    occurs : str
-        Of one with quantities of its own, where these are: "a support is soft".
-    name : str
-        As in studies and files, the name that the record is assigned to.
+    unless : where it is absent: "h = 0"
+    shown : the parameters whose values a message shows beside `unless`
+    is_common : whether kernels have it unless effects are stated, as all of eqs. (5), (6); others only if parameters
+        call for it
+    calls : the parameters that call for it by being other than 0; without any, whether it occurs is a question of which
+        supports are reached (`physics.effects`)
+    is_marched : whether kernels have code for it; a load is an offset of the supports, and has none
+    refusal : why calls that do not compute it refuse its parameters: "dry friction is"; "" where all compute it
+    sentence : what a report says of it in the line on the model; "" if the equation says it
+    occurs : of one with quantities of its own, where these are: "a support is soft"
+    name : as in studies and files, the name that the record is assigned to
     """
 
     unless: str = ""
@@ -120,35 +109,20 @@ class Physical:
 class Parameter:
     """A parameter of the exciter.
 
-    Attributes
-    ----------
-    range, default : Range, float or None
-        Its values; the default means "effect absent". None: it is required.
-    symbol, plain : str
-        As matplotlib mathtext and as plain text.
-    long_name : str
-        As in datasets, on axes, and in the help of commands.
-    words : str
-        As beside the drawing of the exciter: two or three words.
-    key : str
-        What a study's key of this name means, a sentence without its full stop.
-    dimension : str
-        One of `words.units.DIMENSIONS`; "" for a pure number.
-    physical : Physical, optional
-        Its counterpart with units, by eqs. (2)-(4).
-    effect : str
-        The effect that it belongs to; "" for the place of the supports, which are always there.
-    sign, twin : int, str
-        Mirroring x -> -x multiplies it by the sign and exchanges it with the twin, one of the other support.
-    follows : bool
-        Whether an exciter knows that it was left out: it then only counts periods, or follows from others.
-    units : str
-        Of its values without units of length: "rad" of an angle.
-    acts : mapping of str to str, optional
-        How it acts, if through others and on no code of kernels: of each other parameter that it changes, an arithmetic
-        expression of parameters, which kernels compile.
-    name : str
-        As in Python, studies and files, the name that the record is assigned to.
+    range, default : its values; the default means "effect absent". None: it is required
+    symbol, plain : as matplotlib mathtext and as plain text
+    long_name : as in datasets, on axes, and in the help of commands
+    words : as beside the drawing of the exciter: two or three words
+    key : what a study's key of this name means, a sentence without its full stop
+    dimension : one of `words.units.DIMENSIONS`; "" for a pure number
+    physical : its counterpart with units, by eqs. (2)-(4)
+    effect : the effect that it belongs to; "" for the place of the supports, which are always there
+    sign, twin : mirroring x -> -x multiplies it by the sign and exchanges it with the twin, one of the other support
+    follows : whether an exciter knows that it was left out: it then only counts periods, or follows from others
+    units : of its values without units of length: "rad" of an angle
+    acts : how it acts, if through others and on no code of kernels: of each other parameter that it changes, an
+        arithmetic expression of parameters, which kernels compile
+    name : as in Python, studies and files, the name that the record is assigned to
     """
 
     range: Range

@@ -15,15 +15,16 @@ from vibropipe.figures.palette import SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import FAR_SUPPORT
 from vibropipe.figures.text import parameter_names, with_units
 from vibropipe.scenes.sweep.quantities import Series
-from vibropipe.solve.rebuild import exciter_of, mass_and_stiffness, unit_of_row, without_units
+from vibropipe.solve.rebuild import exciter_of, unit_of_row, without_units
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
+from vibropipe.solve.with_units import plain_name
 from vibropipe.view.map_panel import even_cells, flag_colours, limits_of
 from vibropipe.view.motion_panel import MARGIN, MASS
 from vibropipe.view.page import Page
 from vibropipe.view.plane import MARKERS, Plane
 from vibropipe.view.slices import least_length, shown_series, slice_label
 from vibropipe.view.words import symbol, value_of
-from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.words.parameters import PARAMETERS
 
 UNKNOWN = "Its motion is not in this file."
 
@@ -109,11 +110,9 @@ def _parameters(plane: Plane, menus: list[str]) -> Iterator[dict[str, Any]]:
 def _physics(plane: Plane, menus: list[str]) -> dict[str, Any]:
     """Return the parameters that are the same in every row, the names of the others, and their factors from SI."""
     one = plane.dataset.isel(dict.fromkeys(plane.dims, 0))
-    si = mass_and_stiffness(one)
-    plain_names = {name: entry.non_dimensional for name, entry in PHYSICAL.items()} if si else {}
 
     def plain(name: str) -> str:
-        own = plain_names.get(name) or name
+        own = plain_name(name)
         return own if own in PARAMETERS else ""
 
     def factor(name: str) -> float:

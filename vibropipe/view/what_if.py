@@ -20,7 +20,6 @@ from vibropipe.physics.start import start_at, within_room
 from vibropipe.scenes.sweep.quantities import row_at
 from vibropipe.solve.basins.attractors import attractors
 from vibropipe.solve.basins.basins import basins
-from vibropipe.solve.physical import is_physical
 from vibropipe.solve.rebuild import (
     changed_row,
     exciter_of,
@@ -37,6 +36,7 @@ from vibropipe.solve.shown_units import shown_in
 from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
+from vibropipe.solve.with_units import plain_name
 from vibropipe.view.one_exciter import grid_of_starts
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import script, symbol
@@ -138,16 +138,11 @@ def _solved_anew(plane: Plane, changed: dict[str, float], on_rows: Progress) -> 
     swept = [str(name) for name in plane.dims if name != DIRECTION]
     one = dataset.isel(dict.fromkeys(plane.dims, 0))
     exciter = exciter_of(one)
-    names = {
-        physical: entry.non_dimensional
-        for physical, entry in PHYSICAL.items()
-        if is_physical(dataset)
-    }
     over: dict[str, Any] = {
-        names.get(name) or name: np.asarray(dataset[name].values, float)
-        * without_units(one, names.get(name) or name, 1.0)
+        plain_name(name): np.asarray(dataset[name].values, float)
+        * without_units(one, plain_name(name), 1.0)
         for name in swept
-    }  # fmt: skip
+    }
     if plane.of_starts:
         x0, v0 = (over.pop(name) for name in ("x0", "v0"))
         exciter = tied_again(one, exciter)
@@ -167,8 +162,7 @@ def _swept(
     """Solve a sweep that starts or follows as a stored one does."""
     follow: Any = tuple(str(dataset.attrs["follow"]).split()) if "follow" in dataset.attrs else None
     if follow is not None:
-        named = {name: entry.non_dimensional for name, entry in PHYSICAL.items()}
-        follow = (named.get(follow[0]) or follow[0], follow[1])
+        follow = (plain_name(follow[0]), follow[1])
     start = _START.fullmatch(str(dataset.attrs.get("start", "")))
     options: dict[str, Any] = {}
     if start and follow is None and not {"x0", "v0"} & over.keys() and "m" not in dataset.coords:

@@ -97,7 +97,6 @@ def draw_scene(
     """Draw the pictures of one scene, each as SVG and PDF.
 
     scene : its figure options choose the pictures
-    dataset : the scene's data
     folder : where `<name>.svg` and `<name>.pdf` are written
     others : the datasets of the scenes of the study, at least of `scenes_drawn`
     names : names of the figures that are drawn (default: all of the scene)

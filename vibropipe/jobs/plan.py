@@ -78,7 +78,6 @@ def as_cut(scene: BaseScene) -> Kind:
 class ScenePlan(Work):
     """The plan of one scene: its work, and how it is solved.
 
-    name, kind : name and kind of the scene
     effects : physical effects that the study states or the parameters call for
     shards : number of jobs that solve the scene
     is_timed : whether the data are measured times; such a scene runs alone on all cores
@@ -133,7 +132,6 @@ class Estimate(NamedTuple):
 class Estimates:
     """Estimates of the scenes of a study.
 
-    by_scene : estimates by scene
     searched : scenes whose work depends on what is found, and that were not solved on this machine as they stand
     rough : scenes of whose kind, with such effects, none has been solved on this machine
     uncompiled : scenes of whose kind, with such effects and outputs, none has been solved by this version

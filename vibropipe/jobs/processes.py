@@ -94,7 +94,6 @@ def side_by_side(work: Callable[[int], None], count: int, processes: int) -> Non
     """Call `work(number)` once for each of the numbers below `count`, in order of the numbers.
 
     work : reports its errors itself
-    count : number of tasks
     processes : number of processes that share them. All that is imported here is imported there, so no kernel may
         have run before. With one, and where a process cannot fork, tasks are done here
     """

@@ -42,7 +42,6 @@ class Run:
 
     results : folder of all results
     files : YAML file of each study by name
-    studies : studies by name
     plans : plans by study and scene
     default : studies that are made if no target is named
     named : files of results that the command line names

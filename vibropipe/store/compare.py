@@ -72,7 +72,6 @@ def compare_rows(path: str | PathLike[str], shard: xr.Dataset, grid: SweepGrid) 
     """Compare rows of a sweep with the file of the whole grid; of the file, only these rows are read.
 
     shard : recomputed rows over `row`
-    grid : grid of the sweep
     Returns differences by row and variable.
     Raises StoreError if the file cannot be read.
     """

@@ -181,8 +181,6 @@ def _stored(
 def chunk_shape(shape: tuple[int, ...], max_elements: int) -> tuple[int, ...]:
     """Return the shape of a block of at most about `max_elements` elements, contiguous in C order.
 
-    shape : shape of the array
-    max_elements : target number of elements
     Trailing dimensions are whole, the one before them has a power of two, and the leading ones are 1, so that
     blocks of a larger limit consist of whole blocks of a smaller one. The last block of a dimension is stored at full
     length: where this would waste more than a sixteenth, blocks are up to eight times smaller.

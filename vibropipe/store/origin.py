@@ -43,7 +43,6 @@ def provenance(
     accuracy_asked : requested relative error; None if not requested. The error reached is that of the dataset, if it
         has one
     packages : packages that took part, in addition to PACKAGES
-    **more : further attributes
     No value names a host, a folder or a time. There is no seed, since nothing is random.
     """
     return {

@@ -122,7 +122,6 @@ def raw(path: Path) -> Iterator[h5py.File]:
 def read_headers(paths: Sequence[Path], grid: SweepGrid) -> list[Shard]:
     """Read the headers of shards, in the order of their rows.
 
-    grid : grid of the sweep
     Raises StoreError if a shard is damaged or was solved with other parameters than those of the grid, if the shards
     do not hold each row exactly once, or if they come from different sweeps.
     """

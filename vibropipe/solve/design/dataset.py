@@ -57,7 +57,6 @@ def needed_tolerances(
     corners and at the ends of the axes of this box the motion from the start is then marched: where a goal is missed or
     the law changes, the box shrinks. A target may be off by what `allow` gives.
 
-    candidate : the design
     deviations : standard deviations of the parameters, given or assumed
     """
     nothing = np.full(len(Parameters._fields), np.nan)

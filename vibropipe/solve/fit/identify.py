@@ -285,7 +285,6 @@ def read_table(
 
     exciter : the parameters that are known
     measured : columns by name
-    ranges : parameters that vary
     noise, steady_from, blanking, sign : as `identify` takes them
     p : eigenfrequency (rad/s), for messages in Hz
     ties : a record is read with the tied parameters at the lower ends of the ranges

@@ -90,7 +90,6 @@ def read_record(
 
     exciter : its frequency is that of the record unless it states none or nu varies
     table : columns (n,) of finite numbers: `tau`, columns of `SENSORS`, and at most one of `TRIGGERS`
-    ranges : parameters that vary
     steady_from, blanking : as `identify` takes them, in tau
     sign : `known` or `unknown`
     p : eigenfrequency (rad/s), for messages in Hz

@@ -1,16 +1,13 @@
 """Studies in any folder: `new` writes a template, `run` makes the results."""
 
-import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 
 import pytest
 import xarray as xr
-from command_line import run
+from command_line import called, run
 from sampling import sampled
-from sharded_study import PROGRAM
 
 from vibropipe import __version__
 from vibropipe.jobs.run import read_run
@@ -29,19 +26,9 @@ scenes:
 
 def vibropipe(folder: Path, *arguments: str, code: int = 0) -> str:
     """Run the command line in a folder, check its exit code and return its output."""
-    done = subprocess.run(
-        [*PROGRAM, *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        stdin=subprocess.DEVNULL,
-        stdout=subprocess.PIPE,
-        stderr=subprocess.STDOUT,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == code, done.stdout
-    assert "Traceback" not in done.stdout
-    return done.stdout
+    done = called(folder, *arguments, code=code)
+    assert "Traceback" not in done.stderr
+    return done.stdout + done.stderr
 
 
 @pytest.mark.slow

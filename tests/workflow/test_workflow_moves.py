@@ -3,10 +3,10 @@
 import os
 import re
 import shutil
-import subprocess
 from pathlib import Path
 
-from sharded_study import PROGRAM, parts_of
+from command_line import called
+from sharded_study import parts_of
 
 STUDY = """\
 title: Measured
@@ -21,15 +21,7 @@ FIT = {"fit", "figures", "report"}
 
 def run(folder: Path, file: str, *arguments: str) -> set[str]:
     """Call `vibropipe run` and return what it made by its summary, which it prints once."""
-    done = subprocess.run(
-        [*PROGRAM, "run", file, "--cores", "2", *arguments],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stdout + done.stderr
+    done = called(folder, "run", file, "--cores", "2", *arguments)
     name = Path(file).stem
     summary = re.search(rf"^{name}: (?:made ([^;(]*)|up to date \()", done.stderr, re.MULTILINE)
     jobs = {

@@ -1,10 +1,8 @@
 """A scene that fails leaves the report of the others made, named there and by the exit code."""
 
-import os
-import subprocess
 from pathlib import Path
 
-from sharded_study import PROGRAM
+from command_line import called
 
 from vibropipe.store.atomic import scenes_of
 
@@ -22,16 +20,7 @@ REASON = (
 
 
 def run(folder: Path, code: int) -> str:
-    done = subprocess.run(
-        [*PROGRAM, "run", "mine.yaml", "--cores", "2"],
-        cwd=folder,
-        env=os.environ | {"PYTHONPATH": str(Path(__file__).parents[2])},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == code, done.stderr
-    return done.stderr
+    return called(folder, "run", "mine.yaml", "--cores", "2", code=code).stderr
 
 
 def test_a_branch_that_cannot_start_fails_alone(tmp_path):

@@ -1,9 +1,10 @@
 """Scenes of kind accuracy: valid and invalid keys, and the exciter of each motion."""
 
 import pytest
+from study_texts import study_of
 
 from vibropipe.jobs.plan import plan_scene
-from vibropipe.study import StudyError, fingerprint, load_study
+from vibropipe.study import StudyError, fingerprint
 
 TEXT = """
 title: Cost
@@ -21,12 +22,9 @@ scenes:
 
 @pytest.fixture
 def study(tmp_path):
-    def load(more="methods: [newmark, exact]", text=TEXT):
-        file = tmp_path / "cost.yaml"
-        file.write_text(text.format(more=more))
-        return load_study(file)
-
-    return load
+    return lambda more="methods: [newmark, exact]", text=TEXT: study_of(
+        text.format(more=more), tmp_path
+    )
 
 
 def test_a_motion_takes_its_own_parameters_then_the_scenes_then_the_studys(study):

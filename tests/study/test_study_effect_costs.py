@@ -3,6 +3,7 @@
 from pathlib import Path
 
 import pytest
+from study_texts import study_of
 
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.study import StudyError, load_study
@@ -26,12 +27,7 @@ SHIPPED = Path(__file__).parents[2] / "config" / "effects.yaml"
 
 @pytest.fixture
 def study(tmp_path):
-    def load(text=TEXT):
-        file = tmp_path / "cost.yaml"
-        file.write_text(text)
-        return load_study(file)
-
-    return load
+    return lambda text=TEXT: study_of(text, tmp_path)
 
 
 def test_motions_call_for_their_own_effects(study):

@@ -1,17 +1,16 @@
 """Scenes of hard cases: valid and invalid keys, and a choice of cases."""
 
 import pytest
+from study_texts import study_of
 
 from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import solve_scene
-from vibropipe.study import StudyError, fingerprint, load_study
+from vibropipe.study import StudyError, fingerprint
 from vibropipe.words.measurements import Passed
 
 
 def study(tmp_path, scene: str, more: str = ""):
-    file = tmp_path / "hard.yaml"
-    file.write_text(f"title: T\n{more}scenes:\n  s: {scene}\n", encoding="utf-8")
-    return load_study(file)
+    return study_of(f"title: T\n{more}scenes:\n  s: {scene}\n", tmp_path)
 
 
 @pytest.mark.parametrize(

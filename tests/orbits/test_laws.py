@@ -112,41 +112,49 @@ def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
         np.testing.assert_allclose(exact.by[:, :, k], slope, atol=1e-7, err_msg=parameter)
 
 
+# Unknowns of an event without and with a housing, the effect of that, and the digits that are kept.
+WIDTHS = [(2, None, 1e-9), (3, 1, 1e-8)]
+
+
+def dense_of(before, at, wrap=1.0):
+    """Return the matrix of cyclic blocks; the last event acts on the first by `wrap` times its block."""
+    n, width = len(at), at.shape[1]
+    dense = np.zeros((n, width, n, width))
+    for i in range(n):
+        dense[i, :, i] += at[i]
+        dense[i, :, i - 1] += before[i] * (wrap if i == 0 else 1.0)
+    return dense.reshape(width * n, width * n)
+
+
 @pytest.mark.parametrize("n", [1, 2, 3, 16])
 @pytest.mark.parametrize("k", [0, 1, 2])
-def test_elimination_is_the_dense_solution(n, k):
-    rng = np.random.default_rng(n + 10 * k)
-    before, at = rng.standard_normal((2, n, 2, 2))
-    by, rest = rng.standard_normal((n, 2, k)), rng.standard_normal((n, 2))
-    borders, corner = rng.standard_normal((k, n, 2)), rng.standard_normal((k, k))
-    target, x, q = rng.standard_normal(k), np.empty((n, 2)), np.empty(k)
+@pytest.mark.parametrize(("width", "housing", "rtol"), WIDTHS)
+def test_elimination_is_the_dense_solution(n, k, width, housing, rtol):
+    rng, size = np.random.default_rng(n + 10 * k), width * n
+    before, at = rng.standard_normal((2, n, width, width))
+    by, rest = rng.standard_normal((n, width, k)), rng.standard_normal((n, width))
+    borders, corner = rng.standard_normal((k, n, width)), rng.standard_normal((k, k))
+    target, x, q = rng.standard_normal(k), np.empty((n, width)), np.empty(k)
     for wrap in (1.0, -1.0):
-        dense = np.zeros((2 * n + k, 2 * n + k))
-        for i in range(n):
-            rows, last = slice(2 * i, 2 * i + 2), 2 * ((i - 1) % n)
-            dense[rows, rows] += at[i]
-            dense[rows, last : last + 2] += before[i] * (wrap if i == 0 else 1.0)
-            dense[rows, 2 * n :] = by[i]
-        dense[2 * n :, : 2 * n], dense[2 * n :, 2 * n :] = borders.reshape(k, 2 * n), corner
-        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q)
+        dense = np.zeros((size + k, size + k))
+        dense[:size, :size] = dense_of(before, at, wrap)
+        dense[:size, size:] = by.reshape(size, k)
+        dense[size:, :size], dense[size:, size:] = borders.reshape(k, size), corner
+        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, housing)
         solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
-        np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=1e-9, atol=1e-11)
+        np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=rtol, atol=rtol / 100)
         assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
 
 
 @pytest.mark.parametrize("n", [1, 2, 3, 16])
-def test_elimination_of_several_right_hand_sides_is_that_of_each(n):
-    rng = np.random.default_rng(n)
-    before, at = rng.standard_normal((2, n, 2, 2))
-    rest, x = rng.standard_normal((n, 2, 5)), np.empty((n, 2, 5))
-    dense = np.zeros((2 * n, 2 * n))
-    for i in range(n):
-        rows, last = slice(2 * i, 2 * i + 2), 2 * ((i - 1) % n)
-        dense[rows, rows] += at[i]
-        dense[rows, last : last + 2] += before[i]
-    solve_columns(before, at, rest, x)
-    expected = np.linalg.solve(dense, rest.reshape(2 * n, 5))
-    np.testing.assert_allclose(x.reshape(2 * n, 5), expected, rtol=1e-9, atol=1e-11)
+@pytest.mark.parametrize(("width", "housing", "rtol"), WIDTHS)
+def test_elimination_of_several_right_hand_sides_is_that_of_each(n, width, housing, rtol):
+    rng, size = np.random.default_rng(n), width * n
+    before, at = rng.standard_normal((2, n, width, width))
+    rest, x = rng.standard_normal((n, width, 5)), np.empty((n, width, 5))
+    solve_columns(before, at, rest, x, housing)
+    expected = np.linalg.solve(dense_of(before, at), rest.reshape(size, 5))
+    np.testing.assert_allclose(x.reshape(size, 5), expected, rtol=rtol, atol=rtol / 100)
 
 
 def test_elimination_keeps_digits_of_what_grows_along_an_orbit():

@@ -8,13 +8,13 @@ from dataclasses import replace
 import numpy as np
 import pytest
 from comparisons import REFERENCE
+from housings import FREE, RESTING, RUBBED, SECTION, STOPPED, SYMMETRIC, exciter_of
 
 import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, REST_BEGINS
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.determinants import pair_share, return_map_of_three
-from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.following import follow_laws
 from vibropipe.orbits.law.happenings import happenings, law_from
@@ -27,37 +27,10 @@ from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.branch.problem import is_symmetric
 
-NAMES = {
-    "kappa": "mass_ratio",
-    "d1": "housing_friction_1",
-    "d2": "housing_friction_2",
-    "pull": "housing_load",
-}
 REFERENCES = json.loads((REFERENCE / "housing.json").read_text())["steady"]
-SYMMETRIC = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.2, R1=0.6, R2=0.6, mass_ratio=0.6, housing_friction_1=0.2,
-    housing_friction_2=0.2,
-)  # fmt: skip
-RUBBED = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.1, delta=0.05, R1=0.5, R2=0.6, mass_ratio=0.8, housing_friction_1=0.1,
-    housing_friction_2=0.2, housing_load=0.03, friction=0.15,
-)  # fmt: skip
 STUCK = vp.Exciter(
     l=1.0, nu=0.5, f=1.5, h=0.1, R1=0.7, R2=0.7, mass_ratio=0.5, housing_friction_1=0.3,
     housing_friction_2=0.35, friction=0.4, load=0.02,
-)  # fmt: skip
-FREE = vp.Exciter(
-    l=1.5, nu=0.7, f=0.9, h=0.3, mass_ratio=0.8, housing_friction_1=0.4, housing_friction_2=0.5
-)
-# It rests while the housing slides, until its release.
-RESTING = vp.Exciter(
-    l=0.5, nu=1.17, f=1.92, h=0.09, R1=0.77, R2=0.46, delta=-0.05, f2=0.5, mass_ratio=0.88,
-    housing_friction_1=0.23, housing_friction_2=0.03,
-)  # fmt: skip
-# The housing stops under one rest, and slides through the other.
-STOPPED = vp.Exciter(
-    l=0.5, nu=0.43, f=1.13, h=0.1, R1=0.37, R2=0.55, delta=0.17, f2=0.18, mass_ratio=1.56,
-    housing_friction_1=0.22, housing_friction_2=0.08,
 )  # fmt: skip
 RESTS = {
     "resting": RESTING,
@@ -68,19 +41,13 @@ RESTS = {
     ),
 }
 EXCITERS = {
-    **{
-        f"reference {i}": vp.Exciter(
-            **{NAMES.get(n, n): float(v) for n, v in entry["parameters"].items()}
-        )
-        for i, entry in enumerate(REFERENCES)
-    },
+    **{f"reference {i}": exciter_of(entry) for i, entry in enumerate(REFERENCES)},
     "symmetric": SYMMETRIC,
     "rubbed": RUBBED,
     "stuck": STUCK,
     "free": FREE,
     **RESTS,
 }
-SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
 
 
 @pytest.fixture(scope="module")
@@ -199,34 +166,6 @@ def test_events_without_frames_give_the_law_again(name, marcher):
     assert made is not None
     np.testing.assert_array_equal(made[0].codes, law.codes)
     np.testing.assert_allclose(made[1], u, atol=1e-15)
-
-
-@pytest.mark.parametrize("n", [1, 2, 3, 16])
-@pytest.mark.parametrize("k", [0, 1, 2])
-def test_elimination_of_blocks_of_three_is_the_dense_solution(n, k):
-    rng = np.random.default_rng(n + 10 * k)
-    before, at = rng.standard_normal((2, n, 3, 3))
-    by, rest = rng.standard_normal((n, 3, k)), rng.standard_normal((n, 3))
-    borders, corner = rng.standard_normal((k, n, 3)), rng.standard_normal((k, k))
-    target, x, q = rng.standard_normal(k), np.empty((n, 3)), np.empty(k)
-    for wrap in (1.0, -1.0):
-        dense = np.zeros((3 * n + k, 3 * n + k))
-        for i in range(n):
-            rows, last = slice(3 * i, 3 * i + 3), 3 * ((i - 1) % n)
-            dense[rows, rows] += at[i]
-            dense[rows, last : last + 3] += before[i] * (wrap if i == 0 else 1.0)
-            dense[rows, 3 * n :] = by[i]
-        dense[3 * n :, : 3 * n], dense[3 * n :, 3 * n :] = borders.reshape(k, 3 * n), corner
-        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, 1)
-        solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
-        np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=1e-8, atol=1e-10)
-        assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
-        if k == 0 and wrap > 0.0:
-            sides = rng.standard_normal((n, 3, 5))
-            many = np.empty((n, 3, 5))
-            solve_columns(before, at, sides, many, 1)
-            every = np.linalg.solve(dense, sides.reshape(3 * n, 5))
-            np.testing.assert_allclose(many.reshape(3 * n, 5), every, rtol=1e-8, atol=1e-10)
 
 
 def test_a_return_map_of_random_blocks_has_the_invariants_of_the_product():

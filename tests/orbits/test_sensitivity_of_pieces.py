@@ -6,6 +6,7 @@ from dataclasses import replace
 from decimal import Decimal
 from typing import Any
 
+import housings
 import numpy as np
 import pytest
 import xarray as xr
@@ -36,11 +37,6 @@ SLIDING_SOFT = vp.Exciter(l=0.4, nu=1.3, f=1.1, h=0.15, delta=0.05, load=0.02, k
 # Slides all the time, under two harmonics of the force.
 ALWAYS = vp.Exciter(l=0.3, nu=2.2, f=1.3, h=0.3, R1=0.3, R2=0.3, f2=0.4, phi2=0.3, mass_ratio=1.5,
                     housing_friction_1=0.02, housing_friction_2=0.03)  # fmt: skip
-# It rests while the housing slides; the housing stops under a rest.
-SLIDING_REST = vp.Exciter(l=0.5, nu=1.17, f=1.92, h=0.09, R1=0.77, R2=0.46, delta=-0.05, f2=0.5, mass_ratio=0.88,
-                          housing_friction_1=0.23, housing_friction_2=0.03)  # fmt: skip
-STOPPED_REST = vp.Exciter(l=0.5, nu=0.43, f=1.13, h=0.1, R1=0.37, R2=0.55, delta=0.17, f2=0.18, mass_ratio=1.56,
-                          housing_friction_1=0.22, housing_friction_2=0.08)  # fmt: skip
 # Static friction is larger than kinetic.
 STATIC = replace(STICKING, friction_ratio=1.6, friction=0.12)
 STATIC_REST = vp.Exciter(
@@ -56,7 +52,7 @@ CASES = {"soft": SOFT, "rubbed": RUBBED, "sticking": STICKING, "resting": RESTIN
 CASES |= {"no pull": NO_PULL, "reloaded": RELOADED, "sliding, no pull": SLIDING_NO_PULL}
 CASES |= {"static": STATIC, "static rest": STATIC_REST}
 CASES |= {"begins at rest": BEGINS_AT_REST, "begins held": BEGINS_HELD}
-CASES |= {"sliding rest": SLIDING_REST, "stopped rest": STOPPED_REST}
+CASES |= {"sliding rest": housings.RESTING, "stopped rest": housings.STOPPED}
 CASES |= {"sliding": SLIDING, "sliding on soft supports": SLIDING_SOFT, "sliding always": ALWAYS}
 # Sets of effects that rows of no other test have: compiling their kernels takes minutes.
 PATIENT = ("reloaded", "sliding, no pull")

@@ -6,22 +6,11 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from housings import RUBBED, SECTION, STRUCK, SYMMETRIC, section_map
 
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation, Meeting
 
-STRUCK = vp.Exciter(
-    nu=1.043, f=0.882, h=0.403, l=1.0, delta=-0.19, R1=0.3, R2=0.55, mass_ratio=0.585,
-    housing_friction_1=0.292, housing_friction_2=0.438,
-)  # fmt: skip
-SYMMETRIC = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.2, R1=0.6, R2=0.6, mass_ratio=0.6, housing_friction_1=0.2,
-    housing_friction_2=0.2,
-)  # fmt: skip
-RUBBED = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.1, delta=0.05, R1=0.5, R2=0.6, mass_ratio=0.8, housing_friction_1=0.1,
-    housing_friction_2=0.2, housing_load=0.03, friction=0.15,
-)  # fmt: skip
 CASES = {
     "struck": (STRUCK, ("fold", "flip", "grazing"), ("nu", "f"), ((0.9, 1.2), (0.7, 1.1))),
     "ground": (
@@ -33,8 +22,6 @@ CASES = {
     "symmetric": (SYMMETRIC, ("fold", "pitchfork"), ("nu", "f"), ((1.1, 1.6), (0.6, 1.2))),
     "rubbed": (RUBBED, ("flip", "grazing"), ("nu", "friction"), ((1.1, 1.5), (0.05, 0.3))),
 }
-SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
-ENDS = ("displacement_end", "velocity_end", "housing_velocity_end")
 
 
 @pytest.fixture(scope="module")
@@ -65,13 +52,6 @@ def orbit_at(case, curve, i):
     at = replace(exciter, **{name: float(curve[name][i]) for name in along})
     state = np.array([float(curve[name][i]) for name in SECTION])
     return at, state, int(curve.period_multiple[i])
-
-
-def section_map(exciter, state, m):
-    x, v, velocity = (float(each) for each in state)
-    tau = m * 2.0 * np.pi / exciter.nu
-    end = vp.simulate(exciter, tau, x, v, housing_v0=velocity, samples_per_period=0)
-    return np.array([float(end[name]) for name in ENDS])
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -6,29 +6,15 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from housings import FREE, RUBBED, SECTION, STRUCK, SYMMETRIC, section_map
 
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
 
-STRUCK = vp.Exciter(
-    nu=1.043, f=0.882, h=0.403, l=1.0, delta=-0.19, R1=0.3, R2=0.55, mass_ratio=0.585,
-    housing_friction_1=0.292, housing_friction_2=0.438,
-)  # fmt: skip
 SOFT = vp.Exciter(
     nu=0.738, f=0.589, h=0.346, l=0.3, delta=0.041, R2=0.84, mass_ratio=0.274, k1=804.0, h1=0.4,
     housing_friction_1=0.364, housing_friction_2=1.092, housing_load=-0.257,
 )  # fmt: skip
-SYMMETRIC = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.2, R1=0.6, R2=0.6, mass_ratio=0.6, housing_friction_1=0.2,
-    housing_friction_2=0.2,
-)  # fmt: skip
-RUBBED = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.1, delta=0.05, R1=0.5, R2=0.6, mass_ratio=0.8, housing_friction_1=0.1,
-    housing_friction_2=0.2, housing_load=0.03, friction=0.15,
-)  # fmt: skip
-FREE = vp.Exciter(
-    l=1.5, nu=0.7, f=0.9, h=0.3, mass_ratio=0.8, housing_friction_1=0.4, housing_friction_2=0.5
-)
 # A pair of multipliers meets the unit circle along nu.
 TURNING = vp.Exciter(
     l=1.0, nu=0.883, f=1.365, h=0.0062, delta=0.049, R1=0.92, R2=0.8, mass_ratio=2.19,
@@ -45,7 +31,6 @@ CASES = {
     "rubbed": (RUBBED, "friction", (0.02, 0.4)),
     "free": (FREE, "f", (0.5, 1.5)),
 }
-SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
 
 
 @pytest.fixture(scope="module")
@@ -58,15 +43,6 @@ def branches():
 
 def kinds(branch):
     return [Bifurcation(int(kind)).name for kind in branch.bifurcation_kind]
-
-
-def section_map(exciter, state, m):
-    """Return the state of both bodies after m forcing periods."""
-    x, v, velocity = (float(each) for each in state)
-    tau = m * 2.0 * np.pi / exciter.nu
-    end = vp.simulate(exciter, tau, x, v, housing_v0=velocity, samples_per_period=0)
-    names = ("displacement_end", "velocity_end", "housing_velocity_end")
-    return np.array([float(end[name]) for name in names])
 
 
 @pytest.mark.parametrize("case", CASES)

@@ -11,40 +11,20 @@ import numpy as np
 import pytest
 from comparisons import REFERENCE
 from helpers.reference_housing import HousingReferenceSolver
+from housings import ENDS as OF_STATE
+from housings import SECTION, SYMMETRIC, exciter_of
 
 import vibropipe as vp
 from vibropipe.words.status import Status
 
 ENTRIES = json.loads((REFERENCE / "housing.json").read_text())
-NAMES = {
-    "kappa": "mass_ratio",
-    "d1": "housing_friction_1",
-    "d2": "housing_friction_2",
-    "pull": "housing_load",
-}
-ENDS = (
-    "displacement_end",
-    "velocity_end",
-    "housing_velocity_end",
-    "housing_displacement_end",
-)
-SECTION = ("displacement_strobe", "velocity_strobe", "housing_velocity_strobe")
+ENDS = (*OF_STATE, "housing_displacement_end")
 MOTIONS, STEADY = range(len(ENTRIES["motions"])), range(len(ENTRIES["steady"]))
 # both supports struck, slipping either way
 FORCED = vp.Exciter(
     l=0.3, nu=2.1, f=0.9, h=0.1, delta=0.05, R1=0.5, R2=0.6, mass_ratio=0.8,
     housing_friction_1=0.1, housing_friction_2=0.2, housing_load=0.03,
 )  # fmt: skip
-
-SYMMETRIC = vp.Exciter(
-    l=0.3, nu=1.3, f=0.9, h=0.2, R1=0.6, R2=0.6, mass_ratio=0.6, housing_friction_1=0.2,
-    housing_friction_2=0.2,
-)  # fmt: skip
-
-
-def exciter_of(entry: dict[str, Any]) -> vp.Exciter:
-    """Return the exciter of a reference."""
-    return vp.Exciter(**{NAMES.get(n, n): float(v) for n, v in entry["parameters"].items()})
 
 
 def ends_of(exciter: vp.Exciter, tau_end: float, *start: float, **options: Any) -> np.ndarray:

@@ -8,7 +8,7 @@ import vibropipe as vp
 from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.solve.rows.label import is_stable
+from vibropipe.solve.rows.label import decay
 from vibropipe.store.table import is_neutral
 from vibropipe.words.bifurcations import Bifurcation
 
@@ -73,8 +73,9 @@ def test_an_orbit_at_its_bifurcation_is_neither_stable_nor_unstable(f, R, delta,
 def test_what_is_less_than_its_error_below_1_is_not_called_stable():
     multipliers = np.array([[1 - 1e-6, 0.1], [1 - 1e-6, 0.1], [0.5, 0.5j], [1 - 1e-10, 0.1]])
     error = np.array([[1e-7, 1.0], [2e-6, 0.0], [1e-9, 1e-9], [np.nan, np.nan]], np.float32)
-    assert is_stable(multipliers, error).tolist() == [1, 0, 1, 0]
-    assert is_stable(multipliers).tolist() == [1, 1, 1, 0]
+    assert (decay(multipliers, error) > 0).tolist() == [True, False, True, False]
+    assert (decay(multipliers) > 0).tolist() == [True, True, True, False]
+    assert decay(1 / multipliers[:1], error[:1])[0] == pytest.approx(-9.0)
 
 
 def test_neutral_rows_are_counted_in_the_caption(free, rubbed):

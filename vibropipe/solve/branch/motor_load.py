@@ -23,6 +23,7 @@ from vibropipe.solve.rebuild import (
     ties_of,
     without_units,
 )
+from vibropipe.solve.rows.label import decay
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.outputs import Output
 from vibropipe.words.regimes import Regime
@@ -81,6 +82,14 @@ class MotorLoad:
     def speeds(self) -> np.ndarray:
         """The speeds of the points."""
         return self.branch[self.name].values
+
+    @cached_property
+    def decay(self) -> np.ndarray:
+        """By how much the largest modulus of the multipliers of each point is below 1; 0 where rounding decides."""
+        error = self.branch.get("floquet_multiplier_error")
+        return decay(
+            self.branch["floquet_multiplier"].values, None if error is None else error.values
+        )
 
     @cached_property
     def events(self) -> dict[int, Bifurcation]:

@@ -86,7 +86,10 @@ def _between(load: MotorLoad, one: int) -> Iterator[Stretch]:
     """Yield the stretches between a point and the next, cut where the torque bends and the excess turns."""
     low, high = sorted(load.speeds[[one, one + 1]].tolist())
     stable = load.branch["stable"].values
-    inner = [point for point in (one, one + 1) if point not in load.events]
+    # Where a branch begins at a bifurcation of another, as at the bifurcation itself, the multipliers do not tell.
+    inner = [
+        point for point in (one, one + 1) if point not in load.events and load.decay[point] != 0.0
+    ]
     is_stable = bool(inner) and all(stable[point] == 1 for point in inner)
     if not inner and high - low > NARROW * high:
         is_stable = int(load.row(one, 0.5 * (low + high))["stable"]) == 1

@@ -122,7 +122,8 @@ def label_rows(
         variables |= label_errors(rows, nu, parameters)
     if rows.multipliers.size > 0:
         error = variables.get("floquet_multiplier" + ERROR_SUFFIX)
-        variables["stable"] = ("row",), is_stable(rows.multipliers, error and error[1])
+        is_stable = decay(rows.multipliers, error and error[1]) > 0.0
+        variables["stable"] = ("row",), is_stable.astype(np.int8)
     if rows.d_section.size > 0:
         variables |= label_derivatives(rows, parameters)
     wanted = {"", *outputs}
@@ -133,22 +134,19 @@ def label_rows(
     }
 
 
-def is_stable(multipliers: np.ndarray, error: np.ndarray | None = None) -> np.ndarray:
-    """Return 1 where all perturbations decay (rows,), and 0 where they do not, or where rounding decides.
+def decay(multipliers: np.ndarray, error: np.ndarray | None = None) -> np.ndarray:
+    """Return by how much the largest modulus is below 1 (rows,); 0 where rounding decides.
 
-    Parameters
-    ----------
-    multipliers : (rows, n) complex array
-    error : (rows, n) array, optional
-        Their errors; NEUTRAL_TOLERANCE where they are not known, as beside a housing that slides.
+    multipliers : (rows, n) complex
+    error : (rows, n), their errors; NEUTRAL_TOLERANCE where they are not known, as beside a housing that slides
     """
     moduli = np.abs(multipliers)
     margin = np.full(len(moduli), NEUTRAL_TOLERANCE)
     if error is not None:
         of_largest = error[np.arange(len(error)), moduli.argmax(axis=1)].astype(float)
         margin = np.where(np.isnan(of_largest), margin, of_largest)
-    stable: np.ndarray = (moduli.max(axis=1) < 1.0 - margin).astype(np.int8)
-    return stable
+    below = 1.0 - moduli.max(axis=1)
+    return np.where(np.abs(below) <= margin, 0.0, below)
 
 
 def _forces(

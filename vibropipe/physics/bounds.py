@@ -29,21 +29,12 @@ def state_norm_bound(
     of damped motions, where the equilibrium lies between rigid supports; the linear bound, where it keeps all motions
     off both supports. Friction leaves only the first: it takes energy, but the motion is not a linear one.
 
-    Parameters
-    ----------
-    p : mapping of str to ndarray
-        Values of each parameter over the grid.
-    x, v : float
-        Start.
-    span : float
-        Duration of the motions in tau; may be inf.
-    followed : bool
-        Whether rows start from the steady state of a neighbour, so that only f = 0 bounds them.
+    p : values of each parameter over the grid
+    x, v : start
+    span : duration of the motions in tau; may be inf
+    followed : whether rows start from the steady state of a neighbour, so that only f = 0 bounds them
 
-    Returns
-    -------
-    float
-        The bound; inf if there is none.
+    Returns the bound; inf if there is none.
     """
     start, force = math.hypot(x, v), largest_force(p)
     nearest = float(p["l"].min() - np.abs(p["delta"]).max())
@@ -75,19 +66,11 @@ def linear_bound(nu: Any, h: float, f: float, start: float) -> np.ndarray:
 
     It is the bound of `stays_off_supports`, with the start of the free part bounded by start + 2 |X| max(1, nu).
 
-    Parameters
-    ----------
-    nu : array_like
-        Forcing frequencies.
-    h, f : float
-        Least damping, >= 0, and largest force of the grid.
-    start : float
-        sqrt(x^2 + x'^2) at the start.
+    nu : forcing frequencies
+    h, f : least damping, >= 0, and largest force of the grid
+    start : sqrt(x^2 + x'^2) at the start
 
-    Returns
-    -------
-    ndarray
-        For each nu; inf at resonance without damping.
+    Returns the bound for each nu; inf at resonance without damping.
     """
     nu = np.asarray(nu, float)
     with np.errstate(divide="ignore"):
@@ -101,30 +84,18 @@ def ultimate_bound(h: Any, f: float, start: float) -> np.ndarray:
 
     The equilibrium must lie between the supports.
 
-    Parameters
-    ----------
-    h : array_like
-        Damping, > 0.
-    f : float
-        Largest force.
-    start : float
-        sqrt(x^2 + x'^2) at the start.
-
-    Returns
-    -------
-    ndarray
-        For each h.
-
-    Notes
-    -----
     The Lyapunov function V = (x^2 + x'^2)/2 + e x x' with 0 < e <= 1/2 lies between (1 - e) and (1 + e) times r^2/2. An
     impact has x x' > 0 before it, reduces x x' and takes energy, so V never grows there. In flight
     V' <= -k r^2 + |f| sqrt(1 + e^2) r, with k the least eigenvalue of [[e, e h/2], [e h/2, h - e]]; so V falls wherever
     r > |f| sqrt(1 + e^2)/k. e = 2 h/(4 + h^2) keeps k > 0 for every h.
 
-    References
-    ----------
-    H. K. Khalil, "Nonlinear Systems", 3rd ed., Prentice Hall (2002), sec. 4.8.
+    h : damping, > 0
+    f : largest force
+    start : sqrt(x^2 + x'^2) at the start
+
+    Returns the bound for each h.
+
+    Reference: H. K. Khalil, "Nonlinear Systems", 3rd ed., Prentice Hall (2002), sec. 4.8.
     """
     h = np.asarray(h, float)
     e = 2.0 * h / (4.0 + h * h)

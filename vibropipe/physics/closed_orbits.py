@@ -19,17 +19,11 @@ Complex = NDArray[np.complex128]
 class FlightTerms(NamedTuple):
     """The free flow E over the time t between two impacts, in the combinations that the closed forms need.
 
-    Attributes
-    ----------
-    duration : ndarray
-        t = n pi/nu.
-    decay : ndarray
-        det E = exp(-h t), eq. (C3).
-    shear : ndarray
-        s E_12 with s = (-1)^n, eq. (C4).
-    determinant : ndarray
-        D = det(I - s E), eq. (C5); zero only where h = 0 and t is a multiple of the free period (s = 1), or an odd one
-        of its half (s = -1).
+    duration : t = n pi/nu
+    decay : det E = exp(-h t), eq. (C3)
+    shear : s E_12 with s = (-1)^n, eq. (C4)
+    determinant : D = det(I - s E), eq. (C5); zero only where h = 0 and t is a multiple of the free period (s = 1), or
+        an odd one of its half (s = -1)
     """
 
     duration: Array
@@ -41,14 +35,9 @@ class FlightTerms(NamedTuple):
 class Response(NamedTuple):
     """What the impacts and the force do to the motion at the impact, eqs. (C7)-(C9).
 
-    Attributes
-    ----------
-    stiffness : ndarray of complex
-        P = 1 - nu^2 + i h nu.
-    impulses : ndarray of complex
-        Z; the linear motion at an impact of velocity v is i b + v Z.
-    impact : ndarray of complex
-        W = P Z, finite at the resonance h = 0, nu = 1; infinite at the other zeros of D, where no orbit exists.
+    stiffness : P = 1 - nu^2 + i h nu
+    impulses : Z; the linear motion at an impact of velocity v is i b + v Z
+    impact : W = P Z, finite at the resonance h = 0, nu = 1; infinite at the other zeros of D, where no orbit exists
     """
 
     stiffness: Complex
@@ -119,16 +108,9 @@ def response(nu: Any, h: Any, R: Any, terms: FlightTerms) -> Response:
 def impact_velocities(f: Any, b: Any, r: Response) -> tuple[Array, Array]:
     """Return the two speeds v before the impact, eqs. (C11), (C12); NaN where a root is not real and > 0.
 
-    Parameters
-    ----------
-    f, b : array_like
-        Amplitude of the force, not zero, and position of the support.
-    r : Response
+    f, b : amplitude of the force, not zero, and position of the support
 
-    Returns
-    -------
-    tuple of ndarray
-        The root of the larger speed, and the other one.
+    Returns the root of the larger speed, and the other one.
     """
     f, b = abs(np.asarray(f, float)), np.asarray(b, float)
     square, size = abs(r.stiffness) ** 2, abs(r.impact)

@@ -25,15 +25,9 @@ SHALLOW = 1e-4
 def backbone_velocity(delta_over_l: Array, tau_bar: Array) -> Array:
     """Return the velocity before the impact on support 1 over l, eq. (10).
 
-    Parameters
-    ----------
-    delta_over_l, tau_bar : array_like
-        Relative offset, and period of the free vibration that strikes both supports; broadcast.
+    delta_over_l, tau_bar : relative offset, and period of the free vibration that strikes both supports; broadcast
 
-    Returns
-    -------
-    ndarray
-        nan where no such motion exists.
+    Returns nan where no such motion exists.
     """
     d, half = np.asarray(delta_over_l, float), 0.5 * np.asarray(tau_bar, float)
     with np.errstate(all="ignore"):
@@ -49,20 +43,12 @@ class Arc(NamedTuple):
     Mirrored exciters thus give mirrored results bit for bit. The upper end belongs to support 1, or to support 2 where
     x is mirrored.
 
-    Attributes
-    ----------
-    sign : float
-        1, or -1 if x is mirrored.
-    amplitude : float
-        A.
-    top : float
-        Angle of the upper end.
-    half : float
-        Half the period.
-    time_from_top : float
-        Time from the upper end to the start, in [0, 2 half).
-    meets_top, meets_bottom : int
-        Contact at each end: 0 none, 1 impact, 2 grazing.
+    sign : 1, or -1 if x is mirrored
+    amplitude : A
+    top : angle of the upper end
+    half : half the period
+    time_from_top : time from the upper end to the start, in [0, 2 half)
+    meets_top, meets_bottom : contact at each end: 0 none, 1 impact, 2 grazing
     """
 
     sign: float
@@ -86,16 +72,9 @@ def _contact_kind(reach, amplitude) -> int:
 def is_conservative(p, x, v) -> bool:
     """Return whether a motion has the closed form of this module.
 
-    Parameters
-    ----------
-    p : Parameters
-    x, v : float
-        Start.
+    x, v : start
 
-    Returns
-    -------
-    bool
-        True if h = f = 0, R1 = R2 = 1 and the motion is wide enough (`SHALLOW`).
+    Returns True if h = f = 0, R1 = R2 = 1 and the motion is wide enough (`SHALLOW`).
     """
     if p.h != 0.0 or largest_force(p) != 0.0 or p.R1 != 1.0 or p.R2 != 1.0:
         return False
@@ -116,16 +95,8 @@ def _is_mirrored(p, x, v) -> bool:
 def arc(p, x, v) -> Arc:
     """Return the conservative motion from a start between the supports.
 
-    Parameters
-    ----------
-    p : Parameters
-        Of an exciter with h = f = 0, R1 = R2 = 1.
-    x, v : float
-        Start, one that `is_conservative`.
-
-    Returns
-    -------
-    Arc
+    p : of an exciter with h = f = 0, R1 = R2 = 1
+    x, v : start, one that `is_conservative`
     """
     upper, lower, sign = support_position(p, 1), support_position(p, 2), 1.0
     if _is_mirrored(p, x, v):
@@ -174,20 +145,10 @@ def arc_state(a: Arc, tau):
 def arc_harmonic(a: Arc, k: int) -> complex:
     """Return the complex amplitude X_k of a harmonic.
 
-    Parameters
-    ----------
-    a : Arc
-    k : int
-
-    Returns
-    -------
-    complex
-        X_k of x = sum over all integers k of X_k exp(i k w tau), w = pi/half, tau from the start.
-
-    Notes
-    -----
     The motion is even about its upper end: X_k is the integral of cos(top + s) cos(k w s) over half a period, with
     sin(z)/z as one function, shifted to the start.
+
+    Returns X_k of x = sum over all integers k of X_k exp(i k w tau), w = pi/half, tau from the start.
     """
     rate = k * math.pi / a.half
     total = 0.0

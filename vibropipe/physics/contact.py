@@ -45,18 +45,12 @@ def support_offset(p):
 class Frame(NamedTuple):
     """Coordinates of a motion written from `home`: x = x_ref + sigma y.
 
-    Attributes
-    ----------
-    home : int
-        0 for the equilibrium, 1 or 2 for that support.
-    sigma : float
-        1, or -1 from support 1.
-    load : float
-        Constant load in y.
-    near, far : float
-        The supports in y: from the equilibrium support 2 is near and support 1 far; from a support that one is near.
-    to_near, to_far : bool
-        Whether the motion can reach them.
+    home : 0 for the equilibrium, 1 or 2 for that support
+    sigma : 1, or -1 from support 1
+    load : constant load in y
+    near, far : the supports in y: from the equilibrium support 2 is near and support 1 far; from a support that one is
+        near
+    to_near, to_far : whether the motion can reach them
     """
 
     home: int
@@ -74,16 +68,7 @@ def frame_at(e, p, home: int, housing=None) -> Frame:
 
     A mass stands on no support that is out of reach.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-    home : int
-        0 for the equilibrium, 1 or 2 for that support.
-    housing : Housing, optional
-
-    Returns
-    -------
-    Frame
+    home : 0 for the equilibrium, 1 or 2 for that support
     """
     to_near, to_far = True, True
     if e.support_1 is None:
@@ -128,25 +113,14 @@ def chatter_duration(w, gap_acceleration, gap_jerk, restitution, h, nu) -> float
     relative change of the acceleration during the chatter. A flight so short that tau cannot resolve its ends counts as
     sticking for every R, R = 1 included.
 
-    Parameters
-    ----------
-    w : float
-        Departure speed, > 0.
-    gap_acceleration : float
-        At the support, < 0.
-    gap_jerk : float
-        Bound of its rate.
-    restitution, h, nu : float
+    w : departure speed, > 0
+    gap_acceleration : at the support, < 0
+    gap_jerk : bound of its rate
 
-    Returns
-    -------
-    float
-        Duration in tau; NEVER while the error of the series exceeds CHATTER_TOLERANCE.
+    Returns the duration in tau; NEVER while the error of the series exceeds CHATTER_TOLERANCE.
 
-    References
-    ----------
-    C. Budd, F. Dux, "Chattering and related behaviour in impact oscillators", Philosophical Transactions of the Royal
-    Society A 347 (1994) 365-389.
+    Reference: C. Budd, F. Dux, "Chattering and related behaviour in impact oscillators", Philosophical Transactions of
+    the Royal Society A 347 (1994) 365-389.
     """
     tolerance = CHATTER_TOLERANCE * min(1.0, 1.0 / nu)
     flight = 2.0 * w / -gap_acceleration

@@ -37,18 +37,11 @@ DECAYED = 2.0**-46
 class Decay(NamedTuple):
     """What is left of a contact.
 
-    Attributes
-    ----------
-    kind : int
-        ALIVE, CREEPING or FOLLOWING.
-    rate : float
-        Fastest rate of what is left: a polynomial is exact to rounding over REACH / rate.
-    slow : float
-        Exponent of the creep.
-    load : float
-        Constant part of G (CREEPING), or of the forced motion (FOLLOWING).
-    force : Force
-        Their part that follows the force.
+    kind : ALIVE, CREEPING or FOLLOWING
+    rate : fastest rate of what is left: a polynomial is exact to rounding over REACH / rate
+    slow : exponent of the creep
+    load : constant part of G (CREEPING), or of the forced motion (FOLLOWING)
+    force : their part that follows the force
     """
 
     kind: int
@@ -99,17 +92,10 @@ def decay_of_kind(kind, force, load, stiffness, damping, p, second):
 def decay_of(y, w, force, load, stiffness, damping, p, second):
     """Return the `Decay` of a contact in the state (y, w).
 
-    Parameters
-    ----------
-    y, w : float
-        Displacement and velocity in the frame of the contact.
-    force : Force
-        At the time of the state.
-    load, stiffness, damping : float
-        Of the piece.
-    p : Parameters
-    second : int or None
-        The effect `second_harmonic`.
+    y, w : displacement and velocity in the frame of the contact
+    force : at the time of the state
+    load, stiffness, damping : of the piece
+    second : the effect `second_harmonic`
     """
     alive = decay_of_kind(ALIVE, force, load, stiffness, damping, p, second)
     if not damping > 0.0:

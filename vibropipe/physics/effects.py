@@ -98,10 +98,7 @@ def all_effects(
     so that one kernel serves all such exciters. housing : whether it computes a housing that slides, too, which is
     added, with both, where the parameters have one.
 
-    Raises
-    ------
-    ParameterError
-        If the parameters have an effect that is not computed.
+    Raises ParameterError if the parameters have an effect that is not computed.
     """
     values = acting(values)
     for name, effect in NOT_COMPUTED.items():
@@ -175,30 +172,15 @@ def effects_of(
     friction hold it there, |f| + friction_ratio friction >= its pull towards the equilibrium, soft where a support
     reached has k > 0, friction where it is > 0.
 
-    Parameters
-    ----------
-    values : mapping of str to array_like
-        Values of each parameter over the grid.
-    x, v : float
-        Start; x is the displacement from the equilibrium.
-    span : float
-        Duration of the motions in tau.
-    exact : bool
-        Whether the exact method solves them. The bounds are not proven for Newmark's, whose supports all count as
-        reached.
-    followed : bool
-        Whether rows start from the steady state of a neighbour.
-    left_out : sequence of str
-        Supports that the user leaves out; they are watched where no bound keeps the motion from them.
+    values : values of each parameter over the grid
+    x, v : start; x is the displacement from the equilibrium
+    span : duration of the motions in tau
+    exact : whether the exact method solves them. The bounds are not proven for Newmark's, whose supports all count as
+        reached
+    followed : whether rows start from the steady state of a neighbour
+    left_out : supports that the user leaves out; they are watched where no bound keeps the motion from them
 
-    Returns
-    -------
-    Effects
-
-    Raises
-    ------
-    ParameterError
-        If the parameters have an effect that is not computed.
+    Raises ParameterError if the parameters have an effect that is not computed.
     """
     further = all_effects(values, pieces=True, housing=True)
     p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in acting(values).items()}
@@ -246,17 +228,10 @@ def resolve_effects(
 
     A support left out that may be reached is watched.
 
-    Parameters
-    ----------
-    names : sequence of str or None
-        Effects that the user states; None for all.
-    values, *at, **how
-        Arguments of `effects_of`.
+    names : effects that the user states; None for all
+    values, *at, **how : arguments of `effects_of`
 
-    Raises
-    ------
-    ParameterError
-        If another effect is left out that the parameters call for, or is not computed.
+    Raises ParameterError if another effect is left out that the parameters call for, or is not computed.
     """
     if names is None:
         return all_effects(values, pieces=True, housing=True)

@@ -322,21 +322,9 @@ class Exciter(_OfRecords, Written):
     def check_start(self, x0: float | None, v0: float) -> tuple[float, float]:
         """Return a start as floats, on a support that it is within rounding of (`start_at`).
 
-        Parameters
-        ----------
-        x0 : float or None
-            Displacement; None is the equilibrium, or the support nearest to it where that lies beyond.
-        v0 : float
-            Velocity.
+        x0 : displacement; None is the equilibrium, or the support nearest to it where that lies beyond
 
-        Returns
-        -------
-        (float, float)
-            Displacement and velocity.
-
-        Raises
-        ------
-        ParameterError
-            If the start is not finite or lies beyond a rigid support.
+        Returns displacement and velocity.
+        Raises ParameterError if the start is not finite or lies beyond a rigid support.
         """
         return checked_start(self, x0, v0)

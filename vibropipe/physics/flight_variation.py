@@ -185,22 +185,13 @@ def vary_in_closed_form(p, support, at_sine, at_cosine, turns, w, ends) -> None:
 def vary_flight(p, support, start, sine, cosine, end, w, work, second=None) -> None:
     """Fill the variations at the end of a flight.
 
-    Parameters
-    ----------
-    p : Parameters
-    support : int
-        The support that the flight leaves, 1 or 2.
-    start, end : float
-        Phases, in turns.
-    sine, cosine : float
-        Of the phase of the start.
-    w : float
-        Rate of the distance from the support at the start.
-    work : Workspace
-        `ends` is filled with the derivatives of distance and rate at the end: by those at the start, by a constant
-        load, and by nu, h, f, f2 and phi2 at fixed phases.
-    second : int or None
-        The effect `second_harmonic`; with it there is no closed form.
+    support : the support that the flight leaves, 1 or 2
+    start, end : phases, in turns
+    sine, cosine : of the phase of the start
+    w : rate of the distance from the support at the start
+    work : `ends` is filled with the derivatives of distance and rate at the end: by those at the start, by a constant
+        load, and by nu, h, f, f2 and phi2 at fixed phases
+    second : the effect `second_harmonic`; with it there is no closed form
     """
     dt = (end - start) * forcing_period(p)
     reach = dt * fastest_rate(fastest_forcing(p, second), p.h)

@@ -49,22 +49,13 @@ def steps_for_exact(nu: float, h: float, fastest: float = 0.0) -> int:
 def taylor(c, y, w, force, load, h, nu, dt, second=None) -> None:
     """Fill c so that y(t0 + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, eq. (5).
 
-    Parameters
-    ----------
-    c : ndarray, shape (DEGREE + 1,)
-    y, w : float
-        Displacement and velocity at t0.
-    force : Force
-        At t0.
-    load : float
-        Constant load.
-    h, nu, dt : float
-        Damping, frequency of the force, the step.
-    second : int or None
-        The effect `second_harmonic`.
+    c : (DEGREE + 1,)
+    y, w : displacement and velocity at t0
+    force : at t0
+    load : constant load
+    h, nu, dt : damping, frequency of the force, the step
+    second : the effect `second_harmonic`
 
-    References
-    ----------
     Taylor series by recurrence: E. Hairer, S. P. Norsett, G. Wanner, "Solving Ordinary Differential Equations I", 2nd
     ed., Springer (1993), sec. I.8.
     """
@@ -109,10 +100,8 @@ def motion_with_curvature(c, t: float):
 
     Its products are independent of each other: it takes a third of the time of Horner's scheme.
 
-    References
-    ----------
-    G. Estrin, "Organization of computer systems: the fixed plus variable structure computer", Proceedings of the
-    Western Joint IRE-AIEE-ACM Computer Conference (1960) 33-40.
+    Reference: G. Estrin, "Organization of computer systems: the fixed plus variable structure computer", Proceedings of
+    the Western Joint IRE-AIEE-ACM Computer Conference (1960) 33-40.
     """
     t2 = t * t
     t4 = t2 * t2
@@ -176,19 +165,11 @@ def _step_end(c, dt):
 def exact_map(basis, dt: float):
     """Return the exact one-step map of a basis.
 
-    Parameters
-    ----------
-    basis : ndarray, shape (COLUMNS, DEGREE + 1)
-        Of `fill_basis`.
-    dt : float
-        Step.
+    basis : (COLUMNS, DEGREE + 1), of `fill_basis`
 
-    Returns
-    -------
-    tuple of float
-        (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2) of y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y + a22
-        w + b2 load + q1 s + q2 c, with the `Force` (s, c). b1 is the response to a constant force; 1 - a11 would cancel
-        for short steps.
+    Returns (a11, a12, b1, p1, p2, a21, a22, b2, q1, q2) of y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y +
+    a22 w + b2 load + q1 s + q2 c, with the `Force` (s, c). b1 is the response to a constant force; 1 - a11 would cancel
+    for short steps.
     """
     a11, a21 = _step_end(basis[0], dt)
     a12, a22 = _step_end(basis[1], dt)
@@ -216,21 +197,12 @@ def exact_map_of_second(basis, dt: float):
 def free_flow(h: float, t: float):
     """Return the matrix of the unforced motion y'' + h y' + y = 0, the derivative of the flow between impacts.
 
-    Parameters
-    ----------
-    h : float
-        Damping, >= 0.
-    t : float
-        Time, >= 0.
-
-    Returns
-    -------
-    tuple of float
-        (e11, e12, e21, e22); the determinant is exp(-h t).
-
-    Notes
-    -----
     Closed form. Near critical damping the sine (or hyperbolic sine) over its argument is summed from its series.
+
+    h : damping, >= 0
+    t : time, >= 0
+
+    Returns (e11, e12, e21, e22); the determinant is exp(-h t).
     """
     b = 0.5 * h
     g = (b - 1.0) * (b + 1.0)

@@ -47,28 +47,15 @@ def force_response(
 ) -> tuple[complex, complex]:
     """Return the motion y'' + h y' + y = exp(i nu tau) that starts at rest, and its rate, after a time t.
 
-    Parameters
-    ----------
-    h, nu : float
-        Damping and frequency of the force.
-    turns, t : float
-        The time in forcing periods and in tau.
-    odd : float
-        Element e12 of `free_flow` over t.
-
-    Returns
-    -------
-    y, w : complex
-
-    Notes
-    -----
     The motion is the divided difference of exp(s t) over s = i nu and the roots s1, s2 of s^2 + h s + 1. Taken first
     over i nu and the root s1 next to it, then over s1 and s2 (which is e12), it keeps its digits at resonance without
     damping and at critical damping, where the difference of steady and free motion cancels: |i nu - s2| is at least 1.
 
-    References
-    ----------
-    C. de Boor, "Divided differences", Surveys in Approximation Theory 1 (2005) 46-69.
+    h, nu : damping and frequency of the force
+    turns, t : the time in forcing periods and in tau
+    odd : element e12 of `free_flow` over t
+
+    Reference: C. de Boor, "Divided differences", Surveys in Approximation Theory 1 (2005) 46-69.
     """
     b = 0.5 * h
     square = (1.0 - b) * (1.0 + b)
@@ -112,20 +99,10 @@ def _fly_under_two(p, start: float, end: float, x: float, v: float):
 def fly_freely(p, start: float, end: float, x: float, v: float):
     """Return the state after a flight without contact, and its derivative by the state at the start.
 
-    Parameters
-    ----------
-    p : Parameters
-    start, end : float
-        Times in forcing periods.
-    x, v : float
-        State at the start.
+    start, end : times in forcing periods
+    x, v : state at the start
 
-    Returns
-    -------
-    x, v : float
-        State at the end.
-    e11, e12, e21, e22 : float
-        The matrix of `free_flow`.
+    Returns the state (x, v) at the end, and the matrix (e11, e12, e21, e22) of `free_flow`.
     """
     if has_second(p):
         return _fly_under_two(p, start, end, x, v)

@@ -17,16 +17,9 @@ from vibropipe.physics.turns import TWO_PI
 class Ramp(NamedTuple):
     """A frequency that changes linearly, from `nu` at s = 0, and the force with it.
 
-    Attributes
-    ----------
-    nu, change : float
-        Frequency at s = 0, and its change per unit of time.
-    turn : float
-        Phase at s = 0, in turns.
-    f, shaker : float
-        The first harmonic is f sin(phase) - shaker (sin(phase))''.
-    span : float
-        Length.
+    nu, change : frequency at s = 0, and its change per unit of time
+    turn : phase at s = 0, in turns
+    f, shaker : the first harmonic is f sin(phase) - shaker (sin(phase))''
     """
 
     nu: float

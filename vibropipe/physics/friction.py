@@ -45,22 +45,12 @@ def jumps_at_slip(e, p):
 def slip_wait(e, p, sigma, pull, turn):
     """Return when the force on a held mass exceeds what holds it.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-    sigma : float
-        Sign of the frame.
-    pull : float
-        The constant part of the force on the mass: the force is sigma F + pull.
-    turn : float or Moment
-        Phase in turns.
+    sigma : sign of the frame
+    pull : the constant part of the force on the mass: the force is sigma F + pull
+    turn : phase in turns, or a `Moment`
 
-    Returns
-    -------
-    wait : float
-        Turns until then, from a `Moment` in its unit; NEVER if it does not.
-    direction : float
-        1 or -1, in the frame.
+    Returns the turns until then, from a `Moment` in its unit, NEVER if it does not; and the direction, 1 or -1 in the
+    frame.
     """
     if e.forcing is None:
         return NEVER, 1.0

@@ -31,16 +31,10 @@ SHORTEST_CHATTER = 1e-14
 class Housing(NamedTuple):
     """State of a housing.
 
-    Attributes
-    ----------
-    way : int
-        Sign of its velocity, or of the one that it is about to have; STANDS.
-    power : int
-        MOVES, BY_ACCELERATION or BY_JERK; where it is held 0 or UNWATCHED.
-    momentum : float
-        P, in the direction of x.
-    displacement : float
-        X.
+    way : sign of its velocity, or of the one that it is about to have; STANDS
+    power : MOVES, BY_ACCELERATION or BY_JERK; where it is held 0 or UNWATCHED
+    momentum : P, in the direction of x
+    displacement : X
     """
 
     way: int

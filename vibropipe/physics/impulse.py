@@ -31,12 +31,8 @@ RESONANT = 0.1
 class Impulse(NamedTuple):
     """Responses of a piece from rest at a time.
 
-    Attributes
-    ----------
-    c, s, ds : float
-        Motion from a unit displacement, from a unit velocity, and the rate of the latter.
-    g : float
-        Motion under a unit load.
+    c, s, ds : motion from a unit displacement, from a unit velocity, and the rate of the latter
+    g : motion under a unit load
     """
 
     c: float

@@ -35,10 +35,7 @@ def _length(x, y):
 def linear_amplitude(p) -> complex:
     """Return the complex amplitude of the steady motion of eq. (5) without supports.
 
-    Returns
-    -------
-    complex
-        X = -i f/2 / (1 - nu^2 + i h nu) of x = 2 Re(X exp(i nu tau)); infinite at resonance without damping.
+    Returns X = -i f/2 / (1 - nu^2 + i h nu) of x = 2 Re(X exp(i nu tau)); infinite at resonance without damping.
     """
     if p.f == 0.0:
         return complex(0.0, 0.0)
@@ -85,22 +82,11 @@ def state_at_phase(p, amplitude, turn):
 def stays_off_supports(p, x, v, turn) -> bool:
     """Return whether a motion certainly never reaches a support.
 
-    Parameters
-    ----------
-    p : Parameters
-    x, v : float
-        Start.
-    turn : float
-        Phase of the start, in turns.
-
-    Returns
-    -------
-    bool
-
-    Notes
-    -----
     The motion is the steady one, of amplitude 2 |X|, plus a free one z with (z^2 + z'^2)' = -2 h z'^2 <= 0: |x| never
     exceeds 2 |X| + sqrt(z0^2 + z0'^2). A factor 1 + 1e-12 covers rounding.
+
+    x, v : start
+    turn : phase of the start, in turns
     """
     amplitude = linear_amplitude(p)
     steady_x, steady_v = state_at_phase(p, amplitude, turn)
@@ -118,10 +104,7 @@ def stays_off_supports(p, x, v, turn) -> bool:
 def linear_multipliers(p):
     """Return the Floquet multipliers of the steady motion without impacts.
 
-    Returns
-    -------
-    tuple of complex
-        exp(s T) for the roots of s^2 + h s + 1 = 0, T the forcing period; the larger modulus first.
+    Returns exp(s T) for the roots of s^2 + h s + 1 = 0, T the forcing period; the larger modulus first.
     """
     b, period = 0.5 * p.h, forcing_period(p)
     square = (1.0 - b) * (1.0 + b)
@@ -170,10 +153,7 @@ def undamped_multiple(p):
     Its free part exp(i tau) swings 1/nu times in a forcing period: the motion repeats after m of them if m/nu is whole.
     It counts as whole if it is so within the rounding of a frequency that is written with 15 digits.
 
-    Returns
-    -------
-    periods, swings : int
-        The least; 0 if there are none, or the motion grows without bound.
+    Returns the least; 0 if there are none, or the motion grows without bound.
     """
     if p.h > 0.0 or is_resonant(p):
         return 0, 0

@@ -81,15 +81,9 @@ def constant_load(sigma, reference):
 def force_at(p, sigma: float, u: float, second=None) -> Force:
     """Return the `Force` at a phase.
 
-    Parameters
-    ----------
-    p : Parameters
-    sigma : float
-        Sign of the frame, 1 or -1.
-    u : float or Moment
-        Phase in turns.
-    second : int or None
-        The effect `second_harmonic`.
+    sigma : sign of the frame, 1 or -1
+    u : phase in turns, or a `Moment`
+    second : the effect `second_harmonic`
     """
     return _force_at(moment_of(u), p, sigma, u, second)
 
@@ -230,16 +224,9 @@ def force_bounds(p):
 def release_turn(p, sigma: float, load: float) -> float:
     """Return the phase at which the force on a sticking mass turns positive.
 
-    Parameters
-    ----------
-    p : Parameters
-    sigma, load : float
-        The force is sigma f sin + load.
+    sigma, load : the force is sigma f sin + load
 
-    Returns
-    -------
-    float
-        Phase in [0, 1) turns; `NEVER` if the force never turns positive, -1 if it always is.
+    Returns a phase in [0, 1) turns; `NEVER` if the force never turns positive, -1 if it always is.
     """
     f = sigma * p.f
     amplitude = abs(f)
@@ -273,20 +260,12 @@ def release_stride(value, slope, curvature, rounding):
 def release_wait_of_second(p, sigma: float, load: float, turn: float) -> float:
     """Return the turns from a phase to the release of a sticking mass under two harmonics; `NEVER` without one.
 
-    Parameters
-    ----------
-    p : Parameters
-    sigma, load : float
-        The load on the mass is sigma times the force, plus load.
-    turn : float
-        The phase.
-
-    Notes
-    -----
     The release is the first zero at which the load turns positive. A parabola above the load, whose curvature is the
     largest one of the load, has no zero before its own, so no release is passed; near a zero these strides converge
     like Newton's method. There the load rises beyond its rounding if a parabola below it does; a maximum that only
     touches zero does not, and is passed.
+
+    sigma, load : the load on the mass is sigma times the force, plus load
     """
     force, _rate, second = force_bounds(p)
     per_turn = TWO_PI / p.nu

@@ -60,18 +60,10 @@ def reaction_difference(k, m, start, end):
 def reaction_integral(p, k, m, start, end):
     """Return a harmonic of the part of the support force that balances the external force during a rest.
 
-    Parameters
-    ----------
-    p : Parameters
-    k, m : int
-        Harmonic of the frequency k nu / m.
-    start, end : float
-        The rest, in forcing periods.
+    k, m : harmonic of the frequency k nu / m
+    start, end : the rest, in forcing periods
 
-    Returns
-    -------
-    complex
-        Integral of minus the force times exp(-i k nu tau / m) over the rest, in forcing periods.
+    Returns the integral of minus the force times exp(-i k nu tau / m) over the rest, in forcing periods.
     """
     first = complex(0.0, 0.5 * p.f) * reaction_difference(k, m, start, end)
     if not has_second(p):

@@ -67,10 +67,7 @@ def load_contribution(force_s, force_c, of_load, s, c):
 def sincos_tables(e, steps):
     """Return sin and cos at the start of every step of a forcing period.
 
-    Returns
-    -------
-    tuple of ndarray, shape (steps,) or (0,)
-        Empty without force, or for more than MAX_TABLE steps.
+    Returns arrays (steps,), or (0,): without force, or for more than MAX_TABLE steps.
     """
     size = table_size(e, steps)
     sines, cosines = np.empty(size), np.empty(size)

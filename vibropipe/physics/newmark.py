@@ -54,16 +54,10 @@ def quadratic(c, y, w, force_start, force_end, h, span, dt) -> None:
 def step(y, w, force_start, force_end, h, dt):
     """Return (y, w) after one step.
 
-    Parameters
-    ----------
-    y, w : float
-        State at the start.
-    force_start, force_end : float
-        Force and constant load at both ends.
-    h : float or None
-        Damping; None where it is absent.
-    dt : float
-        Length of the step in tau.
+    y, w : state at the start
+    force_start, force_end : force and constant load at both ends
+    h : damping; None where it is absent
+    dt : length of the step in tau
     """
     mean = mean_acceleration(y, w, 0.5 * (force_start + force_end), h, dt)
     return y + dt * (w + 0.5 * dt * mean), w + dt * mean

@@ -20,18 +20,10 @@ from vibropipe.physics.turns import TWO_PI, sincos_turns
 class Flight(NamedTuple):
     """A piece over a time: its coefficients, and its responses.
 
-    Attributes
-    ----------
-    stiffness, damping, load : float
-    force : Force
-        At its start.
-    nu, turns, t : float
-        Frequency of the force, and the time in forcing periods and in tau.
-    free : Impulse
-    first, second : complex
-        Responses from rest to exp(i nu tau) and exp(2 i nu tau); the latter is 0 without a second harmonic.
-    second_harmonic : int or None
-        The effect. What tests `second` itself for None can raise where it is a number.
+    force : at its start
+    nu, turns, t : frequency of the force, and the time in forcing periods and in tau
+    first, second : responses from rest to exp(i nu tau) and exp(2 i nu tau); the latter is 0 without a second harmonic
+    second_harmonic : the effect. What tests `second` itself for None can raise where it is a number
     """
 
     stiffness: float

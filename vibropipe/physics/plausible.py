@@ -25,10 +25,7 @@ ODD = (
 def unit_warning(values: Mapping[str, Any]) -> str:
     """Return what is odd about the lengths of exciters, all with lengths in metres; empty for nothing.
 
-    Parameters
-    ----------
-    values : mapping of str to float or array
-        Parameters by name, each with all values or the ends of a range; those left out are 0, nu is 1.
+    values : parameters by name, each with all values or the ends of a range; those left out are 0, nu is 1
     """
     p = {name: np.atleast_1d(np.asarray(value, float)) for name, value in values.items()}
     if "l" not in p:

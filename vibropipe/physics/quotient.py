@@ -13,9 +13,7 @@ def divide(a: complex, b: complex) -> complex:
 
     The operations are those of numba and Python, so the result is the same bit for bit.
 
-    References
-    ----------
-    R. L. Smith, "Algorithm 116: Complex division", Communications of the ACM 5 (1962) 435.
+    Reference: R. L. Smith, "Algorithm 116: Complex division", Communications of the ACM 5 (1962) 435.
     """
     if abs(b.real) >= abs(b.imag):
         if b.real == 0.0:

@@ -54,19 +54,11 @@ def steps_on_ramp(e, p, ramp) -> int:
 def release_wait_on_ramp(e, p, ramp, sigma, load, s, span) -> float:
     """Return the time from s to the release of a mass sticking to a support; `NEVER` if it is not within `span`.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-        p with the highest frequency of the ramp, and a bound of its first harmonic as f.
-    ramp : Ramp
-    sigma, load : float
-        The load on the mass is sigma times the force, plus load.
-    s, span : float
-        Time since the start of the ramp, and to its end.
-
-    Notes
-    -----
     As `release_wait_of_second`: no release is passed, since the curvature of the load is at most that of the parabola.
+
+    p : with the highest frequency of the ramp, and a bound of its first harmonic as f
+    sigma, load : the load on the mass is sigma times the force, plus load
+    s, span : time since the start of the ramp, and to its end
     """
     second = e.second_harmonic
     force, _rate, curvature = force_bounds(p)
@@ -106,27 +98,16 @@ def parts_on_ramp(piece, dt) -> float:
 def piece_taylor_on_ramp(c, y, w, p, moment, scale, piece, dt, second) -> None:
     """Fill c with the motion on a piece so that y(s + theta dt) = sum(c[n] theta**n) for 0 <= theta <= 1, on a ramp.
 
-    Parameters
-    ----------
-    c : ndarray, shape (DEGREE + 1,)
-    y, w : float
-        Displacement and velocity at s.
-    p : Parameters
-        For the second harmonic.
-    moment : Moment
-        With s.
-    scale : float
-        Factor of the force.
-    piece : Piece
-    dt : float
-        A step over `parts_on_ramp`.
-    second : int or None
-        The effect `second_harmonic`.
-
-    Notes
-    -----
     The sine S and the cosine C of a phase with rate W + A theta obey S' = (W + A theta) C, C' = -(W + A theta) S. The
     coefficients of -shaker (sin(phase))'' are those of the sine, by n and n - 1.
+
+    c : (DEGREE + 1,)
+    y, w : displacement and velocity at s
+    p : for the second harmonic
+    moment : with s
+    scale : factor of the force
+    dt : a step over `parts_on_ramp`
+    second : the effect `second_harmonic`
     """
     ramp, d2, hd = moment.ramp, dt * dt, piece.damping * dt
     rate, bend = frequency_at(ramp, moment.s) * dt, ramp.change * dt * dt

@@ -12,19 +12,12 @@ def saltation_matrix(restitution, velocity_before, acceleration_before, accelera
     The perturbed motion arrives dt = -dx/x'- later. Following it back through the reset gives
     [[-R, 0], [(a+ + R a-)/x'-, -R]], with determinant R^2.
 
-    Parameters
-    ----------
-    restitution : float
-        R.
-    velocity_before : float
-        x'-, not zero.
-    acceleration_before, acceleration_after : float
-        a- and a+, from eq. (5) on both sides of the impact.
+    restitution : R
+    velocity_before : x'-, not zero
+    acceleration_before, acceleration_after : a- and a+, from eq. (5) on both sides of the impact
 
-    References
-    ----------
-    M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, "Piecewise-smooth Dynamical Systems", Springer (2008),
-    sec. 2.5.
+    Reference: M. di Bernardo, C. J. Budd, A. R. Champneys, P. Kowalczyk, "Piecewise-smooth Dynamical Systems", Springer
+    (2008), sec. 2.5.
     """
     shear = (acceleration_after + restitution * acceleration_before) / velocity_before
     return -restitution, 0.0, shear, -restitution

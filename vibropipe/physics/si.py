@@ -30,15 +30,9 @@ WRITTEN_FORCES = {"F": "f", "F2": "f2", "shaker": "shaker", "m_e": "shaker"}
 def non_dimensional(si: Mapping[str, float]) -> dict[str, float]:
     """Return the parameters of an exciter by eqs. (2)-(4).
 
-    Parameters
-    ----------
-    si : mapping of str to float
-        m and C, and any others of `PHYSICAL`, in SI.
+    si : m and C, and any others of `PHYSICAL`, in SI
 
-    Returns
-    -------
-    dict of str to float
-        The parameters of those that are given; lengths in metres.
+    Returns the parameters of those that are given; lengths in metres.
     """
     values = {}
     for name, value in si.items():

@@ -38,21 +38,11 @@ def start_room(exciter: Exciter) -> tuple[float, float]:
 def start_at(half: Any, delta: Any, x0: Any, v0: Any, load: Any = 0.0) -> Any:
     """Return the displacement that motions start from, for each l, delta and load.
 
-    Parameters
-    ----------
-    half, delta : float or ndarray
-        l and delta.
-    x0 : float, ndarray or None
-        Displacement; None is the equilibrium, or the support nearest to it where that lies beyond.
-    v0 : float or ndarray
-        Velocity.
-    load : float or ndarray
-        Constant force; the equilibrium is there.
+    half, delta : l and delta
+    x0 : displacement; None is the equilibrium, or the support nearest to it where that lies beyond
+    load : constant force; the equilibrium is there
 
-    Returns
-    -------
-    float or ndarray
-        x0, or the position of a support within START_ROUNDING of it.
+    Returns x0, or the position of a support within START_ROUNDING of it.
     """
     upper, lower = support_positions(half, delta)
     x = flying = np.minimum(np.maximum(load if x0 is None else x0, lower), upper)
@@ -95,17 +85,10 @@ def within_room(exciter: Exciter, x: float) -> float:
 def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
     """Return the starts of rows.
 
-    Parameters
-    ----------
-    parameters : ndarray, shape (rows, parameters)
-        In the order of `PARAMETERS`.
-    x0, v0 : float, ndarray of shape (rows,), or None
-        As in `start_at`; x0 may lie beyond a soft support.
+    parameters : (rows, parameters), in the order of `PARAMETERS`
+    x0, v0 : as in `start_at`; x0 may lie beyond a soft support
 
-    Returns
-    -------
-    ndarray, shape (rows, 2)
-        Displacement and velocity.
+    Returns (rows, 2), displacement and velocity.
     """
     starts = np.empty((len(parameters), 2))
     half, delta, load, k1, k2 = (parameters[:, column] for column in COLUMNS)
@@ -120,17 +103,10 @@ def row_starts(parameters: np.ndarray, x0: Any, v0: Any) -> np.ndarray:
 def largest_start(values: Mapping[str, Any], x0: float | None) -> float:
     """Return the displacement from the equilibrium of the start farthest from it over a grid.
 
-    Parameters
-    ----------
-    values : mapping of str to array_like
-        Values of each parameter over the grid, and of x0 if it is swept.
-    x0 : float or None
-        As in `start_at`.
+    values : values of each parameter over the grid, and of x0 if it is swept
+    x0 : as in `start_at`
 
-    Returns
-    -------
-    float
-        For None 0 where the default start is the equilibrium in every row.
+    Returns 0 for None where the default start is the equilibrium in every row.
     """
     half, delta, load = (np.asarray(values.get(name, 0.0), float) for name in OF_START)
     if "x0" in values:

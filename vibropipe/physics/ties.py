@@ -39,23 +39,13 @@ SAMPLES = 65
 class Ties:
     """Expressions of parameters, and of names of one's own, in an order in which each can be computed.
 
-    Parameters
-    ----------
-    given : mapping of str to str or float, optional
-        Expression of each tied name. The names in them are parameters, other tied names, or names of one's own that
-        the caller gives values.
+    given : expression of each tied name. The names in them are parameters, other tied names, or names of one's own that
+        the caller gives values
+    expressions : in an order in which each can be computed
+    texts : as they are written, in the order that is given
 
-    Attributes
-    ----------
-    expressions : dict of str to Expression
-        In an order in which each can be computed.
-    texts : dict of str to str
-        As they are written, in the order that is given.
-
-    Raises
-    ------
-    ParameterError
-        If a name is none or has another meaning, an expression cannot be read, or ties go round in a circle.
+    Raises ParameterError if a name is none or has another meaning, an expression cannot be read, or ties go round in a
+    circle.
     """
 
     def __init__(self, given: Mapping[str, Any] | None = None) -> None:
@@ -121,17 +111,10 @@ class Ties:
     ) -> dict[str, Any]:
         """Return tied parameters at values of the free names that they depend on.
 
-        Parameters
-        ----------
-        given : mapping of str to float or array
-            Arrays have one shape.
-        names : collection of str, optional
-            The tied parameters that are wanted (default: all).
+        given : arrays have one shape
+        names : the tied parameters that are wanted (default: all)
 
-        Returns
-        -------
-        dict
-            Numbers or arrays; nan where an expression has no finite real value.
+        Returns numbers or arrays; nan where an expression has no finite real value.
         """
         known = dict(given)
         for name, each in self.expressions.items():
@@ -180,11 +163,7 @@ class Ties:
 
         They are those at the ends and in the middles of the ranges; a parameter without a value there is left out.
 
-        Parameters
-        ----------
-        given : mapping of str to float
-            Values of free names without a range.
-        ranges : mapping of str to (float, float)
+        given : values of free names without a range
         """
         spans = {}
         for name in self.parameters:
@@ -205,11 +184,7 @@ class Ties:
     ) -> dict[str, dict[str, float]]:
         """Return the derivatives of each tied parameter by those of some free names that it depends on.
 
-        Parameters
-        ----------
-        given : mapping of str to float
-            Value of each free name.
-        by : collection of str
+        given : value of each free name
         """
         values = dict(given)
         slopes = {name: {name: 1.0} for name in self.free if name in by}
@@ -240,14 +215,9 @@ class Ties:
     ) -> np.ndarray:
         """Return derivatives (q, by) by some free names from those (q, names) by each parameter alone.
 
-        Parameters
-        ----------
-        given : mapping of str to float
-            Value of each free name.
-        names : sequence of str
-            Parameters, those that follow among them.
-        by : collection of str
-        jacobian : (q, names) array
+        given : value of each free name
+        names : parameters, those that follow among them
+        jacobian : (q, names)
         """
         slopes = self.slopes(given, by)
         moves = np.array(
@@ -262,14 +232,9 @@ class Ties:
     ) -> None:
         """Raise a ParameterError for a name without a value, or one with two.
 
-        Parameters
-        ----------
-        stated : collection of str
-            The parameters that are stated.
-        varied : iterable of str
-            Names that the call gives values.
-        argument : str
-            The argument that does, if any.
+        stated : the parameters that are stated
+        varied : names that the call gives values
+        argument : the argument that does, if any
         """
         names = [*varied]
         for name in self.expressions:

@@ -16,8 +16,6 @@ def sincos_turns(u: float) -> tuple[float, float]:
     The reduction to a quarter turn is exact in u. The remainder is a short odd and even polynomial, several times
     faster than the C library and free of branches.
 
-    References
-    ----------
     Coefficients: minimax on [-pi/4, pi/4], of `__kernel_sin` and `__kernel_cos` in Sun Microsystems' fdlibm 5.3 (1993),
     k_sin.c and k_cos.c.
     """

@@ -42,13 +42,9 @@ def n_variations(second):
 class Workspace(NamedTuple):
     """Work arrays of variations, VARIATIONS or WITH_SECOND of them.
 
-    Attributes
-    ----------
-    c : (DEGREE + 1,) float
-        Polynomial of the motion.
-    z : (DEGREE + 1, VARIATIONS) float
-        Polynomials of the variations.
-    ends : (2, VARIATIONS) float
+    c : (DEGREE + 1,), polynomial of the motion
+    z : (DEGREE + 1, VARIATIONS), polynomials of the variations
+    ends : (2, VARIATIONS)
     """
 
     c: np.ndarray
@@ -67,21 +63,11 @@ def new_workspace(second):
 def vary_step(p, c, unit, dt, ends, z, second) -> None:
     """Fill the polynomials of all variations over a step, and move the variations to its end.
 
-    Parameters
-    ----------
-    p : Parameters
-    c : (DEGREE + 1,) float
-        The motion over the step (`taylor`).
-    unit : Force
-        The force of a unit amplitude at the start of the step.
-    dt : float
-        The step.
-    ends : (2, VARIATIONS) float
-        Displacements and velocities at the start; on return those at the end.
-    z : (DEGREE + 1, VARIATIONS) float
-        Filled with the coefficients by theta.
-    second : int or None
-        The effect `second_harmonic`.
+    c : (DEGREE + 1,), the motion over the step (`taylor`)
+    unit : the force of a unit amplitude at the start of the step
+    ends : (2, VARIATIONS), displacements and velocities at the start; on return those at the end
+    z : (DEGREE + 1, VARIATIONS), filled with the coefficients by theta
+    second : the effect `second_harmonic`
     """
     square, damped, by_nu, n_columns = dt * dt, p.h * dt, 1.0 / p.nu, n_variations(second)
     term, term_next = first_terms(unit, p.nu * dt)
@@ -126,15 +112,9 @@ def begin_variations(p, w, ends) -> None:
 def by_parameter(support, ends, part, k):
     """Return the derivative by parameter k of a variation: ends[part] summed over what k changes in the flight.
 
-    Parameters
-    ----------
-    support : int
-        The support that the flight leaves.
-    ends : (2, VARIATIONS) float
-        Of `vary_flight`.
-    part : int
-        0 for the distance, 1 for its rate.
-    k : int
+    support : the support that the flight leaves
+    ends : (2, VARIATIONS), of `vary_flight`
+    part : 0 for the distance, 1 for its rate
     """
     total = load_derivative(support, k) * ends[part, BY_LOAD]
     if k == NU:

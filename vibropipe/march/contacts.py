@@ -37,15 +37,9 @@ def support_at(home, at_near):
 def apply_impact(e, p, grid, state, at_near, approach, theta, log):
     """Log an impact and return the state after it, eq. (6).
 
-    Parameters
-    ----------
-    e, p, grid, state, log : Effects, Parameters, StepGrid, State, Log
-    at_near : bool
-        Whether the near support of the frame is struck.
-    approach : float
-        Speed of approach, > 0.
-    theta : float
-        Time of the impact in the step of the state.
+    at_near : whether the near support of the frame is struck
+    approach : speed of approach, > 0
+    theta : time of the impact in the step of the state
     """
     side = support_at(state.home, at_near)
     sign = 1.0 if side == 1 else -1.0

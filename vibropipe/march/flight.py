@@ -187,21 +187,13 @@ def refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c):
 def fly(e, p, grid, state, end, log, samples, c):
     """March from a state in flight to its next contact, or to the end of its step.
 
-    Parameters
-    ----------
-    e, p, grid : Effects, Parameters, StepGrid
-    state : State
-        In any mode but REST and IMPACTS_AT_START.
+    state : in any mode but REST and IMPACTS_AT_START
     end : Instant
     log, samples : Log, Samples or None
-    c : ndarray, shape (DEGREE + 1,) or (3,)
-        Work array.
+    c : (DEGREE + 1,) or (3,), work array
 
-    Returns
-    -------
-    state : State
-    status : int
-        OK, or ROOT_BOUND where the search for a contact reached its limit; the state is then the one passed in.
+    Returns the state, and OK, or ROOT_BOUND where the search for a contact reached its limit; the state is then the one
+    passed in.
     """
     frame = frame_at(e, p, state.home)
     last = state.period == end.period and state.step == end.step

@@ -48,29 +48,18 @@ class StepGrid(NamedTuple):
     The steps divide the forcing period, so the phase at a step's start is exact at all times. One step is
     y1 = a11 y + a12 w + sigma p[step] + b1 load, w1 = a21 y + a22 w + sigma q[step] + b2 load.
 
-    Attributes
-    ----------
-    exact : int or None
-        1 for the exact method, None for Newmark's; a type, so each compiles to its own code.
-    steps : int
-        Steps per forcing period.
-    dt : float
-        Length of a step in tau.
-    a11, a12, b1, a21, a22, b2 : float
-        The one-step map.
-    margin0, margin1 : float
-        margin0 + margin1 (|y - load| + |w|) bounds the distance of the motion from the cubic through a step's ends.
-    force : tuple of float
-        (p_s, p_c, q_s, q_c): factors of sin and cos at a step's start in p[step] and q[step].
-    table_1, table_2 : ndarray, shape (steps,) or (0,)
-        Exact method: p and q of every step. Newmark: sin and cos, the same for all rows of equal `steps`. Empty without
-        force or where a period has too many steps.
-    basis : ndarray, shape (COLUMNS, DEGREE + 1) or (0, 0)
-        Of `flow.fill_basis`; empty for Newmark's method.
-    second : int or None
-        The effect `second_harmonic`; a type.
-    force_2 : tuple of float
-        The factors of sin and cos of 2 nu tau, in the order of `force`.
+    exact : 1 for the exact method, None for Newmark's; a type, so each compiles to its own code
+    steps : steps per forcing period
+    dt : length of a step in tau
+    a11, a12, b1, a21, a22, b2 : the one-step map
+    margin0, margin1 : margin0 + margin1 (|y - load| + |w|) bounds the distance of the motion from the cubic through a
+        step's ends
+    force : (p_s, p_c, q_s, q_c): factors of sin and cos at a step's start in p[step] and q[step]
+    table_1, table_2 : (steps,) or (0,), exact method: p and q of every step. Newmark: sin and cos, the same for all
+        rows of equal `steps`. Empty without force or where a period has too many steps
+    basis : (COLUMNS, DEGREE + 1) or (0, 0), of `flow.fill_basis`; empty for Newmark's method
+    second : the effect `second_harmonic`; a type
+    force_2 : the factors of sin and cos of 2 nu tau, in the order of `force`
     """
 
     exact: int | None
@@ -124,15 +113,7 @@ def margins(p, dt):
 def exact_grid_with_steps(e, p, steps):
     """Return the grid of the exact method with a number of steps per forcing period.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-    steps : int
-        At least `steps_for_exact`; another number gives the same motion with other rounding.
-
-    Returns
-    -------
-    StepGrid
+    steps : at least `steps_for_exact`; another number gives the same motion with other rounding
     """
     size = table_size(e, steps)
     ps, qs, basis = np.empty(size), np.empty(size), new_basis(e.second_harmonic)
@@ -216,18 +197,7 @@ def newmark_coefficients(p, steps):
 
 @jit_allocating
 def newmark_grid(e, p, steps):
-    """Return the grid of Newmark's method.
-
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-    steps : int
-        Steps per forcing period.
-
-    Returns
-    -------
-    StepGrid
-    """
+    """Return the grid of Newmark's method; steps : steps per forcing period."""
     sines, cosines = sincos_tables(e, steps)
     dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
     basis, force_2 = np.zeros((0, 0)), (0.0, 0.0, 0.0, 0.0)
@@ -277,19 +247,11 @@ def stays_between(grid, frame, departs, y, w, y1, w1, span):
     The motion lies within a margin of the hull of Bezier points: those of the cubic through both ends (exact method),
     or of the quadratic that it is (Newmark).
 
-    Parameters
-    ----------
-    grid, frame : StepGrid, Frame
-    departs : int
-        0 in flight. 1 if the mass leaves near = y = 0 with speed w: the cubic's first term, 3 b1 theta (1 - theta)^2,
-        must then exceed the error of Hermite interpolation, 16 margin theta^2 (1 - theta)^2.
-    y, w, y1, w1 : float
-        Motion at both ends.
-    span : float
-        Time between the ends, in steps; at most 2.
+    departs : 0 in flight. 1 if the mass leaves near = y = 0 with speed w: the cubic's first term, 3 b1 theta (1 -
+        theta)^2, must then exceed the error of Hermite interpolation, 16 margin theta^2 (1 - theta)^2
+    y, w, y1, w1 : motion at both ends
+    span : time between the ends, in steps; at most 2
 
-    References
-    ----------
     Hull property: G. Farin, "Curves and Surfaces for Computer-Aided Geometric Design", Academic Press.
     """
     if grid.exact is not None:

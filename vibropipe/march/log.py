@@ -21,19 +21,14 @@ COMPUTED, LIMIT, MOST, TOTAL, COUNTS = 9, 10, 11, 12, 13
 class Log(NamedTuple):
     """Contacts in order of time; times in forcing periods, velocities of x, impulses as changes of x'.
 
-    Attributes
-    ----------
-    position, velocity, impulse, support : ndarray
-        Of each impact: time, velocity before it, impulse, support (1 or 2). The tail of a chatter, completed in one
-        piece, has support -1 or -2 and the impulse of all impacts that it replaces.
-    rest_start, rest_end, rest_support : ndarray
-        Of each rest.
-    grazing, grazing_support : ndarray
-        Of each grazing.
-    counts : ndarray, shape (COUNTS,)
-        Numbers of entries and of operations, by the indices above. Entries beyond the capacity are counted only.
-    pieces, plain : PieceLog or None, None or int
-        Linear pieces of a motion with soft supports or friction. One of both is None: numba then compiles one march.
+    position, velocity, impulse, support : of each impact: time, velocity before it, impulse, support (1 or 2). The tail
+        of a chatter, completed in one piece, has support -1 or -2 and the impulse of all impacts that it replaces
+    rest_start, rest_end, rest_support : of each rest
+    grazing, grazing_support : of each grazing
+    counts : (COUNTS,), numbers of entries and of operations, by the indices above. Entries beyond the capacity are
+        counted only
+    pieces, plain : linear pieces of a motion with soft supports or friction. One of both is None: numba then compiles
+        one march
     """
 
     position: np.ndarray
@@ -106,18 +101,9 @@ def is_spent(log) -> bool:
 def new_log(impacts, rests, pieces=None, plain=1):
     """Return an empty log.
 
-    Parameters
-    ----------
-    impacts : int
-        Capacity for impacts.
-    rests : int
-        Capacity for rests, and for grazings.
-    pieces, plain : PieceLog or None, None or int
-        As in `Log`.
-
-    Returns
-    -------
-    Log
+    impacts : capacity for impacts
+    rests : capacity for rests, and for grazings
+    pieces, plain : as in `Log`
     """
     return Log(
         np.empty(impacts),
@@ -149,15 +135,9 @@ def clear_log(log) -> None:
 def log_impact(log, position, support, velocity_before, impulse) -> None:
     """Append an impact, or the tail of a chatter.
 
-    Parameters
-    ----------
-    log : Log
-    position : float
-        Time in forcing periods.
-    support : int
-        1 or 2; negative for a tail.
-    velocity_before, impulse : float
-        x' before the impact, and its change.
+    position : time in forcing periods
+    support : 1 or 2; negative for a tail
+    velocity_before, impulse : x' before the impact, and its change
     """
     n = log.counts[IMPACTS]
     if n < log.position.size:
@@ -224,19 +204,11 @@ def fill_samples(xs, vs, grid, c, parts, offset, sign) -> None:
 def record(samples, counts, p, grid, state, c, begin, until, parts=1) -> None:
     """Write the samples from `begin` to `until` steps after a state, on a polynomial from `begin` on.
 
-    Parameters
-    ----------
-    samples : Samples or None
-        None records nothing.
-    counts : ndarray
-        counts[SAMPLES] grows by the samples written.
-    p, grid, state : Parameters, StepGrid, State
-    c : ndarray or None
-        Polynomial of the motion; None while the mass sticks to the support of the state.
-    begin, until : float
-        In steps.
-    parts : int
-        Parts of a step that the polynomial is written in.
+    samples : None records nothing
+    counts : counts[SAMPLES] grows by the samples written
+    c : polynomial of the motion; None while the mass sticks to the support of the state
+    begin, until : in steps
+    parts : parts of a step that the polynomial is written in
     """
     if samples is not None:
         first = i = counts[SAMPLES]

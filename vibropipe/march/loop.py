@@ -28,28 +28,15 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
 
     An impact that falls on the end within rounding of time is applied: the returned state is the one after it.
 
-    Parameters
-    ----------
-    e, p, grid : Effects, Parameters, StepGrid
-    state : State
     end : Instant
-    log : Log
-        Contacts are appended.
-    samples : Samples or None
-        None leaves the code for samples out.
-    c : ndarray, shape (DEGREE + 1,) of the exact method, (3,) of Newmark's
-        Work array.
-    max_events : int
-        Largest number of contacts and releases.
+    log : contacts are appended
+    samples : None leaves the code for samples out
+    c : (DEGREE + 1,) of the exact method, (3,) of Newmark's, work array
+    max_events : largest number of contacts and releases
 
-    Returns
-    -------
-    state : State
-        At the end, or where the march stopped.
-    status : int
-        Code of `Status`: OK; LOG_FULL where the log has no room for another contact; MAX_IMPACTS after max_events;
-        MAX_STEPS where the log allows no more work; SUPPORT_REACHED where the mass meets a watched support;
-        NOT_FINITE; ROOT_BOUND.
+    Returns the state at the end, or where the march stopped, and a code of `Status`: OK; LOG_FULL where the log has no
+    room for another contact; MAX_IMPACTS after max_events; MAX_STEPS where the log allows no more work; SUPPORT_REACHED
+    where the mass meets a watched support; NOT_FINITE; ROOT_BOUND.
     """
     return march_or_pieces(
         log.pieces, log.plain, e, p, grid, state, end, log, samples, c, max_events

@@ -52,21 +52,13 @@ MANY_PARTS, MAX_PARTS = 2.0**12, 2.0**44
 class Piece(NamedTuple):
     """The linear motion y'' + damping y' + stiffness y = load + sigma F, and the zeros that it starts with.
 
-    Attributes
-    ----------
-    stiffness, damping, load : float
-        `load` includes the friction.
-    direction : float
-        Sign of the velocity, in the frame.
-    in_contact : bool
-        Whether a soft support acts.
-    lets_go : bool
-        Whether the mass is beyond a support that only pushes.
-    gap_power, velocity_power, force_power : int
-        Power of time with which the gap to `home`, the velocity, and the force of such a support leave zero; 0 where
-        they are not zero.
-    factor : float
-        Of the force: 1, or 1 + kappa where a housing slides; stiffness, damping and load have it.
+    stiffness, damping, load : `load` includes the friction
+    direction : sign of the velocity, in the frame
+    in_contact : whether a soft support acts
+    lets_go : whether the mass is beyond a support that only pushes
+    gap_power, velocity_power, force_power : power of time with which the gap to `home`, the velocity, and the force of
+        such a support leave zero; 0 where they are not zero
+    factor : of the force: 1, or 1 + kappa where a housing slides; stiffness, damping and load have it
     """
 
     stiffness: float

@@ -42,16 +42,10 @@ P_START, X_START, P_END, X_END, LARGEST = range(5)
 class HousingLog(NamedTuple):
     """How a housing that may slide takes part in the pieces.
 
-    Attributes
-    ----------
-    way : ndarray of int8, shape (n,)
-        Of each piece, the direction in which the housing slides; 0 where it is held.
-    values : ndarray, shape (n, 5)
-        Momentum of both bodies and displacement of the housing, at start and end, and its largest speed.
-    work : ndarray, shape (degree + 1,)
-        Work array for polynomials.
-    product, factor, room : ndarray, shape (3, 3)
-        Work arrays for derivatives.
+    way : (n,) int8, of each piece, the direction in which the housing slides; 0 where it is held
+    values : (n, 5), momentum of both bodies and displacement of the housing, at start and end, and its largest speed
+    work : (degree + 1,), work array for polynomials
+    product, factor, room : (3, 3), work arrays for derivatives
     """
 
     way: np.ndarray
@@ -65,26 +59,16 @@ class HousingLog(NamedTuple):
 class PieceLog(NamedTuple):
     """Pieces in order of time, and ends of contacts with soft supports.
 
-    Attributes
-    ----------
-    values : ndarray, shape (n, 6)
-        Start in forcing periods, duration in tau, and (y, w) at start and end, in the frame of HOME.
-    codes : ndarray of int8, shape (n, 4)
-        What began it, what it is, the frame, and the direction of sliding (0 without friction).
-    leaves : ndarray, shape (n, 4)
-        Of each contact that has ended: velocity of x, duration in tau, largest force, largest depth.
-    contact : ndarray, shape (4,)
-        The contact under way.
-    work, polynomial : ndarray, shape (degree + 1,)
-        Work arrays for the polynomials of a velocity or a force, and of the displacement.
-    energy, no_harmonics : ndarray, shape (5,) and (0,) of complex
-        Where integrals go that are not wanted.
-    counts : ndarray of int64, shape (2,)
-        Numbers of pieces and of leaves.
-    flows : ndarray, shape (FORMS, ROWS, degree + 1)
-        Of each form of a piece, the unit motions on it and what else its steps take (`march.piece_path`).
-    housing : HousingLog or None
-        Of a housing that may slide.
+    values : (n, 6), start in forcing periods, duration in tau, and (y, w) at start and end, in the frame of HOME
+    codes : (n, 4) int8, what began it, what it is, the frame, and the direction of sliding (0 without friction)
+    leaves : (n, 4), of each contact that has ended: velocity of x, duration in tau, largest force, largest depth
+    contact : (4,), the contact under way
+    work, polynomial : (degree + 1,), work arrays for the polynomials of a velocity or a force, and of the displacement
+    energy, no_harmonics : (5,) and (0,) complex, where integrals go that are not wanted
+    counts : (2,) int64, numbers of pieces and of leaves
+    flows : (FORMS, ROWS, degree + 1), of each form of a piece, the unit motions on it and what else its steps take
+        (`march.piece_path`)
+    housing : of a housing that may slide
     """
 
     values: np.ndarray

@@ -108,19 +108,11 @@ def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
 class PieceStep(NamedTuple):
     """A step along a piece from a state, whose polynomial is known.
 
-    Attributes
-    ----------
-    frame, piece : Frame, Piece
-    parts : int or float
-        Parts of a step of the grid that a step of the polynomial is.
-    may : int
-        What may happen in it: `piece_events.MAY_NEAR` to `MAY_MOVE`.
-    goal, left : Instant, float
-        Where the march along the piece is to end, and the time until then in steps of the grid.
-    span : float
-        Length, in steps of the polynomial: 1, or less to reach the goal.
-    is_whole : bool
-        Whether it reaches the goal.
+    parts : parts of a step of the grid that a step of the polynomial is
+    may : what may happen in it: `piece_events.MAY_NEAR` to `MAY_MOVE`
+    goal, left : where the march along the piece is to end, and the time until then in steps of the grid
+    span : length, in steps of the polynomial: 1, or less to reach the goal
+    is_whole : whether it reaches the goal
     """
 
     frame: Frame

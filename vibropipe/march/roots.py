@@ -219,25 +219,15 @@ def _whole_power(base, exponent):
 def first_root(c, power, sign, offset, load, span, counts):
     """Locate the first contact of a polynomial gap on (0, span].
 
-    Parameters
-    ----------
-    c : ndarray, shape (DEGREE + 1,) or (3,)
-    power : int
-        Power of theta that the gap is divided by: the `State.mode` of a departure, 0 in flight.
-    sign, offset : float
-        1 and -near for the near support, -1 and far for the far one; offset 0 where power > 0.
-    load : float
-        Constant load of the frame, for the scale of rounding only.
-    span : float
-        End of the search, in steps.
-    counts : ndarray
-        counts[EVALUATIONS] grows by the evaluations made.
+    c : (DEGREE + 1,) or (3,)
+    power : power of theta that the gap is divided by: the `State.mode` of a departure, 0 in flight
+    sign, offset : 1 and -near for the near support, -1 and far for the far one; offset 0 where power > 0
+    load : constant load of the frame, for the scale of rounding only
+    span : end of the search, in steps
+    counts : counts[EVALUATIONS] grows by the evaluations made
 
-    Returns
-    -------
-    theta : float
-    kind : int
-        NONE (theta = span), CROSSING, GRAZING (zero velocity within rounding) or STRIDE_LIMIT (after MAX_STRIDES).
+    Returns theta, and NONE (theta = span), CROSSING, GRAZING (zero velocity within rounding) or STRIDE_LIMIT (after
+    MAX_STRIDES).
     """
     if stays_open(c, power, sign, offset, span):
         return span, NONE

@@ -66,20 +66,12 @@ MAX_CHATTER_SPEED = 2e-5
 class State(NamedTuple):
     """State of a motion: a time on the grid, and the distance y from `home` with its rate w.
 
-    Attributes
-    ----------
-    period, step, theta : int, int, float
-        Time, as in `Instant`.
-    home : int
-        Reference of y: 0 the equilibrium, 1 or 2 that support (`physics.contact.Frame`).
-    y, w : float
-        Distance from `home` and its derivative by tau.
-    mode : int
-        FLIGHT to RELOADS; w < 0 where it is IMPACTS_AT_START.
-    rest_start : float
-        Start of a rest, or of a stick, in forcing periods; read in the modes REST and STUCK only.
-    housing : Housing or None
-        The housing, where it may slide.
+    period, step, theta : time, as in `Instant`
+    home : reference of y: 0 the equilibrium, 1 or 2 that support (`physics.contact.Frame`)
+    y, w : distance from `home` and its derivative by tau
+    mode : FLIGHT to RELOADS; w < 0 where it is IMPACTS_AT_START
+    rest_start : start of a rest, or of a stick, in forcing periods; read in the modes REST and STUCK only
+    housing : the housing, where it may slide
     """
 
     period: int
@@ -183,12 +175,8 @@ def release_mode(e, p, gap_jerk):
 def departure_mode(e, p, grid, home, w, turn, housing=None):
     """Return how a mass on `home` with departure speed w >= 0 goes on at the phase `turn`, and with a `Housing`.
 
-    Returns
-    -------
-    mode : int
-        LEAVES_BY_VELOCITY to LEAVES_BY_SNAP, or REST.
-    wait : float
-        Turns until the rest begins: the remaining time of a chatter, 0 if the mass sticks already.
+    Returns the mode, LEAVES_BY_VELOCITY to LEAVES_BY_SNAP, or REST, and the turns until the rest begins: the remaining
+    time of a chatter, 0 if the mass sticks already.
     """
     if e.rest is None:
         # The force never presses the mass on its support: there is no chatter.
@@ -262,19 +250,9 @@ def _slow_departure(e, p, period, home, w, turn, max_acceleration, housing=None)
 def initial_state(e, p, grid, turns, x, v, housing):
     """Return the state of a motion that starts at (x, v); a start on a support has its home there.
 
-    Parameters
-    ----------
-    e, p, grid : Effects, Parameters, StepGrid
-    turns : float
-        Time of the start, in forcing periods.
-    x, v : float
-        Displacement and velocity.
-    housing : None
-        There is none, as its type says; motions with one are marched by pieces.
-
-    Returns
-    -------
-    State
+    turns : time of the start, in forcing periods
+    x, v : displacement and velocity
+    housing : None: there is none, as its type says; motions with one are marched by pieces
     """
     at = grid_time(turns, grid.steps)
     upper, lower = support_position(p, 1), support_position(p, 2)

@@ -77,22 +77,12 @@ class LawZeros(Curve):
 
     Unknowns are the times of all events, what is free of the state before each, and parameters.
 
-    Parameters
-    ----------
-    law : Law
-    scales : Scales
-    marcher : Marcher
-        Marches motions of the exciters.
-    values : (parameters,) float
-        Of the exciter.
-    along : (k,) int
-        Indices of those that vary.
-    low, high : (k,) float
-        Their ranges.
-    max_length : float
-        Largest weighted length of a step.
-    tied : Tied, optional
-        What follows them.
+    marcher : marches motions of the exciters
+    values : (parameters,), of the exciter
+    along : (k,) int, indices of those that vary
+    low, high : (k,), their ranges
+    max_length : largest weighted length of a step
+    tied : what follows them
     """
 
     # Where the orbit touches a support, which is no end of its law: piece, support, time.
@@ -354,14 +344,7 @@ class LawZeros(Curve):
 
 
 class LawCurve(LawZeros):
-    """The branch of orbits of one law along one parameter.
-
-    Parameters
-    ----------
-    problem : Problem
-    law, scales, marcher
-        As for `LawZeros`.
-    """
+    """The branch of orbits of one law along one parameter; law, scales, marcher : as for `LawZeros`."""
 
     def __init__(self, problem: Problem, law: Law, scales: Scales, marcher: Marcher) -> None:
         along, low, high = (np.array([each]) for each in (problem.along, problem.low, problem.high))

@@ -147,19 +147,11 @@ def unit_and_doubling(before, at, rest, housing=None):
 def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None:
     """Fill the derivatives of one of both shares by all unknowns, as central differences.
 
-    Parameters
-    ----------
-    e : Effects
-    values : (1, parameters) float
-        Of the exciter; those at `along` (k,) are set.
+    values : (1, parameters), of the exciter; those at `along` (k,) are set
     along : (k,) int
-    law : Law
-    u : (w n + k,) float
-        Times, what is free of the states, and parameters.
-    blocks : Blocks
-        Without parameters; overwritten.
-    steps, slope : (w n + k,) float
-    is_unit : bool
+    u : (w n + k,), times, what is free of the states, and parameters
+    blocks : without parameters; overwritten
+    steps, slope : (w n + k,)
     """
     n, columns = law.codes.shape[0], np.zeros(0, np.int64)
     events = np.empty((n, width_of(e.housing)))

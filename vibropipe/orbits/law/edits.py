@@ -61,15 +61,9 @@ def edits_of_mass(
 ) -> Iterator[list[Happening]]:
     """Yield the events of the laws that may follow the end of another, by what the mass does there.
 
-    Parameters
-    ----------
-    e, law, p : Effects, Law, Parameters
-    u : (n, w) float
-        Unknowns at the end.
-    tests : (N_TESTS,) float
-        Tests of the point there, as `LawCurve` has them.
-    margin : int
-        The kind of the margin that is zero.
+    u : (n, w), unknowns at the end
+    tests : (N_TESTS,), tests of the point there, as `LawCurve` has them
+    margin : the kind of the margin that is zero
     """
     events = happenings(law, p, u)
     index = int(tests[SLOW_EVENT] if margin == of.SPEED else tests[GAP_FLIGHT])

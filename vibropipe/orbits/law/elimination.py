@@ -187,29 +187,18 @@ def _substitute_back(kept, x, q, housing) -> None:
 def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, housing=None):
     """Solve a bordered cyclic system.
 
-    Parameters
-    ----------
-    before, at : (n, w, w) float
-    by : (n, w, k) float
-    rest : (n, w) float
-        Right-hand side.
-    wrap : float
-        Factor of before[0].
-    borders : (k, n, w) float
-        Rows of the borders: the sum of borders[j] x + corner[j] q = target[j].
-    corner : (k, k) float
-    target : (k,) float
-    x : (n, w) float
-        Filled with the solution.
-    q : (k,) float
-        Filled with the further unknowns.
-    housing : int or None
-        The effect, with which w = 3; else 2.
+    before, at : (n, w, w)
+    by : (n, w, k)
+    rest : (n, w), right-hand side
+    wrap : factor of before[0]
+    borders : (k, n, w), rows of the borders: the sum of borders[j] x + corner[j] q = target[j]
+    corner : (k, k)
+    target : (k,)
+    x : (n, w), filled with the solution
+    q : (k,), filled with the further unknowns
+    housing : the effect, with which w = 3; else 2
 
-    Returns
-    -------
-    sign, log : float
-        Of the determinant; (0, -inf) where the system is singular.
+    Returns (sign, log) of the determinant; (0, -inf) where the system is singular.
     """
     n, k, width = at.shape[0], q.size, width_of(housing)
     top, further = 2 * width, 3 * width
@@ -261,15 +250,10 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, hous
 def solve_columns(before, at, rest, x, housing=None) -> None:
     """Solve a cyclic system without borders for some right-hand sides; NaN or inf where it is singular.
 
-    Parameters
-    ----------
-    before, at : (n, w, w) float
-    rest : (n, w, sides) float
-        Right-hand sides.
-    x : (n, w, sides) float
-        Filled with the solutions.
-    housing : int or None
-        As for `solve_cyclic`.
+    before, at : (n, w, w)
+    rest : (n, w, sides), right-hand sides
+    x : (n, w, sides), filled with the solutions
+    housing : as for `solve_cyclic`
     """
     n, sides, width = rest.shape[0], rest.shape[2], width_of(housing)
     none, matrix, rhs = np.zeros((n, width)), np.zeros((width, width)), np.zeros(width)

@@ -63,16 +63,11 @@ SHORTEST = 1e-4
 class Blocks(NamedTuple):
     """The blocks of the equations of n events by k parameters.
 
-    Attributes
-    ----------
-    before, at : (n, w, w) float
-        Derivatives by the unknowns of the event before, and of the event; w = 2 or, with a housing, 3.
-    by : (n, w, k) float
-        Derivatives by the parameters.
-    rest : (n, w) float
-        Residuals.
-    polynomial : (DEGREE + 1,) float
-        Work array.
+    before, at : (n, w, w), derivatives by the unknowns of the event before, and of the event; w = 2 or, with a housing,
+        3
+    by : (n, w, k), derivatives by the parameters
+    rest : (n, w), residuals
+    polynomial : (DEGREE + 1,), work array
     """
 
     before: np.ndarray
@@ -269,15 +264,8 @@ def add_rate(i, row, slope, p, ends, turns, columns, blocks) -> None:
 def fill_blocks(e, p, law, u, columns, blocks) -> float:
     """Fill the blocks of all rows; return the least span of a piece, in forcing periods.
 
-    Parameters
-    ----------
-    p : Parameters
-    law : Law
-    u : (n, 2) float
-        Unknowns.
-    columns : (k,) int64
-        Parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`.
-    blocks : Blocks
+    u : (n, 2), unknowns
+    columns : (k,) int64, parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`
     """
     least = np.inf
     for i in range(law.codes.shape[0]):

@@ -34,21 +34,13 @@ from vibropipe.physics.stiffness import lets_go
 class Happening(NamedTuple):
     """An event without the frame that it is written in.
 
-    Attributes
-    ----------
-    kind : int
-    side : int
-        Support of a contact, or of its force; direction of x' after a slip; else 0.
-    t : float
-        Time in forcing periods.
-    own : float
-        Velocity x' just before a contact, an end of its force or a slip of the housing; displacement at a turn, a
-        stick or its stop.
-    third : float
-        Momentum q just before it where a housing slides; velocity x' where that stops.
-    way : int or None
-        Direction in which a housing slides after it, 0 where that is held; None: that of an impact that pushes it off,
-        else the one before.
+    side : support of a contact, or of its force; direction of x' after a slip; else 0
+    t : time in forcing periods
+    own : velocity x' just before a contact, an end of its force or a slip of the housing; displacement at a turn, a
+        stick or its stop
+    third : momentum q just before it where a housing slides; velocity x' where that stops
+    way : direction in which a housing slides after it, 0 where that is held; None: that of an impact that pushes it
+        off, else the one before
     """
 
     kind: int | np.int64

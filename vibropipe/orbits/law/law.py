@@ -40,16 +40,12 @@ WAY = 4
 class Law(NamedTuple):
     """The events of an orbit, which repeat after a span; each begins a piece that the next one ends.
 
-    Attributes
-    ----------
-    codes : (n, 4) int8, with a housing (n, 5)
-        Of each event and the piece after it, as in a `PieceLog`: what happens, what the piece is, the frame that it is
-        written in (that of the support last met; 0 without any), and the direction of sliding in this frame; and the
-        direction, in this frame, in which a housing slides, 0 where it is held.
-    span : float
-        Length in forcing periods.
-    mirrored : int
-        1 where the orbit goes on with the mirror image of all this, half an orbit later.
+    codes : (n, 4) int8, with a housing (n, 5), of each event and the piece after it, as in a `PieceLog`: what happens,
+        what the piece is, the frame that it is written in (that of the support last met; 0 without any), and the
+        direction of sliding in this frame; and the direction, in this frame, in which a housing slides, 0 where it is
+        held
+    span : length in forcing periods
+    mirrored : 1 where the orbit goes on with the mirror image of all this, half an orbit later
     """
 
     codes: np.ndarray

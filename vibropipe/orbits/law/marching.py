@@ -58,17 +58,9 @@ def march_pieces(e, p, turns, state, m, march_room) -> bool:
 class Marcher:
     """Marches motions of exciters with some effects, one after another.
 
-    Parameters
-    ----------
-    effects : Effects
-        With pieces: of soft supports, friction or a housing, absent or not.
-    work : int
-        Work of all marches, in steps: they fail when it is done.
-
-    Attributes
-    ----------
-    rows : int
-        How many pieces the equations of laws have been filled for, which callers count and `is_spent` limits.
+    effects : with pieces: of soft supports, friction or a housing, absent or not
+    work : work of all marches, in steps: they fail when it is done
+    rows : how many pieces the equations of laws have been filled for, which callers count and `is_spent` limits
     """
 
     def __init__(self, effects: Effects, work: int = MAX_CALL_WORK) -> None:

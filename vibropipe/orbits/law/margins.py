@@ -63,15 +63,9 @@ HELD_PARTS, BISECTIONS = 64, 40
 def fill_margins(e, p, law, u, c, margins) -> None:
     """Fill the margins of an orbit; those that nothing bounds are infinite.
 
-    Parameters
-    ----------
-    p : Parameters
-    law : Law
-    u : (n, 2) float
-    c : (DEGREE + 1,) float
-        Work array.
-    margins : (KINDS + 1, 4) float
-        The last row is kept: see `least.TOUCH`.
+    u : (n, 2)
+    c : (DEGREE + 1,), work array
+    margins : (KINDS + 1, 4), the last row is kept: see `least.TOUCH`
     """
     margins[:KINDS] = 0.0
     margins[:KINDS, VALUE] = np.inf

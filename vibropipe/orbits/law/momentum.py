@@ -19,14 +19,9 @@ def momentum_rate(p, law, i) -> float:
 def momentum_rest(e, p, law, i, u, time, sign, w, pulls):
     """Return the third residual of row i, and its slope by the time of its piece; zeros where the housing is held.
 
-    Parameters
-    ----------
-    time : float
-        Of the piece, in tau.
-    sign : float
-        Of the next state in the frame of the piece.
-    w, pulls : float
-        Velocity at the end of the piece, and its rate.
+    time : of the piece, in tau
+    sign : of the next state in the frame of the piece
+    w, pulls : velocity at the end of the piece, and its rate
     """
     last = (i - 1) % law.codes.shape[0]
     if law.codes[last, WAY] == 0:

@@ -22,26 +22,15 @@ class Scales(NamedTuple):
 class Problem(NamedTuple):
     """What is followed.
 
-    Attributes
-    ----------
-    values : (parameters,) float
-        Parameters of the exciter, and the name of one's own that varies, if one does.
-    along : int
-        Index of the parameter that varies.
-    low, high : float
-        Its range.
-    at : tuple of float
-        Its values at which points are wanted.
-    symmetric : bool
-        Whether the exciter is its own mirror image over the whole range.
-    max_length : float
-        Largest weighted length of a step.
-    effects : Effects
-        Of all exciters of the range.
-    until_fold : bool
-        Whether a branch is left where it turns back.
-    tied : Tied or None
-        What follows the parameter that varies.
+    values : (parameters,), parameters of the exciter, and the name of one's own that varies, if one does
+    along : index of the parameter that varies
+    low, high : its range
+    at : its values at which points are wanted
+    symmetric : whether the exciter is its own mirror image over the whole range
+    max_length : largest weighted length of a step
+    effects : of all exciters of the range
+    until_fold : whether a branch is left where it turns back
+    tied : what follows the parameter that varies
     """
 
     values: np.ndarray

@@ -75,24 +75,12 @@ def law_of(
 ) -> Read | None:
     """Return the law of an orbit and its unknowns.
 
-    Parameters
-    ----------
-    e : Effects
-    pieces : PieceLog
-        Of a march over 2 m periods.
-    p : Parameters
-    m : int
-        Period multiple.
-    symmetric : bool
-        Whether the exciter is its own mirror image: an orbit that is, is then known by its half.
-    slow : float
-        Speed below which a support is only touched.
+    pieces : of a march over 2 m periods
+    symmetric : whether the exciter is its own mirror image: an orbit that is, is then known by its half
+    slow : speed below which a support is only touched
 
-    Returns
-    -------
-    Read or None
-        None if the march has no event twice that repeats with the orbit; beside a housing also if of two events at once
-        one changes the other, or a chatter pushes it off without end.
+    Returns None if the march has no event twice that repeats with the orbit; beside a housing also if of two events at
+    once one changes the other, or a chatter pushes it off without end.
     """
     events = _events_of(pieces, p, slow)
     housing = pieces.housing

@@ -57,15 +57,10 @@ from vibropipe.physics.turns import TWO_PI
 class State(NamedTuple):
     """A state at an event in a frame, with its derivatives by the unknowns of the event.
 
-    Attributes
-    ----------
-    t : float
-        Time in forcing periods.
-    y, w : float
-    timed : float
-        Derivative of `t` by the first unknown: 1, or 0 at a section.
-    y_0, y_1, w_1, w_2 : float
-        Derivatives of y by the first two unknowns, and of w by the second and, with a housing, the third one.
+    t : time in forcing periods
+    timed : derivative of `t` by the first unknown: 1, or 0 at a section
+    y_0, y_1, w_1, w_2 : derivatives of y by the first two unknowns, and of w by the second and, with a housing, the
+        third one
     """
 
     t: float

@@ -46,13 +46,9 @@ DIFFERENCE = 1e-5
 class Through(NamedTuple):
     """Work arrays for the parameters that others act on; without rows where none does.
 
-    Attributes
-    ----------
-    columns, places : (t,) int
-        These parameters in `ALL_DIFFERENTIATED` and in an exciter.
-    blocks : Blocks
-        Of the derivatives by them.
-    ends : (2, t) float
+    columns, places : (t,) int, these parameters in `ALL_DIFFERENTIATED` and in an exciter
+    blocks : of the derivatives by them
+    ends : (2, t)
     """
 
     columns: np.ndarray
@@ -74,23 +70,12 @@ class System(NamedTuple):
 
     These are w n + k numbers, w = 2 or, with a housing, 3.
 
-    Attributes
-    ----------
-    e : Effects
-    law : Law
-    values : (1, parameters) float
-        Of the exciter; those that vary are set.
-    along, columns : (k,) int
-        Parameters that vary, by their place in an exciter and in `ALL_DIFFERENTIATED`.
-    least, most : (k,) float
-        Between them equations are filled.
-    events : (n, w) float
-        The unknowns of events.
-    blocks : Blocks
-    margins : (KINDS + 1, 4) float
-    size, speed : float
-        Scales of displacement and velocity.
-    through : Through
+    values : (1, parameters), of the exciter; those that vary are set
+    along, columns : (k,) int, parameters that vary, by their place in an exciter and in `ALL_DIFFERENTIATED`
+    least, most : (k,), between them equations are filled
+    events : (n, w), the unknowns of events
+    margins : (KINDS + 1, 4)
+    size, speed : scales of displacement and velocity
     """
 
     e: Effects
@@ -201,23 +186,13 @@ def fill_tests(system, c, tests) -> None:
 def solve(system, u, target, weights, border, tangent, tests) -> int:
     """Correct u, in place, to the orbit in the plane border . u = target, of one parameter.
 
-    Parameters
-    ----------
-    system : System
-    u : (w n + 1,) float
-    target : float
-    weights : (w n + 1,) float
-        Of the unknowns in norms.
-    border : (w n + 1,) float
-    tangent : (w n + 1,) float
-        Filled with the unit tangent there, along the border.
-    tests : (N_TESTS,) float
-        Filled with its test functions.
+    u : (w n + 1,)
+    weights : (w n + 1,), of the unknowns in norms
+    border : (w n + 1,)
+    tangent : (w n + 1,), filled with the unit tangent there, along the border
+    tests : (N_TESTS,), filled with its test functions
 
-    Returns
-    -------
-    int
-        How often the equations were filled; its negative where there is no orbit.
+    Returns how often the equations were filled; its negative where there is no orbit.
     """
     n, blocks, width = system.law.codes.shape[0], system.blocks, width_of(system.e.housing)
     borders, corner, goal = np.empty((1, n, width)), np.empty((1, 1)), np.empty(1)

@@ -13,18 +13,9 @@ from vibropipe.physics.ties import Ties
 class Tied:
     """The parameters that follow others, by their places among the values of an exciter.
 
-    Parameters
-    ----------
-    ties : Ties
-    by : sequence of str
-        The names that vary.
-    held : sequence of str
-        Names of one's own that have a value and do not vary.
-
-    Attributes
-    ----------
-    names : tuple of str
-        Of the values: the parameters, and after them the names of one's own among both, in the order of the ties.
+    by : the names that vary
+    held : names of one's own that have a value and do not vary
+    names : of the values: the parameters, and after them the names of one's own among both, in the order of the ties
     """
 
     def __init__(self, ties: Ties, by: Sequence[str], held: Sequence[str] = ()) -> None:

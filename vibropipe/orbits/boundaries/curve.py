@@ -39,22 +39,13 @@ TOUCHES = ("grazing_fold", "grazing_flip", "grazing_pitchfork", "double_grazing"
 class Box(NamedTuple):
     """Where boundaries are sought.
 
-    Attributes
-    ----------
-    values : (parameters,) float
-        Parameters of the exciter, and the names of one's own that vary.
-    along : (2,) int
-        Indices of the parameters that vary.
-    low, high : (2,) float
-        Their ranges.
-    symmetric : bool
-        Whether the exciter is its own mirror image in the whole box.
-    max_length : float
-        Largest weighted length of a step.
-    effects : Effects
-        Of all exciters of the box.
-    tied : Tied or None
-        What follows both.
+    values : (parameters,), parameters of the exciter, and the names of one's own that vary
+    along : (2,) int, indices of the parameters that vary
+    low, high : (2,), their ranges
+    symmetric : whether the exciter is its own mirror image in the whole box
+    max_length : largest weighted length of a step
+    effects : of all exciters of the box
+    tied : what follows both
     """
 
     values: np.ndarray
@@ -105,17 +96,10 @@ NO_TOUCH = Touch(0, 0)
 class BoundaryCurve(CompiledCurve):
     """The boundary of one kind of one impact sequence, on which points are found by continuation.
 
-    Parameters
-    ----------
-    box : Box
-    kind : int
-        A `Bifurcation`.
-    sequence : Sequence
-        Without impacts, the linear motion.
-    touch : Touch
-        Of a grazing.
-    speed : float
-        Scale of impact velocities, > 0.
+    kind : a `Bifurcation`
+    sequence : without impacts, the linear motion
+    touch : of a grazing
+    speed : scale of impact velocities, > 0
     """
 
     def __init__(self, box: Box, kind: int, sequence: Sequence, touch: Touch, speed: float) -> None:

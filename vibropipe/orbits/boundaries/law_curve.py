@@ -61,16 +61,10 @@ SAME_PLACE, SAME_DERIVATIVE = 1e-6, 1e-4
 class LawBoundary(LawZeros):
     """The boundary of one kind of orbits of one law.
 
-    Parameters
-    ----------
-    box : Box
-    kind : int
-        A `Bifurcation`.
-    law : Law
-    touch : (piece, support, time)
-        Of a grazing; the piece is the event of the turn where the orbit turns on the support. `curve.NO_TOUCH` else.
-    scales, marcher
-        As for `LawZeros`.
+    kind : a `Bifurcation`
+    touch : (piece, support, time), of a grazing; the piece is the event of the turn where the orbit turns on the
+        support. `curve.NO_TOUCH` else
+    scales, marcher : as for `LawZeros`
     """
 
     def __init__(

@@ -45,15 +45,8 @@ class Level(NamedTuple):
 class LevelCurve(LawBoundary):
     """The orbits of one law of which a quantity has a value.
 
-    Parameters
-    ----------
-    box : Box
-    level : Level
-    law : Law
-    scales, marcher
-        As for `LawZeros`.
-    is_image : bool
-        Whether the quantity is that of the mirror images of the orbits, which a symmetric exciter has too.
+    scales, marcher : as for `LawZeros`
+    is_image : whether the quantity is that of the mirror images of the orbits, which a symmetric exciter has too
     """
 
     def __init__(
@@ -91,10 +84,7 @@ class LevelCurve(LawBoundary):
     def parent_met(self, point: Point, length: float) -> tuple[str, Point | None] | None:
         """Return the flip or pitchfork that creates the orbits of the curve, if a step along the tangent leads past it.
 
-        Returns
-        -------
-        (str, Point or None) or None
-            Its kind, and the orbit there; None in its place if it is not found, or lies beyond the box.
+        Returns its kind, and the orbit there; None in its place if it is not found, or lies beyond the box.
         """
         kind = parent_ahead(self, self.box.symmetric, point, length)
         if not kind:
@@ -177,13 +167,7 @@ def level_curves(
 ) -> Iterator[tuple[LevelCurve, Point]]:
     """Yield the level curves that a branch crosses, and their points there.
 
-    Parameters
-    ----------
-    box : Box
-    branch : Branch
-        Along one of the parameters of the box; its problem holds the other.
-    levels : sequence of Level
-    marcher : Marcher
+    branch : along one of the parameters of the box; its problem holds the other
     """
     if not levels:
         return

@@ -48,20 +48,11 @@ def find_boundaries(
 ) -> list[Boundary]:
     """Follow all boundaries that pass through the branches of some orbits.
 
-    Parameters
-    ----------
-    box : Box
-    orbits : iterable of Settled
-        Within the box.
-    of : collection of str
-        Kinds: fold, flip, pitchfork, grazing.
-    levels : sequence of Level
-        Of level curves.
+    orbits : within the box
+    of : kinds: fold, flip, pitchfork, grazing
+    levels : of level curves
 
-    Returns
-    -------
-    list of Boundary
-        Each once; of mirror images one.
+    Returns each once, and one of mirror images.
     """
     boundaries: list[Boundary] = []
     # An orbit of impacts alone has no rests.

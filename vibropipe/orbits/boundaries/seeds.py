@@ -36,12 +36,7 @@ SEED_REACH = 1e-3
 def begin(box: Box, branch: Branch, event: Event) -> tuple[BoundaryCurve, Point] | None:
     """Return the boundary that passes through a bifurcation of a branch, and its point there; None if there is none.
 
-    Parameters
-    ----------
-    box : Box
-    branch : Branch
-        Along one of the parameters of the box; its problem holds the other.
-    event : Event
+    branch : along one of the parameters of the box; its problem holds the other
     """
     if branch.curve is None:
         values = branch.problem.values_at(branch.values[event.point])
@@ -78,13 +73,8 @@ def begin_law(
 ) -> tuple[LawBoundary, Point] | None:
     """Return the boundary by its law that passes through a bifurcation of a branch, and its point there, or None.
 
-    Parameters
-    ----------
-    box, branch, event
-        As for `begin`.
-    kind : int
-        A `Bifurcation`.
-    marcher : Marcher
+    box, branch, event : as for `begin`
+    kind : a `Bifurcation`
     """
     if branch.curve is None:
         values = branch.problem.values_at(branch.values[event.point])

@@ -66,18 +66,11 @@ def new_room() -> Room:
 class Sought(NamedTuple):
     """What is solved for.
 
-    Attributes
-    ----------
-    values : (1, parameters) float
-        Parameters of the exciter; those at `along` (2,) are set.
+    values : (1, parameters), parameters of the exciter; those at `along` (2,) are set
     along : (2,) int
-    kind : int
-        Kind of the boundary.
-    span, mirrored, supports
-        As in `Sequence`; without impacts, the linear motion.
-    flight, side : int
-        Of a grazing: the flight that touches, and the support.
-    room : Room
+    kind : kind of the boundary
+    span, mirrored, supports : as in `Sequence`; without impacts, the linear motion
+    flight, side : of a grazing: the flight that touches, and the support
     """
 
     values: np.ndarray
@@ -103,13 +96,8 @@ def parameters_of_point(values, along, u):
 def scaled_derivative(p, sought, u, speed):
     """Return trace, determinant and scale of the return map's derivative over a sequence.
 
-    Returns
-    -------
-    trace : float
-        Times `scale`: finite where an impact has no speed.
-    determinant : float
-    scale : float
-        Product of the impact speeds over `speed`.
+    Returns (trace, determinant, scale): the trace times `scale`, which is finite where an impact has no speed; `scale`
+    is the product of the impact speeds over `speed`.
     """
     span, mirrored, supports = sought.span, sought.mirrored, sought.supports
     n, j11, j12, j21, j22 = supports.size, 1.0, 0.0, 0.0, 1.0
@@ -140,14 +128,8 @@ def scaled_derivative(p, sought, u, speed):
 def condition(p, sought, u, speed):
     """Return the condition of a boundary: two numbers, of which only a grazing has the second.
 
-    Parameters
-    ----------
-    p : Parameters
-    sought : Sought
-    u : (size,) float
-        Unknowns.
-    speed : float
-        Scale of velocities.
+    u : (size,), unknowns
+    speed : scale of velocities
     """
     n = sought.supports.size
     if sought.kind == GRAZINGS:

@@ -53,32 +53,19 @@ def _turning_theta(c, dt, w0):
 def flight_clearance(p, start, end, support, v, c):
     """Return the least distance from a support at the turning points within a flight.
 
-    Parameters
-    ----------
-    p : Parameters
-    start, end : float
-        Times in forcing periods.
-    support : int
-        The support that the flight leaves.
-    v : float
-        Velocity of departure.
-    c : (DEGREE + 1,) float
-        Work array.
-
-    Returns
-    -------
-    gap : float
-        Negative beyond a support; the distance 2l of the supports if the flight does not turn towards one.
-    time : float
-        Of that turning point.
-    side : int
-        Its support; 0 if there is none, or if the mass is pressed on the support that it leaves at zero speed.
-
-    Notes
-    -----
     Displacement is monotone between turning points, so a flight whose turning points are clear is clear. A step of the
     polynomial has no turning point if the first term of its velocity exceeds the sum of all others, and at most one if
     the same holds of the acceleration; it is halved until one of them holds.
+
+    start, end : times in forcing periods
+    support : the support that the flight leaves
+    v : velocity of departure
+    c : (DEGREE + 1,), work array
+
+    Returns (gap, time, side):
+    gap : negative beyond a support; the distance 2l of the supports if the flight does not turn towards one
+    time : of that turning point
+    side : its support; 0 if there is none, or if the mass is pressed on the support that it leaves at zero speed
     """
     sigma = -1.0 if support == 1 else 1.0
     period, load = forcing_period(p), -sigma * support_position(p, support)
@@ -129,21 +116,11 @@ def flight_clearance(p, start, end, support, v, c):
 def clearance(p, span, mirrored, supports, u, c):
     """Return the least distance from a support at the turning points of all flights.
 
-    Parameters
-    ----------
-    p : Parameters
-    span, mirrored, supports, u
-        As for `fill_equations`.
-    c : (DEGREE + 1,) float
-        Work array.
+    span, mirrored, supports, u : as for `fill_equations`
+    c : (DEGREE + 1,), work array
 
-    Returns
-    -------
-    gap, time : float
-    side : int
-        As for `flight_clearance`.
-    flight : int
-        Index of the flight; -1 if none turns towards a support.
+    Returns gap, time and side as `flight_clearance` does, and the index of the flight; -1 if none turns towards a
+    support.
     """
     n = supports.size
     gap, time, side, flight = 2.0 * p.l, 0.0, 0, -1

@@ -20,13 +20,8 @@ L = 3
 class ImpactCurve(LawCurve):
     """The branch of one impact sequence.
 
-    Parameters
-    ----------
-    problem : Problem
-    law : Law
-        Of impacts alone.
-    speed : float
-        Scale of impact velocities, > 0.
+    law : of impacts alone
+    speed : scale of impact velocities, > 0
     """
 
     def __init__(self, problem: Problem, law: Law, speed: float) -> None:

@@ -27,17 +27,10 @@ SPEED_SHARE, SLOW = 0.4, 1e-5
 class Seed(NamedTuple):
     """The start of a branch: a point with its tangent, or the parameter of a motion without impacts; and where to go.
 
-    Attributes
-    ----------
-    curve : LawCurve or None
-        None without impacts.
-    point : Point or None
-    value : float
-        The parameter.
-    signs : tuple of float
-        1 along the tangent (without impacts: upwards), -1 against it.
-    first_length : float
-        Of the first step.
+    curve : None without impacts
+    value : the parameter
+    signs : 1 along the tangent (without impacts: upwards), -1 against it
+    first_length : of the first step
     """
 
     curve: LawCurve | None

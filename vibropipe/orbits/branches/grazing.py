@@ -58,18 +58,11 @@ PROBE = 1e-5
 class Touching(NamedTuple):
     """An orbit that touches a support.
 
-    Attributes
-    ----------
-    problem : Problem
-    speed : float
-        Scale of impact velocities.
-    sequence : Law
-        Without impacts, mirrored if both supports are touched.
-    u : (2n + 1,) float
-    flight, support : int
-        The flight that touches, and what.
-    time : float
-        When, in forcing periods.
+    speed : scale of impact velocities
+    sequence : without impacts, mirrored if both supports are touched
+    u : (2n + 1,)
+    flight, support : the flight that touches, and what
+    time : when, in forcing periods
     """
 
     problem: Problem
@@ -140,13 +133,8 @@ def _touching_linear(problem: Problem, value: float) -> Touching:
 def _struck(touching: Touching, turns: int, side: int) -> list[Seed]:
     """Return the branch of orbits that strike where one touches, if they are motions next to it.
 
-    Parameters
-    ----------
-    touching : Touching
-    turns : int
-        They strike once in so many turns of it, of half its period if it is mirrored.
-    side : int
-        In which turn.
+    turns : they strike once in so many turns of it, of half its period if it is mirrored
+    side : in which turn
     """
     problem, sequence, n = touching.problem, touching.sequence, len(touching.sequence.supports)
     turn = np.arange(turns)

@@ -30,8 +30,6 @@ def linear_state(p: Parameters) -> tuple[float, float]:
 def linear_extremes(p: Parameters) -> dict[int, tuple[float, float]]:
     """Return for each support the distance of the motion without impacts, and its phase at the nearest point.
 
-    Notes
-    -----
     With z = exp(i nu tau) the velocity of 2 Re(X z + Y z^2) is zero where 2 Y z^4 + X z^3 - X* z - 2 Y* = 0.
     """
     first, second = linear_amplitude(p), second_linear_amplitude(p)
@@ -104,20 +102,11 @@ def _least(problem: Problem, low: float, high: float) -> float:
 def follow_linear(problem: Problem, value: float, sign: float) -> tuple[list[float], bool]:
     """Follow the motion without impacts from a value of the parameter, upwards or downwards.
 
-    Parameters
-    ----------
-    problem : Problem
-    value : float
-        Where its gap is open.
-    sign : float
-        1 or -1.
+    value : where its gap is open
+    sign : 1 or -1
 
-    Returns
-    -------
-    values : list of float
-        The parameter at the points after the start.
-    grazes : bool
-        Whether the motion touches a support at the last of them; else that is the limit of the range.
+    Returns the parameter at the points after the start, and whether the motion touches a support at the last of them;
+    else that is the limit of the range.
     """
     limit = problem.high if sign > 0 else problem.low
     if sign * (limit - value) <= 0.0:

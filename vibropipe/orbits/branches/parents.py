@@ -18,12 +18,8 @@ NEAR_PARENT, AT_PARENT = 0.2, 1e-9
 def parent_point(curve: LawCurve, point: Point, kind: str) -> tuple[LawCurve, Point] | None:
     """Return the parent of a doubled orbit, at its flip or pitchfork next to the orbit; None if there is none.
 
-    Parameters
-    ----------
-    curve, point : LawCurve, Point
-        The doubled orbit.
-    kind : str
-        "flip" or "pitchfork".
+    curve, point : the doubled orbit
+    kind : "flip" or "pitchfork"
     """
     sequence, u = halved(curve.sequence, point.u, kind)
     parent = curve.with_sequence(sequence)
@@ -40,12 +36,8 @@ def parent_point(curve: LawCurve, point: Point, kind: str) -> tuple[LawCurve, Po
 def child_point(parent: LawCurve, point: Point, by: np.ndarray) -> tuple[LawCurve, Point]:
     """Return a flip or pitchfork of a branch as the point of its doubled orbits, with its tangent along them.
 
-    Parameters
-    ----------
-    parent, point : LawCurve, Point
-        The bifurcation.
-    by : (w n + 1,) float
-        `LawZeros.doubling_vector` there.
+    parent, point : the bifurcation
+    by : (w n + 1,), `LawZeros.doubling_vector` there
     """
     sequence, u, change = doubled(parent.sequence, point.u, by)
     child = parent.with_sequence(sequence)
@@ -62,19 +54,10 @@ def child_point(parent: LawCurve, point: Point, by: np.ndarray) -> tuple[LawCurv
 def parent_ahead(curve: LawZeros, symmetric: bool, point: Point, length: float) -> str:
     """Return of which kind the parent of doubled orbits is, if a step along the tangent leads past it.
 
-    Parameters
-    ----------
-    curve : LawZeros
-    symmetric : bool
-        Whether the exciter is its own mirror image on the whole curve.
-    point : Point
-    length : float
-        Weighted length of the step.
+    symmetric : whether the exciter is its own mirror image on the whole curve
+    length : weighted length of the step
 
-    Returns
-    -------
-    str
-        "flip" or "pitchfork"; "" if the step leads past none.
+    Returns "flip" or "pitchfork"; "" if the step leads past none.
     """
     sequence, weights = curve.sequence, curve.weights
     kind = "pitchfork" if sequence.m % 2 else "flip"
@@ -92,11 +75,7 @@ def reached_parent(curve: LawCurve, point: Point, kind: str) -> Point | None:
 
     The equations of the doubled sequence are singular there, and steps fail: the parent's are not.
 
-    Parameters
-    ----------
-    curve, point : LawCurve, Point
-    kind : str
-        That of `parent_ahead`.
+    kind : that of `parent_ahead`
     """
     now = halves_difference(curve.sequence, point.u, curve.weights, kind)
     at_parent = parent_point(curve, point, kind)

@@ -41,16 +41,8 @@ from vibropipe.physics.forced_flow import fly_freely
 def log_impacts(p, m, supports, u, log) -> None:
     """Fill an empty log with the impacts of an orbit, in order of time and at positions in [0, m).
 
-    Parameters
-    ----------
-    p : Parameters
-    m : int
-        Period multiple.
-    supports : (n,) int8
-        Supports struck in turn over the whole orbit.
-    u : (2n,) float or longer
-        Times in forcing periods, which increase, and velocities.
-    log : Log
+    supports : (n,) int8, struck in turn over the whole orbit
+    u : (2n,) or longer, times in forcing periods, which increase, and velocities
     """
     n, first = supports.size, 0
     for kind in (IMPACTS, RESTS, GRAZINGS, TAILS):
@@ -93,22 +85,12 @@ def closing_residual(p, m, supports, u, residual, none):
 def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) -> None:
     """Write the orbits of the points of one branch as rows.
 
-    Parameters
-    ----------
-    e : Effects
-    parameters : (points, parameters) float
-    m : int
-        Period multiple.
-    supports : (n,) int8
-        Supports struck in turn over the whole orbit; without impacts the motion is that in closed form.
-    unknowns : (points, 2n + 1) float
-        Times in forcing periods, velocities, and the parameter.
-    log, c
-        Work space, as for `march`.
-    residual : (2n,) float or longer
-        Work space.
-    out : RowResults
-        Results, a row for each point; outputs without entries are not computed.
+    parameters : (points, parameters)
+    supports : (n,) int8, struck in turn over the whole orbit; without impacts the motion is that in closed form
+    unknowns : (points, 2n + 1), times in forcing periods, velocities, and the parameter
+    log, c : work space, as for `march`
+    residual : (2n,) or longer, work space
+    out : RowResults, a row for each point; outputs without entries are not computed
     """
     n, none, work = supports.size, np.empty((0, 0)), new_work(out)
     for row in range(parameters.shape[0]):
@@ -168,18 +150,10 @@ def write_piece_point(e, p, section, m, march_room, work, largest, out, row, fir
 def write_piece_points(e, parameters, m, sections, march_room, out) -> None:
     """Write the orbits of the points of one branch as rows.
 
-    Parameters
-    ----------
-    e : Effects
-    parameters : (points, parameters) float
-    m : int
-        Period multiple.
-    sections : (points, 2 or 3) float
-        States at the section, as `march_pieces`, counted from the equilibrium.
-    march_room
-        As for `march_orbit`.
-    out : RowResults
-        Results, a row for each point; outputs without entries are not computed.
+    parameters : (points, parameters)
+    sections : (points, 2 or 3), states at the section, as `march_pieces`, counted from the equilibrium
+    march_room : as for `march_orbit`
+    out : RowResults, a row for each point; outputs without entries are not computed
     """
     work, largest, first = new_work(out), np.zeros(2), FIRST
     for row in range(parameters.shape[0]):

@@ -27,14 +27,9 @@ from vibropipe.physics.saltation import product, saltation_matrix
 class Sequence(NamedTuple):
     """An impact sequence.
 
-    Attributes
-    ----------
-    m : int
-        Period multiple of the orbit.
-    mirrored : int
-        1 if the orbit is its own mirror image half an orbit later, else 0.
-    supports : (n,) int8
-        Supports struck in turn, over the orbit or, if mirrored, over its first half.
+    m : period multiple of the orbit
+    mirrored : 1 if the orbit is its own mirror image half an orbit later, else 0
+    supports : (n,) int8, struck in turn, over the orbit or, if mirrored, over its first half
     """
 
     m: int
@@ -64,14 +59,8 @@ class Sequence(NamedTuple):
 def next_impact(span, mirrored, supports, u, i):
     """Return the impact that ends flight i.
 
-    Returns
-    -------
-    j : int
-        Its index; 0 after the last flight.
-    time, velocity : float
-    support : int
-    sign : float
-        -1 if it is the mirror image of impact j, else 1.
+    Returns (j, time, velocity, support, sign): j is its index, 0 after the last flight; sign is -1 if it is the mirror
+    image of impact j, else 1.
     """
     n = supports.size
     if i + 1 < n:
@@ -85,17 +74,10 @@ def next_impact(span, mirrored, supports, u, i):
 def fill_equations(p, span, mirrored, supports, u, residual, jacobian) -> None:
     """Evaluate the equations of a sequence, and their derivative.
 
-    Parameters
-    ----------
-    p : Parameters
-    span, mirrored, supports
-        As in `Sequence`.
-    u : (2n,) float or longer
-        Times of the impacts in forcing periods, then velocities before them.
-    residual : (2n,) float or longer
-        Distance of the end of each flight from the next support, and from the next velocity.
-    jacobian : (2n, 2n) float or larger, or without rows
-        Derivative by u.
+    span, mirrored, supports : as in `Sequence`
+    u : (2n,) or longer, times of the impacts in forcing periods, then velocities before them
+    residual : (2n,) or longer, distance of the end of each flight from the next support, and from the next velocity
+    jacobian : (2n, 2n) or larger, or without rows, derivative by u
     """
     n, period = supports.size, forcing_period(p)
     for row in range(min(2 * n, jacobian.shape[0])):
@@ -123,10 +105,8 @@ def fill_equations(p, span, mirrored, supports, u, residual, jacobian) -> None:
 def return_derivative(p, span, mirrored, supports, u):
     """Return trace and determinant of the return map's derivative over `span`.
 
-    Returns
-    -------
-    trace, determinant : float
-        Of the product of flow and saltation matrices; of a mirrored sequence, of the map to the mirror image.
+    They are those of the product of flow and saltation matrices; of a mirrored sequence, of the map to the mirror
+    image.
     """
     n, period = supports.size, forcing_period(p)
     j11, j12, j21, j22 = 1.0, 0.0, 0.0, 1.0

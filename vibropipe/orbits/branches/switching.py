@@ -33,10 +33,7 @@ def _doubled_seeds(curve: LawCurve, point: Point, kind: str) -> list[Seed]:
 def limit_at(branch: Branch, event: Event) -> str:
     """Return why the orbits that begin at a bifurcation of a branch are not followed, "" if they are.
 
-    Returns
-    -------
-    str
-        "multiple" or "impacts" if they have too many periods or impacts, "rounding" if that hides them.
+    Returns "multiple" or "impacts" if they have too many periods or impacts, "rounding" if that hides them.
     """
     if branch.curve is None or event.reason in ("speed", "doubled"):
         return ""

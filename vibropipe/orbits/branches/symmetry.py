@@ -39,13 +39,8 @@ def halves_difference(
 ) -> np.ndarray | None:
     """Return the weighted difference of the halves of an orbit; None if their impact sequences differ.
 
-    Parameters
-    ----------
-    sequence : Law
-    u, weights : (w n + 1,) float
-        Times, what is free of the states, and the parameter; weights of the unknowns.
-    kind : str
-        "flip": the second half repeats the first; "pitchfork": it is its mirror image.
+    u, weights : (w n + 1,), times, what is free of the states, and the parameter; weights of the unknowns
+    kind : "flip": the second half repeats the first; "pitchfork": it is its mirror image
     """
     n = len(sequence.supports)
     halves = _halves(sequence, u, kind == "pitchfork")
@@ -62,12 +57,8 @@ def halves_agree(
 ) -> str:
     """Return how the halves of an orbit agree: "flip" if it repeats, "pitchfork" if it mirrors itself, "" if not.
 
-    Parameters
-    ----------
-    sequence, u, weights
-        As for `halves_difference`.
-    tolerance : float
-        Largest weighted difference of the halves.
+    sequence, u, weights : as for `halves_difference`
+    tolerance : largest weighted difference of the halves
     """
     # The force repeats after whole periods and mirrors itself after odd halves.
     kind = "pitchfork" if sequence.m % 2 else "flip"
@@ -78,12 +69,8 @@ def halves_agree(
 def halved(sequence: Law, u: np.ndarray, kind: str) -> tuple[Law, np.ndarray]:
     """Return the sequence of half an orbit whose halves agree, and the mean of both halves with the parameter.
 
-    Parameters
-    ----------
-    sequence, u
-        As for `halves_agree`.
-    kind : str
-        What that returned: "flip" or "pitchfork".
+    sequence, u : as for `halves_agree`
+    kind : what that returned: "flip" or "pitchfork"
     """
     halves = _halves(sequence, u, kind == "pitchfork")
     assert halves is not None
@@ -97,17 +84,10 @@ def halved(sequence: Law, u: np.ndarray, kind: str) -> tuple[Law, np.ndarray]:
 def doubled(sequence: Law, u: np.ndarray, by: np.ndarray) -> tuple[Law, np.ndarray, np.ndarray]:
     """Return the sequence of two turns of an orbit, its unknowns, and a perturbation that changes sign between them.
 
-    Parameters
-    ----------
-    sequence, u
-        As for `halves_agree`. The second turn of a mirrored sequence is the mirror image of the first.
-    by : (w n + 1,) float
-        Perturbation over the first turn.
+    sequence, u : as for `halves_agree`. The second turn of a mirrored sequence is the mirror image of the first
+    by : (w n + 1,), perturbation over the first turn
 
-    Returns
-    -------
-    sequence : Law
-    u, perturbation : (2 w n + 1,) float
+    Unknowns and perturbation are (2 w n + 1,).
     """
     sign = -1.0 if sequence.mirrored else 1.0
     first, (times, states), (late, change) = (
@@ -136,12 +116,8 @@ def primitive(
 ) -> tuple[Law, np.ndarray]:
     """Return an orbit in its least number of periods, by half of its impacts if it is its own mirror image.
 
-    Parameters
-    ----------
-    sequence, u, weights
-        As for `halves_difference`.
-    symmetric : bool
-        Whether the exciter is its own mirror image.
+    sequence, u, weights : as for `halves_difference`
+    symmetric : whether the exciter is its own mirror image
     """
     n = len(sequence.supports)
     for parts in range(n, 1, -1):
@@ -161,12 +137,8 @@ def primitive(
 def repeats(sequence: Law, u: np.ndarray, weights: np.ndarray, parts: int) -> bool:
     """Return whether an orbit consists of a number of equal parts.
 
-    Parameters
-    ----------
-    sequence, u, weights
-        As for `halves_difference`.
-    parts : int
-        An odd number if the sequence is mirrored: its parts are mirror images in turn.
+    sequence, u, weights : as for `halves_difference`
+    parts : an odd number if the sequence is mirrored: its parts are mirror images in turn
     """
     n, m = len(sequence.supports), sequence.m
     if n % parts or m % parts or (sequence.mirrored and parts % 2 == 0):

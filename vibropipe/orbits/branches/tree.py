@@ -42,14 +42,9 @@ Law = tuple[float, int, bytes]
 class Rules(NamedTuple):
     """How branches of one kind of orbit are followed: the functions that `follow_tree` calls.
 
-    Attributes
-    ----------
-    follow : callable
-        As `following.follow`.
-    limit_at, seeds_at : callable
-        As those of `switching`.
-    siblings_at : callable
-        As `grazing.siblings_at_grazing`.
+    follow : as `following.follow`
+    limit_at, seeds_at : as those of `switching`
+    siblings_at : as `grazing.siblings_at_grazing`
     """
 
     follow: Callable[..., Path]
@@ -74,22 +69,11 @@ def seed_of_orbit(
 ) -> Seed | None:
     """Return the start of the branch through an orbit.
 
-    Parameters
-    ----------
-    problem : Problem
-    m : int
-        Period multiple.
-    supports : (n,) int8
-        Impact sequence; without impacts the orbit is the motion in closed form.
-    u : (2n + 1,) float
-        Times, velocities, and the parameter.
-    signs : tuple of float
-        Directions of the parameter to follow: 1, -1 or both.
+    supports : (n,) int8, impact sequence; without impacts the orbit is the motion in closed form
+    u : (2n + 1,), times, velocities, and the parameter
+    signs : directions of the parameter to follow: 1, -1 or both
 
-    Returns
-    -------
-    Seed or None
-        None if the equations of the sequence have no solution there.
+    Returns None if the equations of the sequence have no solution there.
     """
     n = len(supports)
     if n == 0:
@@ -116,18 +100,9 @@ def follow_tree(
 ) -> Tree:
     """Follow the branch of a seed, and those that begin at its bifurcations of the kinds `switch`, and at theirs.
 
-    Parameters
-    ----------
-    problem : Problem
-    seed : Seed
-    switch : collection of str
-        Any of flip, pitchfork, grazing.
-    rules : Rules
+    switch : any of flip, pitchfork, grazing
 
-    Returns
-    -------
-    Tree
-        At most `MAX_BRANCHES` branches; none is followed from both of its ends.
+    Returns at most `MAX_BRANCHES` branches; none is followed from both of its ends.
     """
     branches: list[Branch] = []
     waiting: deque[tuple[Key | None, Seed]] = deque([(None, seed)])

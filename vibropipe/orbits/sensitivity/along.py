@@ -90,22 +90,12 @@ def rounding_of(p, flights, j, second):
 def follow_errors(p, first, position, velocity, support, out, second) -> float:
     """Follow errors from the first impact of a motion to its last.
 
-    Parameters
-    ----------
-    p : Parameters
-    first : float
-        Error of displacement and of velocity, independent, of the state that meets the first impact.
-    position, velocity, support : (n,)
-        Impacts: time in turns, velocity before, and support.
-    out : (ERRORS, n or more) float
-        Errors of each impact.
-    second : int or None
-        The effect `second_harmonic`.
+    first : error of displacement and of velocity, independent, of the state that meets the first impact
+    position, velocity, support : (n,), impacts: time in turns, velocity before, and support
+    out : (ERRORS, n or more), errors of each impact
+    second : the effect `second_harmonic`
 
-    Returns
-    -------
-    float
-        The largest of delays and speeds, without what is rounded when a speed is written.
+    Returns the largest of delays and speeds, without what is rounded when a speed is written.
     """
     period, by = forcing_period(p), n_parameters(second)
     flights, work = new_flights(2, second), new_workspace(second)

@@ -97,27 +97,14 @@ def close_samples(
 ):
     """Fill samples of the errors of all impacts of an orbit, (n, SAMPLES) each.
 
-    Parameters
-    ----------
-    p : Parameters
-    position, velocity, support : (n,)
-        Impacts of the orbit.
-    m : int
-        Period multiple.
-    closing : float
-        Distance by which the orbit fails to close.
-    has_rest : bool
-        Whether a rest erases what was before it.
-    records : (n, RECORD) float
-        Work space.
-    phases, speeds : (n, SAMPLES) float
-    second : int or None
-        The effect `second_harmonic`.
+    position, velocity, support : (n,), impacts of the orbit
+    closing : distance by which the orbit fails to close
+    has_rest : whether a rest erases what was before it
+    records : (n, RECORD), work space
+    phases, speeds : (n, SAMPLES)
+    second : the effect `second_harmonic`
 
-    Returns
-    -------
-    float
-        Modulus of the product of all transfers, |M11| + |M22| + ...
+    Returns the modulus of the product of all transfers, |M11| + |M22| + ...
     """
     n = position.size
     m11, m12, m21, m22, size = 1.0, 0.0, 0.0, 1.0, 0.0
@@ -166,20 +153,12 @@ def write_orbit_errors(
 ) -> None:
     """Write the errors of an orbit from the samples of its impacts.
 
-    Parameters
-    ----------
-    p, position, velocity, support, m, closing
-        As for `close_samples`.
-    size : float
-        Its result.
-    samples : tuple of (n, SAMPLES) float
-        Phases and speeds.
-    out : RowResults
-        `e_row` and `e_impacts`.
-    row, first : int
-        The row, and its first impact.
-    second : int or None
-        The effect `second_harmonic`.
+    p, position, velocity, support, m, closing : as for `close_samples`
+    size : its result
+    samples : tuple of (n, SAMPLES), phases and speeds
+    out : RowResults, `e_row` and `e_impacts`
+    row, first : the row, and its first impact
+    second : the effect `second_harmonic`
     """
     n, period = position.size, forcing_period(p)
     phases, speeds = samples
@@ -253,14 +232,9 @@ def with_errors(
 ) -> RowResults:
     """Return compacted results, whose impacts are listed, with the errors of all orbits.
 
-    Parameters
-    ----------
-    rows : RowResults
-    parameters : (rows, parameters) array
-    impacts : int
-        Capacity for the impacts of an orbit.
-    second : int or None
-        The effect `second_harmonic`.
+    parameters : (rows, parameters)
+    impacts : capacity for the impacts of an orbit
+    second : the effect `second_harmonic`
     """
     n = rows.impact_position.size
     room = rows._replace(
@@ -299,15 +273,10 @@ def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> N
 def estimate_rows(parameters, out, impacts, second) -> None:
     """Write the errors of solved rows: `e_row` and `e_impacts`, NaN on entry.
 
-    Parameters
-    ----------
-    parameters : (rows, parameters) float
-    out : RowResults
-        Compacted results with their impacts.
-    impacts : int
-        Capacity for the impacts of an orbit.
-    second : int or None
-        The effect `second_harmonic`.
+    parameters : (rows, parameters)
+    out : RowResults, compacted results with their impacts
+    impacts : capacity for the impacts of an orbit
+    second : the effect `second_harmonic`
     """
     records = np.empty((impacts, RECORD))
     phases, speeds = np.empty((impacts, SAMPLES)), np.empty((impacts, SAMPLES))

@@ -42,12 +42,9 @@ SINGULAR = 1e-11
 class Contacts(NamedTuple):
     """Contacts of an orbit, from 0 to m turns.
 
-    Attributes
-    ----------
-    position, velocity, support : (n,)
-        Impacts in the order in which they are stored: time in turns, velocity before, support.
-    releases : (2,)
-        Phase of the release from each support, NaN without a rest.
+    position, velocity, support : (n,), impacts in the order in which they are stored: time in turns, velocity before,
+        support
+    releases : (2,), phase of the release from each support, NaN without a rest
     """
 
     position: np.ndarray
@@ -61,28 +58,18 @@ class Flights(NamedTuple):
 
     Derivatives are by `n_parameters` and `n_variations`.
 
-    Attributes
-    ----------
-    home, support : (n,) int
-        Support that is left, and support that is struck.
-    start, end : (n,) float
-        Phases in turns; end is the phase of the impact, in [0, m).
-    departure, speed : (n,) float
-        Speed at the start, and of the impact.
-    released : (n,) int
-        1 if the flight begins with the release from a rest.
-    at_start, at_end : (n, 2) float
-        Acceleration of the distance from `home`, and its derivative by the phase through the force.
-    transfer : (n, 4) float
-        Derivative of (end, speed) by those of the impact before.
-    source : (n, 2, parameters) float
-        Derivative of (end, speed) by the parameters at a fixed impact before.
-    d_start, d_end, d_speed : (n, parameters) float
-        Derivatives along the orbit; d_start of a released flight is that of its release.
-    ends : (n, 2, variations) float
-        Variations at the ends of flights (`vary_flight`).
-    before : (n, 4) float
-        Products of the transfers of all flights before.
+    home, support : (n,) int, support that is left, and support that is struck
+    start, end : (n,), phases in turns; end is the phase of the impact, in [0, m)
+    departure, speed : (n,), speed at the start, and of the impact
+    released : (n,) int, 1 if the flight begins with the release from a rest
+    at_start, at_end : (n, 2), acceleration of the distance from `home`, and its derivative by the phase through the
+        force
+    transfer : (n, 4), derivative of (end, speed) by those of the impact before
+    source : (n, 2, parameters), derivative of (end, speed) by the parameters at a fixed impact before
+    d_start, d_end, d_speed : (n, parameters), derivatives along the orbit; d_start of a released flight is that of its
+        release
+    ends : (n, 2, variations), variations at the ends of flights (`vary_flight`)
+    before : (n, 4), products of the transfers of all flights before
     """
 
     home: np.ndarray
@@ -130,10 +117,7 @@ def first_flights(flights, n):
 def fill_flights(p, contacts, m, flights) -> bool:
     """Fill what is known of the flights of an orbit of m periods from its contacts.
 
-    Returns
-    -------
-    bool
-        False if a rest is followed by no impact of its own.
+    Returns False if a rest is followed by no impact of its own.
     """
     n = flights.speed.size
     for j in range(n):
@@ -231,27 +215,14 @@ def follow_derivatives(flights, second, again=False) -> None:
 def vary_orbit(p, contacts, m, flights, work, second) -> bool:
     """Fill the derivatives of the impacts of an orbit.
 
-    Parameters
-    ----------
-    p : Parameters
-    contacts : Contacts
-        Of the orbit, with an impact at least.
-    m : int
-        Period multiple.
-    flights : Flights
-        Filled.
-    work : Workspace
-    second : int or None
-        The effect `second_harmonic`.
+    contacts : of the orbit, with an impact at least
+    flights : filled
+    second : the effect `second_harmonic`
 
-    Returns
-    -------
-    bool
-        Whether the orbit is isolated and smooth in the parameters; if not, the derivatives are meaningless.
+    Returns whether the orbit is isolated and smooth in the parameters; if not, the derivatives are meaningless.
 
-    References
-    ----------
-    R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004), ch. 7-9.
+    Reference: R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004),
+    ch. 7-9.
     """
     n = flights.speed.size
     if not fill_flights(p, contacts, m, flights):

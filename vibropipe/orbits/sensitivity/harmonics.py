@@ -52,16 +52,10 @@ from vibropipe.physics.variation import (
 class Chatter(NamedTuple):
     """The chatter between an impact and a rest.
 
-    Attributes
-    ----------
-    restitution, departure : float
-        Of the support; speed after the impact.
-    push, slope : float
-        Acceleration towards the support, and the derivative of the force by the phase.
-    duration : float
-        In turns, from the impact to the start of the rest.
-    impulse : float
-        Of all further impacts, away from the support.
+    restitution, departure : of the support; speed after the impact
+    push, slope : acceleration towards the support, and the derivative of the force by the phase
+    duration : in turns, from the impact to the start of the rest
+    impulse : of all further impacts, away from the support
     """
 
     restitution: float
@@ -107,19 +101,11 @@ def chatter_derivatives(p, chatter, support, turn, speed, d_turn, d_speed, k, se
 def add_impulse(p, impulse, turn, m, changes, total, d_total) -> None:
     """Add an impulse and its derivatives to the sums at the frequencies k nu/m.
 
-    Parameters
-    ----------
-    p : Parameters
-    impulse, turn : float
-        Change of x', and phase.
-    m : int
-        Denominator of the frequencies.
-    changes : (3, parameters) float
-        Derivatives of impulse and phase.
-    total : (harmonics + 1,) complex
-        Increased as by `orbits.harmonics.add_support_forces`.
-    d_total : (harmonics + 1, 2, parameters) float
-        Increased by the derivatives, real and imaginary parts apart.
+    impulse, turn : change of x', and phase
+    m : denominator of the frequencies
+    changes : (3, parameters), derivatives of impulse and phase
+    total : (harmonics + 1,) complex, increased as by `orbits.harmonics.add_support_forces`
+    d_total : (harmonics + 1, 2, parameters), increased by the derivatives, real and imaginary parts apart
     """
     rotation, power = phase_factor(turn / m), complex(1.0, 0.0)
     share = p.nu / TWO_PI
@@ -182,16 +168,10 @@ def add_rest(p, length, flights, j, m, changes, total, d_total, second) -> None:
 def add_support_derivatives(p, length, flights, m, changes, total, d_total, second) -> None:
     """Add the support forces of an orbit, and their derivatives, to the sums at the frequencies k nu/m.
 
-    Parameters
-    ----------
-    p, m, changes, total, d_total
-        As for `add_impulse`; `changes` is work space.
-    length : int
-        Period multiple of the orbit.
-    flights : Flights
-        Filled by `vary_orbit`.
-    second : int or None
-        The effect `second_harmonic`.
+    p, m, changes, total, d_total : as for `add_impulse`; `changes` is work space
+    length : period multiple of the orbit
+    flights : filled by `vary_orbit`
+    second : the effect `second_harmonic`
     """
     for j in range(flights.speed.size):
         support, speed = flights.support[j], flights.speed[j]
@@ -235,10 +215,8 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> No
 def _integrate_flight(p, flights, j, cycles, work, sums, second):
     """Integrate distance and variations of a flight times exp(-2 pi i cycles t), t in turns.
 
-    Returns
-    -------
-    complex
-        Of the distance from the support that is left; `sums` (variations,) complex receives those of the variations.
+    Returns the integral of the distance from the support that is left; `sums` (variations,) complex receives those of
+    the variations.
     """
     home, start, end, w = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
     begin_variations(p, w, work.ends)
@@ -274,19 +252,11 @@ def replace_resonant_derivatives(
 ) -> None:
     """Replace amplitudes near resonance, and their derivatives, by quadrature of the motion and its variation.
 
-    Parameters
-    ----------
-    p, m, flights
-        As for `add_support_derivatives`.
-    length : int
-        Period multiple of the orbit.
-    work : Workspace
-    sums : (2, variations) complex
-        Work space.
-    total, d_amplitudes
-        As `divide_derivatives` leaves them.
-    second : int or None
-        The effect `second_harmonic`.
+    p, m, flights : as for `add_support_derivatives`
+    length : period multiple of the orbit
+    sums : (2, variations) complex, work space
+    total, d_amplitudes : as `divide_derivatives` leaves them
+    second : the effect `second_harmonic`
     """
     period, share = forcing_period(p), 1.0 / length
     for q in range(total.size):

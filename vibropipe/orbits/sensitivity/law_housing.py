@@ -122,20 +122,11 @@ def add_velocity_derivatives(e, p, orbit, i, m, changes, waves, out):
     By parts x' needs its ends and the derivatives of the integral of x at a fixed phase. What the rates by nu and c of
     whole integrals give is left out.
 
-    Parameters
-    ----------
-    m : int
-        Period multiple.
-    changes : tuple of two (3, parameters) arrays
-        Derivatives of the state at start and end.
-    waves : (n, parameters) complex
-        Work array.
+    changes : tuple of two (3, parameters) arrays, derivatives of the state at start and end
+    waves : (n, parameters) complex, work array
     out : (n, parameters) complex
 
-    Returns
-    -------
-    tuple of floats
-        Momentum at the start of the piece, and its rate, times c, along x.
+    Returns the momentum at the start of the piece, and its rate, times c, along x.
     """
     law, columns, period = orbit.law, orbit.columns, forcing_period(p)
     start, _stop, turns = ends_of_piece(e, p, orbit, i)
@@ -170,14 +161,8 @@ def add_velocity_derivatives(e, p, orbit, i, m, changes, waves, out):
 def write_derivatives_of_harmonics(e, p, orbit, m, harmonics, out) -> None:
     """Write the derivatives of the harmonics of X'', impacts included, which are i k nu times those of X'.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
     orbit : VariedOrbit
-    m : int
-        Period multiple.
-    harmonics : (n,) complex
-        Of X'', in multiples of nu.
+    harmonics : (n,) complex, of X'', in multiples of nu
     out : (n, parameters) complex
     """
     n, law, period, c = harmonics.size, orbit.law, forcing_period(p), momentum_share(p)

@@ -73,19 +73,11 @@ def reference_derivative(home, k):
 def fill_node(e, p, law, i, start, changes, flight, columns, node):
     """Fill the derivatives (2, k) of (y, y') at the end of a flight along piece i, at a fixed phase.
 
-    Parameters
-    ----------
-    start : State
-        Of the piece.
-    changes : (3, k) float
-        Derivatives of its start.
-    columns : (k,) int64
-        Parameters.
+    start : of the piece
+    changes : (3, k), derivatives of its start
+    columns : (k,) int64, parameters
 
-    Returns
-    -------
-    float
-        y' there.
+    Returns y' there.
     """
     y, w = flown(flight, start.y, start.w)
     a = acceleration_of(flight, force_at_end(flight), y, w)
@@ -159,14 +151,9 @@ def add_energies(e, p, law, i, weight, turn, w, rates, columns, energy) -> None:
 def add_stretch(e, p, law, i, m, start, stretch, by, out) -> None:
     """Add the integrals over a stretch of piece i.
 
-    Parameters
-    ----------
-    start : State
-        Of the piece.
-    stretch : tuple
-        Begin after the start and length, in forcing periods, number of steps, and whether each is short.
-    by : tuple
-        Parameters (k,), derivatives (3, k) of the start, and a work array (2, k).
+    start : of the piece
+    stretch : tuple of begin after the start and length, in forcing periods, number of steps, and whether each is short
+    by : tuple of parameters (k,), derivatives (3, k) of the start, and a work array (2, k)
     """
     (begin, length, steps, is_short), (columns, changes, node), home = (
         stretch,
@@ -195,10 +182,7 @@ def add_stretch(e, p, law, i, m, start, stretch, by, out) -> None:
 def add_moving(e, p, orbit, i, m, changes, node, out):
     """Add the integrals over piece i, a moving one, from the derivatives (3, k) of its start.
 
-    Returns
-    -------
-    float, bool
-        Its steps, and whether they suffice.
+    Returns its steps, and whether they suffice.
     """
     (start, _end, turns), law, period = ends_of_piece(e, p, orbit, i), orbit.law, forcing_period(p)
     second = e.second_harmonic
@@ -305,19 +289,11 @@ def add_let_go(e, p, orbit, i, changes, later, energy) -> None:
 def add_integrals(e, p, orbit, m, out):
     """Add the derivatives of all integrals along an orbit.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
     orbit : VariedOrbit
-    m : int
-        Period multiple.
-    out : tuple
-        Amplitudes (harmonics + 1, k) and subharmonics (n, k) complex, and energies (5, k) float; or without rows.
+    out : tuple of amplitudes (harmonics + 1, k) and subharmonics (n, k) complex, and energies (5, k) float; or without
+        rows
 
-    Returns
-    -------
-    float
-        Steps taken.
+    Returns the steps taken.
     """
     changes, later = np.zeros((3, orbit.columns.size)), np.zeros((3, orbit.columns.size))
     node, energy, steps = np.zeros((2, orbit.columns.size)), out[2], 0.0

@@ -157,15 +157,8 @@ def trace_and_determinant_slopes(blocks, slopes):
 def write_multiplier_derivatives(e, values, orbit, m, out, row) -> None:
     """Write the derivatives of multipliers and Lyapunov exponent, by those of trace and determinant of the return map.
 
-    Parameters
-    ----------
-    values : (1, parameters) float
-        Parameters of the row; changed and restored.
+    values : (1, parameters), parameters of the row; changed and restored
     orbit : VariedOrbit
-    m : int
-        Period multiple.
-    out : RowResults
-    row : int
     """
     n, none = orbit.u.shape[0], np.zeros(0, np.int64)
     beside = new_blocks(n, 0, e.housing)

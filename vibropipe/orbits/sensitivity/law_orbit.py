@@ -78,22 +78,13 @@ TIME, PLACE, RATE = range(3)
 class VariedOrbit(NamedTuple):
     """An orbit by its law, and its changes.
 
-    Attributes
-    ----------
-    law : Law
-        Its first event is the section.
-    u : (n, w) float
-        Unknowns of its equations.
-    du : (n, w, k + SAMPLES) float
-        Their derivatives by k parameters, and samples of their errors.
-    blocks : Blocks
-        Of the equations.
-    columns : (k,) int64
-        The parameters.
-    return_map : tuple of 4 floats
-        Derivative of the return map of the section by displacement and velocity.
-    invariants : tuple of 3 floats
-        Trace, sum of principal minors and determinant of that derivative, with a housing of its three rows.
+    law : its first event is the section
+    u : (n, w), unknowns of its equations
+    du : (n, w, k + SAMPLES), their derivatives by k parameters, and samples of their errors
+    blocks : of the equations
+    columns : (k,) int64, the parameters
+    return_map : derivative of the return map of the section by displacement and velocity
+    invariants : trace, sum of principal minors and determinant of that derivative, with a housing of its three rows
     """
 
     law: Law
@@ -222,16 +213,8 @@ def add_rounding(e, p, pieces, i, power, by) -> None:
 def vary_orbit(e, p, pieces, m, closing, columns):
     """Return the `VariedOrbit` of the logged pieces of an orbit, and whether it is isolated and smooth.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
-    pieces : PieceLog
-    m : int
-        Period multiple.
-    closing : float
-        Distance by which the orbit fails to close; it enters the samples.
-    columns : (k,) int64
-        Parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`.
+    closing : distance by which the orbit fails to close; it enters the samples
+    columns : (k,) int64, parameters of the derivatives, by their place in `ALL_DIFFERENTIATED`
     """
     law, u, is_smooth = law_of_log(e, p, pieces, m)
     n, k = u.shape[0], columns.size

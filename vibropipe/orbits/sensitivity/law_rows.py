@@ -88,18 +88,10 @@ def relative_error(e, p, orbit, i, late, speed):
 def write_errors(e, p, orbit, m, closing, out, row, first) -> None:
     """Write the errors of an orbit from its samples.
 
-    Parameters
-    ----------
-    e, p : Effects, Parameters
     orbit : VariedOrbit
-    m : int
-        Period multiple.
-    closing : float
-        Distance by which the orbit fails to close.
-    out : RowResults
-        `e_row` and `e_impacts`.
-    row, first : int
-        The row, and its first impact.
+    closing : distance by which the orbit fails to close
+    out : RowResults, `e_row` and `e_impacts`
+    row, first : the row, and its first impact
     """
     n, k = orbit.u.shape[0], orbit.columns.size
     samples, period, law = orbit.du[:, :, k:], forcing_period(p), orbit.law
@@ -247,24 +239,15 @@ def write_rows(
 ) -> float:
     """Write the errors of solved rows, their derivatives, and the contacts with soft supports.
 
-    Parameters
-    ----------
-    e : Effects
-    parameters : (rows, parameters) float
-    out : RowResults
-        Compacted results of the rows, with their impacts; errors, derivatives and contacts are NaN on entry.
-        Derivatives without entries are not computed.
-    pieces : PieceLog
-        Its capacity is that for contacts and rests of an orbit, too.
-    contacts : (n, columns) float or None
-        Those of `out`, if they are wanted: with soft supports and without a housing.
-    derivatives : int or None
-        Whether those of `out` are wanted: 1 or None, so that their code is compiled for calls that ask for them.
+    parameters : (rows, parameters)
+    out : compacted results of the rows, with their impacts; errors, derivatives and contacts are NaN on entry.
+        Derivatives without entries are not computed
+    pieces : its capacity is that for contacts and rests of an orbit, too
+    contacts : (n, columns) or None, those of `out`, if they are wanted: with soft supports and without a housing
+    derivatives : whether those of `out` are wanted: 1 or None, so that their code is compiled for calls that ask for
+        them
 
-    Returns
-    -------
-    float
-        Steps of all integrals.
+    Returns the steps of all integrals.
     """
     capacity = pieces.values.shape[0]
     log, c = new_log(capacity, capacity, pieces, None), np.empty(DEGREE + 1)
@@ -294,21 +277,12 @@ def with_errors_of_pieces(
 ) -> RowResults:
     """Return compacted results, whose impacts are listed, with errors and, if requested, derivatives of all orbits.
 
-    Parameters
-    ----------
-    rows : RowResults
-    parameters : (rows, parameters) array
-    effects : Effects
-        With soft supports or friction.
-    pieces : PieceLog
-    contacts : int
-        Columns of the contacts with soft supports, 0 if they are not wanted.
-    spent : list of int, optional
-        Receives the work, in steps of a march.
-
-    Notes
-    -----
     Errors are not known beside a housing that slides: there rows gain derivatives alone.
+
+    parameters : (rows, parameters)
+    effects : with soft supports or friction
+    contacts : columns of the contacts with soft supports, 0 if they are not wanted
+    spent : receives the work, in steps of a march
     """
     n, has_derivatives = rows.impact_position.size, rows.d_section.size > 0
     if effects.housing is not None and not has_derivatives:

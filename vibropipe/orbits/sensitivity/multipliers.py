@@ -39,18 +39,10 @@ def transfer_in_tau(p, flights, j):
 def add_trace_derivative(p, flights, j, others, slopes, second) -> None:
     """Add what flight j contributes to the derivatives of the trace.
 
-    Parameters
-    ----------
-    p : Parameters
-    flights : Flights
-        Filled by `vary_orbit`; none released.
-    j : int
-    others : tuple of 4 floats
-        Product of the transfers of all other flights, from j + 1 round to j - 1.
-    slopes : (parameters,) float
-        Increased.
-    second : int or None
-        The effect `second_harmonic`.
+    flights : filled by `vary_orbit`; none released
+    others : tuple of 4 floats, product of the transfers of all other flights, from j + 1 round to j - 1
+    slopes : (parameters,), increased
+    second : the effect `second_harmonic`
     """
     home, start, end, w0 = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
     i = j - 1 if j > 0 else flights.speed.size - 1

@@ -57,17 +57,12 @@ TIE, PARTED, ROUNDED = 1e-11, 1e-6, 1e-12
 class Differentiation(NamedTuple):
     """Work arrays of the derivatives of orbits.
 
-    Attributes
-    ----------
-    work : Workspace
-    flights : Flights
-    changes : (3, parameters) float
+    changes : (3, parameters)
     values : (2,) complex
     derivatives : (3, parameters) complex
     sums : (2, variations) complex
-    totals : (n,) complex
-        n the largest number of amplitudes.
-    d_totals : (n, 2, parameters) float
+    totals : (n,) complex, n the largest number of amplitudes
+    d_totals : (n, 2, parameters)
     """
 
     work: Workspace
@@ -228,22 +223,11 @@ def write_impact_derivatives(flights, out, row, first, second) -> None:
 def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
     """Write the derivatives of an orbit with impacts by the parameters; what is undefined stays NaN.
 
-    Parameters
-    ----------
-    p : Parameters
-    contacts : Contacts
-        Of the orbit.
-    m : int
-        Period multiple.
+    contacts : of the orbit
     room : Differentiation
-    out : RowResults
-        Arrays `d_*`, NaN on entry; those without entries are not computed.
-    row : int
-        Index into `out`.
-    first : int
-        Index of the first impact of the row.
-    second : int or None
-        The effect `second_harmonic`.
+    out : RowResults, arrays `d_*`, NaN on entry; those without entries are not computed
+    first : index of the first impact of the row
+    second : the effect `second_harmonic`
     """
     flights = first_flights(room.flights, contacts.position.size)
     if not vary_orbit(p, contacts, m, flights, room.work, second):

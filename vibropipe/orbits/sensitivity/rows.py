@@ -159,20 +159,12 @@ def new_derivatives(
 
     A quantity has derivatives if its own output is requested as well. Those of impacts begin without entries.
 
-    Parameters
-    ----------
-    n : int
-        Number of rows.
-    harmonics, subharmonics : int
-        Numbers of harmonics and subharmonics.
-    outputs : tuple of str
-        Requested outputs.
-    pieces : bool
-        Whether motions have soft supports or friction: derivatives by more parameters, and of one more energy.
-    second : int or None
-        The effect `second_harmonic`.
-    housing : int or None
-        The effect, with which there are two more energies and one more multiplier.
+    n : number of rows
+    harmonics, subharmonics : numbers of harmonics and subharmonics
+    outputs : requested outputs
+    pieces : whether motions have soft supports or friction: derivatives by more parameters, and of one more energy
+    second : the effect `second_harmonic`
+    housing : the effect, with which there are two more energies and one more multiplier
     """
     parameters = N_OF_PIECES if pieces else n_parameters(second)
     if housing is not None:
@@ -233,15 +225,10 @@ def differentiate_row(p, out, row, first, room, second) -> None:
 def differentiate_rows(parameters, out, impacts, second) -> None:
     """Write the derivatives of solved rows.
 
-    Parameters
-    ----------
-    parameters : (rows, parameters) float
-    out : RowResults
-        Compacted results of the rows, with their impacts.
-    impacts : int
-        Capacity for the impacts of an orbit.
-    second : int or None
-        The effect `second_harmonic`.
+    parameters : (rows, parameters)
+    out : RowResults, compacted results of the rows, with their impacts
+    impacts : capacity for the impacts of an orbit
+    second : the effect `second_harmonic`
     """
     room, first = new_differentiation(out, impacts, second), 0
     for row in range(parameters.shape[0]):

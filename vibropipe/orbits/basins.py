@@ -44,14 +44,9 @@ LINES = 2**31
 class Ellipses(NamedTuple):
     """Ellipses (x - x0, v - v0) S (x - x0, v - v0)^T <= 1 around section points of stable orbits.
 
-    Attributes
-    ----------
-    center : (n, 2) float
-        Section points (x0, v0).
-    shape : (n, 3) float
-        S, as (s11, s12, s22).
-    owner : (n,) int64
-        Number of the attractor.
+    center : (n, 2), section points (x0, v0)
+    shape : (n, 3), S, as (s11, s12, s22)
+    owner : (n,) int64, number of the attractor
     """
 
     center: np.ndarray
@@ -62,17 +57,11 @@ class Ellipses(NamedTuple):
 class Cells(NamedTuple):
     """Cells of the section plane that attractors without an orbit visit.
 
-    Attributes
-    ----------
-    visited : (n_cells,) int64
-        Cells of the attractors one after the other, those of each in increasing order: column * LINES + line, counted
-        by x and by v.
-    first : (n + 1,) int64
-        Index of the first cell of each attractor in `visited`.
-    corner, scale : (n, 2) float
-        Least x and v of the cells, and cells per unit of x and of v.
-    owner : (n,) int64
-        Number of the attractor.
+    visited : (n_cells,) int64, cells of the attractors one after the other, those of each in increasing order: column *
+        LINES + line, counted by x and by v
+    first : (n + 1,) int64, index of the first cell of each attractor in `visited`
+    corner, scale : (n, 2), least x and v of the cells, and cells per unit of x and of v
+    owner : (n,) int64, number of the attractor
     """
 
     visited: np.ndarray
@@ -97,18 +86,10 @@ def ellipse_owner(ellipses, x, v) -> int:
 def cell_owner(cells, runs, x, v) -> int:
     """Count the sections in a row in the cells of each attractor.
 
-    Parameters
-    ----------
-    cells : Cells
-    runs : (n,) int64
-        Sections in a row so far, updated in place.
-    x, v : float
-        The next section.
+    runs : (n,) int64, sections in a row so far, updated in place
+    x, v : the next section
 
-    Returns
-    -------
-    int
-        Number of the attractor whose count has reached RUN, or UNDECIDED.
+    Returns the number of the attractor whose count has reached RUN, or UNDECIDED.
     """
     for i in range(cells.owner.size):
         column = (x - cells.corner[i, 0]) * cells.scale[i, 0]
@@ -135,16 +116,9 @@ def cell_owner(cells, runs, x, v) -> int:
 def next_section(e, p, grid, state, log, c):
     """March to the next section, the end of the forcing period of a state.
 
-    Parameters
-    ----------
-    e, p, grid, state, log, c
-        As for `march`. The log is emptied first.
+    e, p, grid, state, log, c : as for `march`. The log is emptied first
 
-    Returns
-    -------
-    state : State
-    status : int
-        `Status`; LOG_FULL if the log holds only the last contacts.
+    Returns the state, and a `Status`; LOG_FULL if the log holds only the last contacts.
     """
     clear_log(log)
     return march_periods(e, p, grid, at_period_zero(state), ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
@@ -154,25 +128,13 @@ def next_section(e, p, grid, state, log, c):
 def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log, c):
     """March from a state until the motion is assigned to an attractor.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `march`.
-    state : State
-        Start, at any phase of the force.
-    ellipses : Ellipses
-    cells : Cells
-    runs : (n,) int64
-        Work space, for each attractor of `cells`.
-    max_periods : int
-        Largest number of forcing periods marched.
+    e, p, grid, log, c : as for `march`
+    state : start, at any phase of the force
+    runs : (n,) int64, work space, for each attractor of `cells`
+    max_periods : largest number of forcing periods marched
 
-    Returns
-    -------
-    attractor : int
-        Its number, UNDECIDED, also where the log limits its work further, or FAILED.
-    periods : int
-        Forcing periods marched.
+    Returns the number of the attractor, UNDECIDED, also where the log limits its work further, or FAILED; and the
+    forcing periods marched.
     """
     crowded, before = 0, work_of(log)
     runs[:] = 0
@@ -203,18 +165,11 @@ def assign_starts(
 ) -> None:
     """Assign starts to attractors (`settled_attractor`).
 
-    Parameters
-    ----------
-    e, p, grid, ellipses, cells, max_periods, log, c
-        As for `settled_attractor`.
-    starts : (n, 2) float
-        Starts (x, v).
-    phase : float
-        Phase of the force at the start, in turns.
-    owner : (n,) int64
-        Output: attractor of each start.
-    periods : (n,) int64
-        Output: forcing periods marched.
+    e, p, grid, ellipses, cells, max_periods, log, c : as for `settled_attractor`
+    starts : (n, 2), x and v
+    phase : phase of the force at the start, in turns
+    owner : (n,) int64, output: attractor of each start
+    periods : (n,) int64, output: forcing periods marched
     """
     runs = np.zeros(cells.owner.size, np.int64)
     for i in range(starts.shape[0]):
@@ -228,21 +183,12 @@ def assign_starts(
 def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
     """March a motion and write its sections.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `march`.
-    x, v : float
-        Start.
-    phase : float
-        Phase of the force at the start, in turns.
-    sections : (n, 2) float
-        Output: the next n sections (x, x').
+    e, p, grid, log, c : as for `march`
+    x, v : start
+    phase : phase of the force at the start, in turns
+    sections : (n, 2), output: the next n sections (x, x')
 
-    Returns
-    -------
-    int
-        Sections written; fewer than n if the march failed.
+    Returns how many were written; fewer than n if the march failed.
     """
     state = start_state(log.pieces, e, p, grid, phase, x, v)
     allow_work(log, MAX_ROW_WORK)
@@ -283,17 +229,11 @@ def _contact_sequence(pieces, log, key):
 def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
     """Apply the m-period return map to states at the section.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `march`.
-    states : (n, 2) float
-    m : int
-        Number of forcing periods.
-    images : (n, 2) float
-        Output: the states m periods later; NaN where the march failed, as beyond the work of a row for all.
-    sequence : (n,) int64
-        Output: equal for states whose motions have the same contacts in the same forcing periods.
+    e, p, grid, log, c : as for `march`
+    states : (n, 2)
+    m : number of forcing periods
+    images : (n, 2), output: the states m periods later; NaN where the march failed, as beyond the work of a row for all
+    sequence : (n,) int64, output: equal for states whose motions have the same contacts in the same forcing periods
     """
     allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):

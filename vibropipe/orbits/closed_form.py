@@ -94,18 +94,9 @@ def write_forces_of_flight(e, p, x, v, out, row, c) -> None:
 def solve_linear(p, out, row):
     """Solve a row whose motion reaches no support: the steady state of eq. (5) in closed form.
 
-    Parameters
-    ----------
-    p : Parameters
-    out : RowResults
-        Results; outputs without entries are not computed.
-    row : int
-        Index into `out`.
+    out : RowResults; outputs without entries are not computed
 
-    Returns
-    -------
-    x, v : float
-        Stroboscopic section.
+    Returns the stroboscopic section (x, v).
     """
     x, x_2 = linear_amplitude(p), second_linear_amplitude(p)
     write_label(out, row, NO_IMPACT, 1)
@@ -185,24 +176,12 @@ def solve_conservative(p, x, v, out, row, first, c):
 
     The orbit has its own period, not that of the force, and both Floquet multipliers are 1.
 
-    Parameters
-    ----------
-    p : Parameters
-    x, v : float
-        Start of the motion.
-    out : RowResults
-        Results; outputs without entries are not computed.
-    row : int
-        Index into `out`.
-    first : int
-        Index of the first impact of the row.
-    c : ndarray
-        Work space, at least two numbers.
+    x, v : start of the motion
+    out : RowResults; outputs without entries are not computed
+    first : index of the first impact of the row
+    c : work space, at least two numbers
 
-    Returns
-    -------
-    x, v : float
-        The start, which lies on the orbit.
+    Returns the start (x, v), which lies on the orbit.
     """
     orbit = arc(p, x, v)
     speeds, one = c[:2], complex(1.0, 0.0)

@@ -85,10 +85,7 @@ def settles_on(orbit) -> bool:
     motion passes a stable orbit slowly, next to an unstable one, it does neither. A motion that already repeats lies
     on its own orbit, stable or not.
 
-    Parameters
-    ----------
-    orbit : Orbit
-        Result of `shoot`.
+    orbit : result of `shoot`
     """
     if not orbit.is_closed:
         return False
@@ -109,23 +106,11 @@ def settles_on(orbit) -> bool:
 def reach_orbit(e, p, grid, state, m, within, closed, log, c):
     """Close the orbit of m periods next to a state and decide whether the motion settles on it.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `shoot`.
-    state : State
-        State at the section.
-    m : int
-        Period multiple.
-    within, closed : float
-        Bounds of `Shooting`: largest residual to start from, and residual of a closed orbit.
+    e, p, grid, log, c : as for `shoot`
+    state : state at the section
+    within, closed : bounds of `Shooting`: largest residual to start from, and residual of a closed orbit
 
-    Returns
-    -------
-    is_reached : bool
-        Whether the motion settles on the orbit.
-    orbit : Orbit
-        The orbit, closed or not.
+    Returns whether the motion settles on the orbit, and the orbit, closed or not.
     """
     orbit = shoot(e, p, grid, state, m, Shooting(within, MAX_TRIAL_MULTIPLIER, closed), log, c)
     return settles_on(orbit) and is_located(e, p, orbit, log), orbit
@@ -138,19 +123,10 @@ def reduce_multiple(e, p, grid, orbit, log, c):
     A motion that spirals in can nearly repeat after m periods before it does after a divisor of m. The log is left
     with the contacts of the returned orbit.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `shoot`.
-    orbit : Orbit
-        A closed orbit that the motion settles on.
+    e, p, grid, log, c : as for `shoot`
+    orbit : a closed orbit that the motion settles on
 
-    Returns
-    -------
-    is_reached : bool
-        Whether the motion settles on the returned orbit.
-    least : Orbit
-        The orbit over its least multiple.
+    Returns whether the motion settles on the returned orbit, and that orbit, over its least multiple.
     """
     for m in range(1, orbit.m // 2 + 1):
         if orbit.m % m == 0:
@@ -175,29 +151,14 @@ def reduce_multiple(e, p, grid, orbit, log, c):
 def close_first_candidate(e, p, grid, state, sections, k, norm, largest, log, c):
     """Close the orbit of the least multiple that the section nearly repeats with and that the motion settles on.
 
-    Parameters
-    ----------
-    e, p, grid, log, c
-        As for `shoot`.
-    state : State
-        State at period k.
-    sections : tuple of (HISTORY_OFFSET + n,) float
-        Sections (x, x', X') at the periods 0 to k, from HISTORY_OFFSET on.
-    k : int
-        Forcing periods marched.
-    norm : float
-        Norm of the motion.
-    largest : int
-        Largest multiple tried.
+    e, p, grid, log, c : as for `shoot`
+    state : state at period k
+    sections : tuple of (HISTORY_OFFSET + n,), sections (x, x', X') at the periods 0 to k, from HISTORY_OFFSET on
+    k : forcing periods marched
+    largest : largest multiple tried
 
-    Returns
-    -------
-    trial_periods : int
-        Sum of the multiples that were tried.
-    is_reached : bool
-        Whether the motion settles on the orbit.
-    orbit : Orbit
-        The orbit; not closed if no multiple was tried.
+    Returns the sum of the multiples that were tried, whether the motion settles on the orbit, and the orbit, which is
+    not closed if no multiple was tried.
     """
     orbit = Orbit(
         False,

@@ -79,19 +79,10 @@ def impulse_of_contact(e, p, pieces):
 def march_contact(e, p, grid, position, home, velocity, march_room, contact) -> None:
     """March a contact with a soft support, which its impact determines, until the mass leaves, and write its columns.
 
-    Parameters
-    ----------
-    e, p, grid : Effects, Parameters, StepGrid
-    position : float
-        Of the impact that begins it, in forcing periods.
-    home : int
-        The support.
-    velocity : float
-        x' on entering.
-    march_room
-        As for `march_orbit`.
-    contact : (4,) or (5,) float
-        Columns of the contact; not written where it does not end.
+    position : of the impact that begins it, in forcing periods
+    velocity : x' on entering
+    march_room : as for `march_orbit`
+    contact : (4,) or (5,), columns of the contact; not written where it does not end
     """
     log, c, _grid_room = march_room
     state = piece_state(
@@ -122,18 +113,10 @@ def write_contacts(contacts, e, p, march_room, out, row, first) -> None:
 
     And its impulse, if there is room for it.
 
-    Parameters
-    ----------
-    contacts : (n, columns) float or None
-        NaN on entry; nothing is written, or compiled, without it or its columns.
-    e, p, march_room
-        As for `march_orbit`.
-    out : RowResults
-        Compacted results, with their impacts.
-    row : int
-        Index of the row.
-    first : int
-        Index of its first impact.
+    contacts : (n, columns) or None, NaN on entry; nothing is written, or compiled, without it or its columns
+    e, p, march_room : as for `march_orbit`
+    out : RowResults, compacted results, with their impacts
+    first : index of the first impact of the row
     """
     if contacts is None:
         return

@@ -31,12 +31,8 @@ GOLDEN = 0.5 * (math.sqrt(5.0) - 1.0)
 class Integrals(NamedTuple):
     """Sums that grow along a motion.
 
-    Attributes
-    ----------
-    energy : (2,) float or longer
-        Work of the force, loss by damping, and so on (`RowResults`).
-    forces : (FORCES,) float
-        Its columns are named above; without entries if not requested.
+    energy : (2,) or longer, work of the force, loss by damping, and so on (`RowResults`)
+    forces : (FORCES,), its columns are named above; without entries if not requested
     """
 
     energy: np.ndarray
@@ -46,14 +42,9 @@ class Integrals(NamedTuple):
 class Step(NamedTuple):
     """A step of a motion by its polynomial, y'' = load + sigma force - stiffness y - damping y'.
 
-    Attributes
-    ----------
-    stiffness, damping, load, sigma : float
-        Coefficients, and the sign of x in y.
-    support : int
-        The soft support that it touches, or 0.
-    dt : float
-        Length in tau.
+    stiffness, damping, load, sigma : coefficients, and the sign of x in y
+    support : the soft support that it touches, or 0
+    dt : length in tau
     """
 
     stiffness: float

@@ -28,16 +28,9 @@ EXPONENT_PERIODS, BLOCK_PERIODS = 75, 5
 def period_jacobian(e, p, log, is_complete, start, end):
     """Return the Jacobian (j11, j12, j21, j22) of the return map over one forcing period.
 
-    Parameters
-    ----------
-    e : Effects
-    p : Parameters
-    log : Log
-        Contacts of the period.
-    is_complete : bool
-        Whether the log holds all contacts of the period; if not, the Jacobian is NaN.
-    start, end : State
-        States before and after the period.
+    log : contacts of the period
+    is_complete : whether the log holds all contacts of the period; if not, the Jacobian is NaN
+    start, end : states before and after the period
     """
     if not is_complete:
         return math.nan, math.nan, math.nan, math.nan
@@ -48,24 +41,13 @@ def period_jacobian(e, p, log, is_complete, start, end):
 def perturbation_growth(jacobian, coupling, dx, dv, dp):
     """Propagate a perturbation over one forcing period and measure its growth [1]_.
 
-    Parameters
-    ----------
-    jacobian : tuple of float
-        Result of `period_jacobian`.
-    coupling : Coupling
-        Its rest, where a housing may slide.
-    dx, dv, dp : float
-        Perturbation of (x, x') and of the momentum of both bodies before the period.
+    jacobian : result of `period_jacobian`
+    coupling : its rest, where a housing may slide
+    dx, dv, dp : perturbation of (x, x') and of the momentum of both bodies before the period
 
-    Returns
-    -------
-    dx, dv, dp : float
-        Perturbation after the period, scaled to length 1.
-    log_growth : float
-        Logarithm of its length before scaling; -inf after a rest, which erases it, and NaN if it is not finite.
+    Returns the perturbation (dx, dv, dp) after the period, scaled to length 1, and the logarithm of its length before
+    scaling; -inf after a rest, which erases it, and NaN if it is not finite.
 
-    References
-    ----------
     .. [1] G. Benettin, L. Galgani, A. Giorgilli, J.-M. Strelcyn, Lyapunov characteristic exponents for smooth
        dynamical systems, Meccanica 15 (1980) 9.
     """
@@ -84,12 +66,8 @@ def perturbation_growth(jacobian, coupling, dx, dv, dp):
 class Divergence(NamedTuple):
     """A perturbation, and its growth since it began or a rest erased the one before.
 
-    Attributes
-    ----------
-    dx, dv, dp : float
-        Perturbation of (x, x') and of the momentum of both bodies, of length 1.
-    growth : float
-        Logarithm of its growth.
+    dx, dv, dp : perturbation of (x, x') and of the momentum of both bodies, of length 1
+    growth : logarithm of its growth
     """
 
     dx: float
@@ -136,11 +114,7 @@ def contraction(p, periods, on_1, on_2):
 
     Damping shrinks them by exp(-h tau), each impact by R^2, the determinants of flow and saltation matrices.
 
-    Parameters
-    ----------
-    p : Parameters
-    periods, on_1, on_2 : int
-        Forcing periods, and impacts on each support in them.
+    periods, on_1, on_2 : forcing periods, and impacts on each support in them
     """
     total = p.h * forcing_period(p) * periods
     for n, restitution in ((on_1, p.R1), (on_2, p.R2)):
@@ -152,16 +126,10 @@ def contraction(p, periods, on_1, on_2):
 class GrowthSums(NamedTuple):
     """A perturbation, and sums of the logarithms of its growth over blocks of forcing periods.
 
-    Attributes
-    ----------
-    dx, dv, dp : float
-        Perturbation of (x, x') and of the momentum of both bodies, of length 1.
-    periods : int
-        Forcing periods.
-    block : float
-        Sum over the block that is not complete.
-    total, squares : float
-        Sum of the complete blocks but the first, and of their squares.
+    dx, dv, dp : perturbation of (x, x') and of the momentum of both bodies, of length 1
+    periods : forcing periods
+    block : sum over the block that is not complete
+    total, squares : sum of the complete blocks but the first, and of their squares
     """
 
     dx: float

@@ -27,20 +27,10 @@ ONE_PERIOD = np.int64(1)
 def rest_force(p, support, k, m, start, end):
     """Integrate the support force x_s - f sin(nu tau) times exp(-i k nu tau / m) over a rest.
 
-    Parameters
-    ----------
-    p : Parameters
-    support : int
-        Support, 1 or 2.
-    k, m : int
-        Numerator and denominator of the frequency k nu/m.
-    start, end : float
-        Rest, in forcing periods.
+    k, m : numerator and denominator of the frequency k nu/m
+    start, end : of the rest, in forcing periods
 
-    Returns
-    -------
-    complex
-        The integral, in forcing periods.
+    Returns the integral, in forcing periods.
     """
     x = support_position(p, support)
     return x * phase_integral(k / m, start, end) + reaction_integral(p, k, m, start, end)
@@ -50,21 +40,12 @@ def rest_force(p, support, k, m, start, end):
 def add_support_forces(p, log, resting, rest_start, m, until, out) -> None:
     """Add the support forces of logged contacts to the sums at the frequencies k nu/m, k = 0, 1, ...
 
-    Parameters
-    ----------
-    p : Parameters
-    log : Log
-        Contacts; times in forcing periods from 0 to `until`.
-    resting : int
-        Support of a rest that has not ended at `until`; 0 for none.
-    rest_start : float
-        Start of that rest. A rest counts from 0 if it began earlier.
-    m : int
-        Denominator of the frequencies k nu/m: 1 for harmonics of the force.
-    until : float
-        End of the log, in forcing periods.
-    out : (harmonics + 1,) complex
-        Sums, increased in place, in units of impulse times nu/(2 pi).
+    log : contacts; times in forcing periods from 0 to `until`
+    resting : support of a rest that has not ended at `until`; 0 for none
+    rest_start : start of that rest. A rest counts from 0 if it began earlier
+    m : denominator of the frequencies k nu/m: 1 for harmonics of the force
+    until : end of the log, in forcing periods
+    out : (harmonics + 1,) complex, sums, increased in place, in units of impulse times nu/(2 pi)
     """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         impulse = log.impulse[i] * p.nu / TWO_PI
@@ -92,20 +73,12 @@ def dynamic_stiffness(p, k, m):
 def divide_by_stiffness(p, m, length, out) -> bool:
     """Convert sums of support forces to amplitudes X(k nu/m), in place.
 
-    Parameters
-    ----------
-    p : Parameters
-    m : int
-        Denominator of the frequencies k nu/m: 1 for harmonics of the force.
-    length : float
-        Forcing periods that the sums extend over.
-    out : (harmonics + 1,) complex
-        Sums of `add_support_forces`; amplitudes on return. Harmonics near resonance are left unchanged.
+    m : denominator of the frequencies k nu/m: 1 for harmonics of the force
+    length : forcing periods that the sums extend over
+    out : (harmonics + 1,) complex, sums of `add_support_forces`; amplitudes on return. Harmonics near resonance are
+        left unchanged
 
-    Returns
-    -------
-    bool
-        Whether all harmonics were converted; False if one is too near resonance for the closed form.
+    Returns whether all harmonics were converted; False if one is too near resonance for the closed form.
     """
     is_complete = True
     for k in range(out.size):

@@ -85,15 +85,9 @@ def write_housing(pieces, p, steady, housing, row) -> None:
 def add_housing_harmonics(pieces, e, p, out, direct) -> None:
     """Add the integrals of X'' exp(-i k nu tau) over all logged pieces, impacts included, to out[k].
 
-    Parameters
-    ----------
     pieces : PieceLog or None
-    e : Effects
-    p : Parameters
-    out : (harmonics + 1,) complex
-        In units of X'' times forcing periods; or without entries.
-    direct : (harmonics + 1,) complex
-        Work array.
+    out : (harmonics + 1,) complex, in units of X'' times forcing periods; or without entries
+    direct : (harmonics + 1,) complex, work array
     """
     if pieces is not None and out.size > 0:
         add_accelerations(pieces.housing, pieces, e, p, out, direct)

@@ -32,16 +32,10 @@ SAME_GRAZING = 1e-6
 def count_contacts(log, end, impacts, rests, largest) -> None:
     """Add the contacts of a log to the counts, and update the largest impact velocities.
 
-    Parameters
-    ----------
-    log : Log
-        Contacts of an orbit or a forcing period.
-    end : State
-        State at its end.
-    impacts, rests : (2,) float
-        Counts for each support, increased in place.
-    largest : (2,) float
-        Largest impact velocity on each support, updated in place.
+    log : contacts of an orbit or a forcing period
+    end : state at its end
+    impacts, rests : (2,), counts for each support, increased in place
+    largest : (2,), largest impact velocity on each support, updated in place
     """
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         side = log.support[i] - 1
@@ -71,13 +65,7 @@ def count_grazings(log, m, grazings) -> None:
 
 @jit
 def regime_of(impacts, rests) -> int:
-    """Return the code of `regime` for an orbit.
-
-    Parameters
-    ----------
-    impacts, rests : (2,) float
-        Impacts and rests on each support.
-    """
+    """Return the code of `regime` for an orbit; impacts, rests : (2,), on each support."""
     if rests[0] + rests[1] > 0.0:
         return WITH_REST
     if impacts[0] > 0.0 and impacts[1] > 0.0:
@@ -95,22 +83,11 @@ def regime_of(impacts, rests) -> int:
 def write_amplitudes(e, p, steady, log, m, c, work, amplitudes, row) -> None:
     """Write the amplitudes X(k nu/m), k = 0, 1, ..., of a closed orbit.
 
-    Parameters
-    ----------
-    e, p, c
-        As for `march`.
-    steady : SteadyState
-        The orbit.
-    log : Log
-        Its contacts.
-    m : int
-        1 for harmonics of the force, the period multiple of the orbit for all frequencies in it.
-    work : tuple of ndarray
-        Room for harmonics and energies, `room.new_work`.
-    amplitudes : (rows, n) complex
-        Zero on entry, or without entries.
-    row : int
-        Index into `amplitudes`.
+    e, p, c : as for `march`
+    steady : SteadyState, the orbit
+    m : 1 for harmonics of the force, the period multiple of the orbit for all frequencies in it
+    work : tuple of ndarray, room for harmonics and energies, `room.new_work`
+    amplitudes : (rows, n) complex, zero on entry, or without entries
     """
     if amplitudes.size > 0:
         amplitudes_of(log.pieces, e, p, steady, log, m, c, work, amplitudes[row])
@@ -136,14 +113,9 @@ def amplitudes_of(pieces, e, p, steady, log, m, c, work, amplitudes) -> None:
 def write_harmonics(e, p, steady, log, c, work, amplitudes, subharmonics, row) -> None:
     """Write the amplitudes of a closed orbit at the multiples of nu, and at those of nu/m between them.
 
-    Parameters
-    ----------
-    e, p, steady, log, c, work, row
-        As for `write_amplitudes`.
-    amplitudes : (rows, harmonics + 1) complex
-        X(k nu). Zero on entry, or without entries.
-    subharmonics : (rows, n) complex
-        X(j nu/m), NaN where j is a multiple of m. NaN on entry, or without entries.
+    e, p, steady, log, c, work, row : as for `write_amplitudes`
+    amplitudes : (rows, harmonics + 1) complex, X(k nu). Zero on entry, or without entries
+    subharmonics : (rows, n) complex, X(j nu/m), NaN where j is a multiple of m. NaN on entry, or without entries
     """
     write_amplitudes(e, p, steady, log, ONE_PERIOD, c, work, amplitudes, row)
     if subharmonics.size > 0 and steady.m > 1:
@@ -175,18 +147,10 @@ def write_orbit_exponent(rate, exponent, row) -> None:
 def orbit_exponent(p, steady, impacts):
     """Return the Lyapunov exponent of a closed orbit, log|multiplier| / (m T), T the forcing period.
 
-    Parameters
-    ----------
-    p : Parameters
-    steady : SteadyState
-        The orbit.
-    impacts : (2,) float
-        Its impacts on each support.
+    steady : SteadyState, the orbit
+    impacts : (2,), its impacts on each support
 
-    Returns
-    -------
-    float
-        -inf if the multiplier is 0: a rest erases every perturbation.
+    Returns -inf if the multiplier is 0: a rest erases every perturbation.
     """
     size = abs(steady.first)
     if size > 0.0:
@@ -202,20 +166,11 @@ def write_energy(e, p, steady, log, c, work, out, row) -> None:
 
     And its forces, if they are requested.
 
-    Parameters
-    ----------
-    e, p, c
-        As for `march`.
-    steady : SteadyState
-        The orbit.
-    log : Log
-        Its contacts.
-    work : tuple of ndarray
-        As for `write_amplitudes`.
-    out : RowResults
-        `energy` and `forces`: zero on entry, or without entries. The change of the stored energy, last, stays zero.
-    row : int
-        Index into `out`.
+    e, p, c : as for `march`
+    steady : SteadyState, the orbit
+    work : tuple of ndarray, as for `write_amplitudes`
+    out : RowResults, `energy` and `forces`: zero on entry, or without entries. The change of the stored energy, last,
+        stays zero
     """
     if out.energy.size > 0:
         sums = Integrals(out.energy[row], out.forces[row])
@@ -245,20 +200,10 @@ def energy_of(pieces, e, p, steady, log, c, work, sums) -> None:
 def write_impacts(log, m, count, position, velocity, support, row, first) -> None:
     """Write the impacts of an orbit, in order of time and at positions in [0, m).
 
-    Parameters
-    ----------
-    log : Log
-        Contacts of the orbit.
-    m : int
-        Period multiple.
-    count : (rows,) int
-        Number of impacts, or without entries.
-    position, velocity, support : (capacity,)
-        Position in forcing periods, velocity before impact, and support.
-    row : int
-        Index of the row.
-    first : int
-        Index of its first impact.
+    log : contacts of the orbit
+    count : (rows,) int, number of impacts, or without entries
+    position, velocity, support : (capacity,), position in forcing periods, velocity before impact, and support
+    first : index of the first impact of the row
     """
     if count.size > 0:
         n = first
@@ -290,16 +235,9 @@ def write_smoothness(log, grazes, releases, row) -> None:
 def write_largest(largest_seen, impacts, largest, row) -> None:
     """Write the largest impact velocity on each support; NaN on a support without impacts.
 
-    Parameters
-    ----------
-    largest_seen : (2,) float
-        Largest impact velocity on each support.
-    impacts : (2,) float
-        Impacts on each support.
-    largest : (rows, 2) float
-        Output, or without entries.
-    row : int
-        Index into `largest`.
+    largest_seen : (2,), largest impact velocity on each support
+    impacts : (2,), on each support
+    largest : (rows, 2), output, or without entries
     """
     if largest.size > 0:
         for side in range(2):

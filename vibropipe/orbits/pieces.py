@@ -70,9 +70,8 @@ def saltation_of_piece(e, p, pieces, i):
     reverses the friction; a stick takes the velocity, and keeps the displacement. A slip begins without velocity and,
     unless static friction is larger than kinetic, without acceleration: the flow is smooth.
 
-    References
-    ----------
-    R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004), ch. 3.
+    Reference: R. I. Leine, H. Nijmeijer, "Dynamics and Bifurcations of Non-Smooth Mechanical Systems", Springer (2004),
+    ch. 3.
     """
     codes, values = pieces.codes, pieces.values
     cause, home = codes[i, CAUSE], codes[i, HOME]
@@ -213,17 +212,11 @@ def decay_after(e, p, pieces, i, span, y, w):
 def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     """Add the integrals over piece i by Gauss quadrature.
 
-    Parameters
-    ----------
-    e, p, pieces, i
-        Piece i of a log.
-    m : int
-        Denominator of the frequencies k nu/m.
-    out : (n,) complex
-        out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
-    sums : Integrals
-        energy : (5,) float
-            Increased by the work of the force and the losses by damping, at support 1 and 2, and by friction.
+    e, p, pieces, i : piece i of a log
+    m : denominator of the frequencies k nu/m
+    out : (n,) complex, out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods
+    sums : Integrals, whose energy (5,) is increased by the work of the force and the losses by damping, at support 1
+        and 2, and by friction
     """
     home, form = pieces.codes[i, HOME], pieces.codes[i, FORM]
     start, span = pieces.values[i, AT], pieces.values[i, SPAN]
@@ -268,16 +261,10 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
 def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, steps):
     """Add what `integrate_piece` does over a stretch of a piece; return (y, w) at its end.
 
-    Parameters
-    ----------
-    done, span : float
-        Start of the stretch after that of the piece, and its length, in tau.
-    y, w : float
-        State at its start.
-    kind : int
-        What is left of the motion (`physics.decay`).
-    steps : float
-        Steps that the stretch is divided into.
+    done, span : start of the stretch after that of the piece, and its length, in tau
+    y, w : state at its start
+    kind : what is left of the motion (`physics.decay`)
+    steps : steps that the stretch is divided into
     """
     home, form, second = pieces.codes[i, HOME], pieces.codes[i, FORM], e.second_harmonic
     period, energy = forcing_period(p), sums.energy

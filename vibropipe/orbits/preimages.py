@@ -23,15 +23,10 @@ MAX_IMPACTS = np.int64(1000)
 def map_back(e, p, grid, states, log, c, before) -> None:
     """March states at the section to the section before.
 
-    Parameters
-    ----------
-    e, grid, log, c
-        As for `march`.
-    p : Parameters
-        Those of the motion x(-tau), `SectionMap.preimages`.
-    states : (n, 2) float
-    before : (n, 2) float
-        Output: the states a forcing period before; NaN where the march failed.
+    e, grid, log, c : as for `march`
+    p : those of the motion x(-tau), `SectionMap.preimages`
+    states : (n, 2)
+    before : (n, 2), output: the states a forcing period before; NaN where the march failed
     """
     allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):

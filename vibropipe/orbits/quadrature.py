@@ -78,27 +78,15 @@ def _add_rest(x, start, end, m, out) -> None:
 def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
     """Integrate over a logged motion.
 
-    Parameters
-    ----------
-    e : Effects
-    p : Parameters
-    x, v : float
-        Start of the motion.
-    start, stop : float
-        Start and end, in forcing periods.
-    end : State
-        State at `stop`.
-    log : Log
-        Contacts; positions in forcing periods.
-    m : int
-        Denominator of the frequencies k nu/m.
-    out : (harmonics + 1,) complex
-        out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods.
-    sums : Integrals
-        energy[0] is increased by the work of the force, energy[1] by the loss by damping; forces by those of flights
-        and rests.
-    c : (DEGREE + 1,) float
-        Work array.
+    x, v : start of the motion
+    start, stop : start and end, in forcing periods
+    end : state at `stop`
+    log : contacts; positions in forcing periods
+    m : denominator of the frequencies k nu/m
+    out : (harmonics + 1,) complex, out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods
+    sums : Integrals, energy[0] is increased by the work of the force, energy[1] by the loss by damping; forces by those
+        of flights and rests
+    c : (DEGREE + 1,), work array
     """
     n_impacts = min(log.counts[IMPACTS], log.position.size)
     n_rests = min(log.counts[RESTS], log.rest_start.size)
@@ -135,13 +123,8 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
 def tail_speed(p, impulse, side):
     """Return the speed with which the tail of a chatter began; it loses the kinetic energy of that.
 
-    Parameters
-    ----------
-    p : Parameters
-    impulse : float
-        Sum of the impulses of the tail.
-    side : int
-        Index of the support, 0 or 1.
+    impulse : sum of the impulses of the tail
+    side : index of the support, 0 or 1
     """
     restitution = p.R1 if side == 0 else p.R2
     speed = abs(impulse)
@@ -188,15 +171,10 @@ def add_losses(p, log, sums) -> None:
 def add_energy(e, p, x, v, start, stop, end, log, none, sums, c) -> None:
     """Add the energies of a logged motion, and its forces if requested.
 
-    Parameters
-    ----------
-    e, p, x, v, start, stop, end, log, c
-        As for `integrate_along`.
-    none : (0,) complex
-        No harmonics.
-    sums : Integrals
-        energy : (4,) float or longer
-            Increased by the work of the force and the losses by damping, at support 1 and at support 2.
+    e, p, x, v, start, stop, end, log, c : as for `integrate_along`
+    none : (0,) complex, no harmonics
+    sums : Integrals, whose energy, (4,) or longer, is increased by the work of the force and the losses by damping, at
+        support 1 and at support 2
     """
     integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, sums, c)
     add_losses(p, log, sums)
@@ -206,16 +184,10 @@ def add_energy(e, p, x, v, start, stop, end, log, none, sums, c) -> None:
 def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, work, c) -> None:
     """Replace the harmonics that `harmonics.divide_by_stiffness` left unchanged by quadrature.
 
-    Parameters
-    ----------
-    e, p, x, v, end, log, m, c
-        As for `integrate_along`, from 0 to `length` forcing periods.
-    length : float
-        Length of the orbit, in forcing periods.
-    out : (harmonics + 1,) complex
-        Amplitudes.
-    work : tuple of ndarray
-        Room for harmonics, complex and at least as long as `out`, and for energies, (2,).
+    e, p, x, v, end, log, m, c : as for `integrate_along`, from 0 to `length` forcing periods
+    length : length of the orbit, in forcing periods
+    out : (harmonics + 1,) complex, amplitudes
+    work : tuple of ndarray, room for harmonics, complex and at least as long as `out`, and for energies, (2,)
     """
     direct, energy = work
     for k in range(out.size):

@@ -31,16 +31,9 @@ def may_repeat(sections, k, norm, largest) -> bool:
 
     The loop has no branch, so that it is vectorised; `nearly_repeats` then examines each multiple.
 
-    Parameters
-    ----------
-    sections : tuple of (HISTORY_OFFSET + n,) float
-        Sections (x, x', X').
-    k : int
-        Forcing periods marched.
-    norm : float
-        Norm of the motion.
-    largest : int
-        Largest period multiple, at most MAX_MULTIPLE or k/2.
+    sections : tuple of (HISTORY_OFFSET + n,), sections (x, x', X')
+    k : forcing periods marched
+    largest : largest period multiple, at most MAX_MULTIPLE or k/2
     """
     xs, vs, us = sections
     now = HISTORY_OFFSET + k
@@ -72,14 +65,8 @@ def _return_distance(sections, k, m):
 def nearly_repeats(sections, k, m, norm) -> bool:
     """Return whether the section at period k nearly repeats that at k - m, and not by chance.
 
-    Parameters
-    ----------
-    sections : tuple of (HISTORY_OFFSET + n,) float
-        Sections (x, x', X').
-    k, m : int
-        Forcing periods marched, and the period multiple.
-    norm : float
-        Norm of the motion.
+    sections : tuple of (HISTORY_OFFSET + n,), sections (x, x', X')
+    k, m : forcing periods marched, and the period multiple
     """
     if not _return_distance(sections, k, m) <= RETURN_TOLERANCE * norm:
         return False
@@ -93,16 +80,9 @@ def nearly_repeats(sections, k, m, norm) -> bool:
 def lies_on_orbit(sections, k, norm, tolerance) -> bool:
     """Return whether the last sections up to period k are near those of up to MAX_LONG_MULTIPLE periods before.
 
-    Parameters
-    ----------
-    sections : tuple of (HISTORY_OFFSET + n,) float
-        Sections (x, x', X').
-    k : int
-        Forcing periods marched.
-    norm : float
-        Norm of the motion.
-    tolerance : float
-        Largest distance of a return, relative to it.
+    sections : tuple of (HISTORY_OFFSET + n,), sections (x, x', X')
+    k : forcing periods marched
+    tolerance : largest distance of a return, relative to it
     """
     for m in range(1, min(MAX_LONG_MULTIPLE, k - REPEATED_PERIODS) + 1):
         repeated = 0

@@ -48,21 +48,12 @@ def at_period_zero(state):
 def march_periods(e, p, grid, state, m, log, c, max_events):
     """March over m forcing periods, emptying the log whenever it is full.
 
-    Parameters
-    ----------
-    e, p, grid, state, log, c
-        As for `march`.
-    m : int
-        Number of forcing periods.
-    max_events : int
-        Largest number of events, counted over all fillings of the log.
+    e, p, grid, state, log, c : as for `march`
+    m : number of forcing periods
+    max_events : largest number of events, counted over all fillings of the log
 
-    Returns
-    -------
-    state : State
-        State after m periods.
-    status : int
-        `Status`; LOG_FULL if the log was emptied, so that it holds only the last contacts.
+    Returns the state after m periods, and a `Status`; LOG_FULL if the log was emptied, so that it holds only the last
+    contacts.
     """
     overflow = False
     until = state.period + m
@@ -116,24 +107,11 @@ def return_map_jacobian(e, p, log, start, end, m):
     It is the product of the flow matrices of the flights and the saltation matrices of the logged impacts [1]_, [2]_.
     After a rest it is zero: the motion no longer depends on the start.
 
-    Parameters
-    ----------
-    e : Effects
-    p : Parameters
-    log : Log
-        Contacts from `start` to `end`; positions in forcing periods after `start`.
-    start, end : State
-        States before and after the m periods.
-    m : int
-        Number of forcing periods.
+    log : contacts from `start` to `end`; positions in forcing periods after `start`
+    start, end : states before and after the m periods
 
-    Returns
-    -------
-    j11, j12, j21, j22 : float
-        Derivative of (x, x') at `end` by (x, x') at `start`.
+    Returns the derivative (j11, j12, j21, j22) of (x, x') at `end` by (x, x') at `start`.
 
-    References
-    ----------
     .. [1] P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos, Solitons
        & Fractals 5 (1995) 1671.
     .. [2] R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
@@ -197,15 +175,7 @@ def multipliers_of(derivative, coupling):
 def floquet_multipliers(j11, j12, j21, j22):
     """Return the Floquet multipliers, the eigenvalues of the Jacobian of the return map.
 
-    Parameters
-    ----------
-    j11, j12, j21, j22 : float
-        Elements of the Jacobian.
-
-    Returns
-    -------
-    first, second : complex
-        The larger modulus first.
+    Returns the one of larger modulus first.
     """
     half_trace = 0.5 * (j11 + j22)
     determinant = j11 * j22 - j12 * j21
@@ -226,26 +196,13 @@ def floquet_multipliers(j11, j12, j21, j22):
 def newton_step(pieces, e, p, grid, state, after, derivative, coupling):
     """Compute the next iterate of Newton's method for a fixed point of the return map.
 
-    Parameters
-    ----------
-    pieces : PieceLog or None
-        `log.pieces`.
-    e : Effects
-    p : Parameters
-    grid : StepGrid
-    state, after : State
-        The current iterate and its image.
-    derivative : (float, float, float, float)
-        Jacobian (j11, j12, j21, j22) of the return map; if it is zero the image is the next iterate.
-    coupling : Coupling
-        The rest of it, where a housing may slide.
+    pieces : PieceLog or None, `log.pieces`
+    state, after : the current iterate and its image
+    derivative : Jacobian (j11, j12, j21, j22) of the return map; if it is zero the image is the next iterate
+    coupling : the rest of it, where a housing may slide
 
-    Returns
-    -------
-    state : State
-        The next iterate; the current one if there is none.
-    is_inside : bool
-        Whether the iterate exists and lies between the supports.
+    Returns the next iterate, the current one if there is none, and whether the iterate exists and lies between the
+    supports.
     """
     j11, j12, j21, j22 = derivative
     is_zero = j11 == 0.0 and j12 == 0.0 and j21 == 0.0 and j22 == 0.0

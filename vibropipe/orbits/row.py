@@ -102,29 +102,14 @@ def write_closing(steady, largest, out, row) -> None:
 def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     """Solve a row by marching.
 
-    Parameters
-    ----------
-    e : Effects
-        Effects of the compiled kernel.
-    p : Parameters
-    x, v : float
-        Start of the motion.
-    max_periods, patience : int
-        Limits of `find_steady_state`, in forcing periods.
-    log, c, room
-        Work space, as for `march`, and a `RowRoom`.
-    out : RowResults
-        Results; outputs without entries are not computed.
-    row : int
-        Index into `out`.
-    first : int
-        Index of the first impact of the row.
+    x, v : start of the motion
+    max_periods, patience : limits of `find_steady_state`, in forcing periods
+    log, c, room : work space, as for `march`, and a `RowRoom`
+    out : RowResults; outputs without entries are not computed
+    first : index of the first impact of the row
 
-    Returns
-    -------
-    x, v : float
-        Stroboscopic section; the start if the row is not solved. In that case its regime is unresolved and its status
-        gives the reason.
+    Returns the stroboscopic section (x, v); the start if the row is not solved. In that case its regime is unresolved
+    and its status gives the reason.
     """
     out.section[row, 0], out.section[row, 1] = x, v
     fastest = fastest_rate(fastest_of_row(p), p.h)
@@ -221,36 +206,18 @@ def next_impact(out, row, first):
 def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, first, c):
     """Solve rows in closed form up to the first that has to be marched.
 
-    Parameters
-    ----------
-    e : Effects
-    parameters : (rows, parameters) float
-    starts : (rows, 2) float
-        Start (x, v) of the first row of each chain.
-    chain_length : int
-        Rows per chain.
-    row : int
-        First row.
-    x, v : float
-        Section of the row before, the start of this one within a chain.
-    out : RowResults
-    first : int
-        Index of the first impact of the first row.
-    c : ndarray
-        Work space, as for `march`.
-
-    Returns
-    -------
-    row : int
-        The first row that has to be marched, or the number of rows.
-    x, v : float
-        Its start.
-    first : int
-        Index of its first impact.
-
-    Notes
-    -----
     This loop is a function of its own because within the loop of marches a row in closed form takes four times as long.
+
+    parameters : (rows, parameters)
+    starts : (rows, 2), start (x, v) of the first row of each chain
+    chain_length : rows per chain
+    row : first row
+    x, v : section of the row before, the start of this one within a chain
+    first : index of the first impact of the first row
+    c : work space, as for `march`
+
+    Returns the first row that has to be marched, or the number of rows, its start (x, v), and the index of its first
+    impact.
     """
     while row < parameters.shape[0]:
         p = row_parameters(parameters, row)
@@ -286,19 +253,11 @@ def solve_row_chains(
 ) -> None:
     """Solve rows in chains: each row starts from the section of the row before, the first from `starts`.
 
-    Parameters
-    ----------
-    e : Effects
-    parameters : (rows, parameters) float
-    starts : (rows, 2) float
-        Start (x, v) of the first row of each chain.
-    chain_length : int
-        Rows per chain.
-    max_periods, patience : int
-        Limits of `find_steady_state`, in forcing periods.
-    log, c, room
-        Work space, as for `march_row`.
-    out : RowResults
+    parameters : (rows, parameters)
+    starts : (rows, 2), start (x, v) of the first row of each chain
+    chain_length : rows per chain
+    max_periods, patience : limits of `find_steady_state`, in forcing periods
+    log, c, room : work space, as for `march_row`
     """
     row, x, v, first = FIRST, 0.0, 0.0, FIRST
     while True:

@@ -18,18 +18,9 @@ from vibropipe.physics.limits import MAX_ROW_WORK
 def sample_row(e, p, x, v, housing_velocity, m, log, c, motion, row) -> None:
     """Sample a closed orbit at equal fractions of its length.
 
-    Parameters
-    ----------
-    e, p, log, c
-        As for `march`.
-    x, v, housing_velocity : float
-        Stroboscopic section, and the velocity of a housing there.
-    m : int
-        Period multiple.
-    motion : (rows, 2, samples) float
-        Output: displacement and velocity; NaN if the march fails.
-    row : int
-        Index into `motion`.
+    e, p, log, c : as for `march`
+    x, v, housing_velocity : stroboscopic section, and the velocity of a housing there
+    motion : (rows, 2, samples), output: displacement and velocity; NaN if the march fails
     """
     grid = exact_grid(e, p)
     # An integer of one width, whichever array it comes from: marches are compiled once for all.
@@ -49,14 +40,8 @@ def sample_row(e, p, x, v, housing_velocity, m, log, c, motion, row) -> None:
 def sample_sections(e, p, x, v, housing_velocity, m, log, c, poincare, row) -> None:
     """Write the sections of a closed orbit once each forcing period, over and over.
 
-    Parameters
-    ----------
-    e, p, x, v, housing_velocity, m, log, c
-        As for `sample_row`.
-    poincare : (rows, 2, visits) float
-        Output: displacement and velocity, from (x, v) on; NaN if the march fails.
-    row : int
-        Index into `poincare`.
+    e, p, x, v, housing_velocity, m, log, c : as for `sample_row`
+    poincare : (rows, 2, visits), output: displacement and velocity, from (x, v) on; NaN if the march fails
     """
     sections = np.empty((1, 2, m))
     if m > 1:

@@ -89,25 +89,16 @@ MAX_PERIODS_STATUS, MAX_STEPS_STATUS = int(Status.MAX_PERIODS), int(Status.MAX_S
 class SteadyState(NamedTuple):
     """The steady state of a motion.
 
-    Attributes
-    ----------
-    kind : int
-        PERIODIC, UNDAMPED (an orbit in closed form, of `closed_form.solve_undamped` or a free vibration), APERIODIC,
-        UNBOUNDED or DRIFTING (bounded, but still changing at the period limit).
-    status : int
-        `Status` of the march; LOG_FULL if the orbit has more contacts than the log holds.
-    m : int
-        Period multiple; 0 if the motion has no orbit.
-    state, end : State
-        State at period 0 of the orbit, and m periods later. Without an orbit: the last state of the march.
-    residual : float
-        Residual of the return map, relative to the norm of the motion.
-    periods_marched : int
-        Forcing periods marched before the orbit was recognised.
-    first, second, third : complex
-        Floquet multipliers, the larger modulus first; NaN without an orbit. The third is one of a housing.
-    chaos : int
-        Code of `Chaos`.
+    kind : PERIODIC, UNDAMPED (an orbit in closed form, of `closed_form.solve_undamped` or a free vibration), APERIODIC,
+        UNBOUNDED or DRIFTING (bounded, but still changing at the period limit)
+    status : `Status` of the march; LOG_FULL if the orbit has more contacts than the log holds
+    m : period multiple; 0 if the motion has no orbit
+    state, end : state at period 0 of the orbit, and m periods later. Without an orbit: the last state of the march
+    residual : residual of the return map, relative to the norm of the motion
+    periods_marched : forcing periods marched before the orbit was recognised
+    first, second, third : Floquet multipliers, the larger modulus first; NaN without an orbit. The third is one of a
+        housing
+    chaos : code of `Chaos`
     """
 
     kind: int
@@ -178,33 +169,17 @@ def settled_on(orbit, periods_marched, chaos):
 def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, sections):
     """March from a state until the motion settles on an orbit.
 
-    Parameters
-    ----------
-    e : Effects
-        Effects of the compiled kernel.
-    p : Parameters
-    grid : StepGrid
-    state : State
-        Start of the motion.
-    log, c
-        Work space, as for `march`. The log is left with the contacts of the orbit.
-    max_periods : int
-        Largest number of forcing periods marched.
-    patience : int
-        Forcing periods after which a damped motion may be left as chaotic.
-    window : Window or None
-        Sums over the last periods of a motion without an orbit, and what is listed of them.
-    sections : tuple of ndarray
-        Work space, `room.new_sections(max_periods)`.
-
-    Returns
-    -------
-    SteadyState
-
-    Notes
-    -----
     A perturbation is followed over the JUDGED_PERIODS before a limit, until it shows chaos. The Lyapunov exponent has
     a perturbation of its own, which begins earlier: labels do not depend on the outputs.
+
+    state : start of the motion
+    log, c : work space, as for `march`. The log is left with the contacts of the orbit
+    max_periods : largest number of forcing periods marched
+    patience : forcing periods after which a damped motion may be left as chaotic
+    window : Window or None, sums over the last periods of a motion without an orbit, and what is listed of them
+    sections : tuple of ndarray, work space, `room.new_sections(max_periods)`
+
+    Returns a `SteadyState`.
     """
     xs, vs, us = sections
     xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = us[:HISTORY_OFFSET] = math.inf

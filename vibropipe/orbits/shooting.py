@@ -44,14 +44,9 @@ EVENTS_PER_PERIOD = np.int64(100_000)
 class Shooting(NamedTuple):
     """Bounds of Newton's method. Residuals are relative to the norm of the motion.
 
-    Attributes
-    ----------
-    within : float
-        Largest residual of the start; beyond it no iteration is made.
-    max_multiplier : float
-        Largest modulus of a multiplier at the start; beyond it no iteration is made.
-    closed : float
-        Residual of a closed orbit. An orbit is also closed if its residual is small but decreases no more.
+    within : largest residual of the start; beyond it no iteration is made
+    max_multiplier : largest modulus of a multiplier at the start; beyond it no iteration is made
+    closed : residual of a closed orbit. An orbit is also closed if its residual is small but decreases no more
     """
 
     within: float = math.inf
@@ -62,37 +57,20 @@ class Shooting(NamedTuple):
 class Orbit(NamedTuple):
     """A fixed point of the return map, or the last iterate of Newton's method. Distances are |dx| + |dx'|.
 
-    Attributes
-    ----------
-    is_closed : bool
-        Whether the return map brings `state` back to itself within the tolerance.
-    status : int
-        `Status` of the last march. LOG_FULL: the log, and `derivative`, contain only the last contacts.
-    m : int
-        Period multiple.
-    state, end : State
-        State at forcing period 0 of the orbit, and m periods later.
-    residual : float
-        Distance from `state` to `end`, relative to `norm`.
-    derivative : tuple of 4 floats
-        Jacobian (j11, j12, j21, j22) of the return map by (x, x') at `state`; zero after a rest.
-    iterations : int
-        Newton steps made; 0 if the start lies on the orbit.
-    first_change : float
-        Distance from the start to its image.
-    distance, image_distance : float
-        Distance from the start to `state`, and from its image.
-    mismatch : float
-        Distance of that image from the one that `derivative` predicts.
-    norm : float
-        Norm of the motion (`motion_norm`).
-    coupling : Coupling
-        The rest of `derivative`, for the momentum of both bodies, where a housing may slide; distances then have its
-        difference, too.
-
-    Notes
-    -----
     The log is left with the contacts from `state` to `end`.
+
+    is_closed : whether the return map brings `state` back to itself within the tolerance
+    status : `Status` of the last march. LOG_FULL: the log, and `derivative`, contain only the last contacts
+    state, end : state at forcing period 0 of the orbit, and m periods later
+    residual : distance from `state` to `end`, relative to `norm`
+    derivative : Jacobian (j11, j12, j21, j22) of the return map by (x, x') at `state`; zero after a rest
+    iterations : Newton steps made; 0 if the start lies on the orbit
+    first_change : distance from the start to its image
+    distance, image_distance : distance from the start to `state`, and from its image
+    mismatch : distance of that image from the one that `derivative` predicts
+    norm : norm of the motion (`motion_norm`)
+    coupling : the rest of `derivative`, for the momentum of both bodies, where a housing may slide; distances then have
+        its difference, too
     """
 
     is_closed: bool
@@ -115,13 +93,8 @@ class Orbit(NamedTuple):
 def motion_norm(p, state, log):
     """Return the norm of a marched motion: the largest of |x| + |x'| at its section and |x'| at its impacts.
 
-    Parameters
-    ----------
-    p : Parameters
-    state : State
-        State at the section.
-    log : Log
-        Contacts of the motion.
+    state : state at the section
+    log : contacts of the motion
     """
     x, v = state_xv(p, state)
     norm = abs(x) + abs(v)
@@ -159,28 +132,13 @@ def count_as_grazings(log, norm) -> None:
 def shoot(e, p, grid, start, m, shooting, log, c):
     """Find an orbit of m forcing periods near a state at the section.
 
-    Parameters
-    ----------
-    e : Effects
-        Effects of the compiled kernel.
-    p : Parameters
-    grid : StepGrid
-    start : State
-        Start of Newton's method, on a step of the grid (theta = 0).
-    m : int
-        Period multiple.
-    shooting : Shooting
-        Bounds of the iteration.
-    log, c
-        Work space, as for `march`.
+    start : start of Newton's method, on a step of the grid (theta = 0)
+    shooting : bounds of the iteration
+    log, c : work space, as for `march`
 
-    Returns
-    -------
-    Orbit
-        `is_closed` is False if Newton's method did not start, left the gap, stopped converging or is allowed no work.
+    Returns an `Orbit`; it is not closed if Newton's method did not start, left the gap, stopped converging or is
+    allowed no work.
 
-    References
-    ----------
     .. [1] T. S. Parker, L. O. Chua, Practical Numerical Algorithms for Chaotic Systems, Springer 1989, chapter 5
        (shooting).
     .. [2] P. C. Müller, Calculation of Lyapunov exponents for dynamic systems with discontinuities, Chaos, Solitons

@@ -82,16 +82,9 @@ def solve_undamped(p, x, v, out, row) -> None:
 
     Every motion beside it repeats as well: both Floquet multipliers are 1. No energy comes in or is lost.
 
-    Parameters
-    ----------
-    p : Parameters
-        Of a forced exciter without damping.
-    x, v : float
-        Section of a motion with `repeats_after`.
-    out : RowResults
-        Results; outputs without entries are not computed.
-    row : int
-        Index into `out`.
+    p : of a forced exciter without damping
+    x, v : section of a motion with `repeats_after`
+    out : RowResults; outputs without entries are not computed
     """
     periods, swings = repeats_after(p, x, v)
     write_label(out, row, NO_IMPACT, periods)
@@ -154,15 +147,9 @@ def goes_on_untouched(p, x, v, repeats_in, untouched) -> bool:
 
     It certainly does if it has done so once, or reaches no support by its size. A free vibration repeats after 2 pi.
 
-    Parameters
-    ----------
-    p : Parameters
-    x, v : float
-        Its section.
-    repeats_in : int
-        Forcing periods in which it repeats without supports; 0 if it does not.
-    untouched : int
-        Last periods without a contact.
+    x, v : its section
+    repeats_in : forcing periods in which it repeats without supports; 0 if it does not
+    untouched : last periods without a contact
     """
     if largest_force(p) == 0.0:
         return (untouched >= p.nu and (x != 0.0 or v != 0.0)) or is_free(p, x, v)

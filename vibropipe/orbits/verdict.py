@@ -83,11 +83,7 @@ def grows_without_bound(p, log) -> bool:
     it strikes. Its period is then that of the force or of its second harmonic, or several of these. Between two rigid
     supports there is no resonance.
 
-    Parameters
-    ----------
-    p : Parameters
-    log : Log
-        Contacts of the last period.
+    log : contacts of the last period
     """
     if log.counts[IMPACTS] == 0:
         return is_resonant(p)
@@ -110,20 +106,11 @@ def classify_aperiodic(p, log, xs, vs, k):
     fast as before and is at resonance (`grows_without_bound`); off that it is drifting, since it is a beat. Any other
     motion is aperiodic.
 
-    Parameters
-    ----------
-    p : Parameters
-    log : Log
-        Contacts of the last period.
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
-    k : int
-        Forcing periods marched.
+    log : contacts of the last period
+    xs, vs : (HISTORY_OFFSET + n,), section (x, x') at the periods 0 to k, from HISTORY_OFFSET on
+    k : forcing periods marched
 
-    Returns
-    -------
-    int
-        APERIODIC, UNBOUNDED or DRIFTING.
+    Returns APERIODIC, UNBOUNDED or DRIFTING.
     """
     last = HISTORY_OFFSET + k
     if is_undamped(p) and stays_off_supports(p, xs[last], vs[last], 0.0):
@@ -165,24 +152,13 @@ def still_settles(p, sections, k, norm) -> bool:
 def next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods):
     """Return the number of forcing periods up to which a motion without an orbit is followed.
 
-    Parameters
-    ----------
-    p : Parameters
-    kind : int
-        APERIODIC, UNBOUNDED or DRIFTING.
-    is_seen_chaotic : bool
-        Whether the motion is chaotic as far as is known.
-    shrinking : float
-        Contraction of areas per forcing period (`contraction`).
-    k : int
-        Forcing periods marched.
-    patience, max_periods : int
-        As for `find_steady_state`.
+    kind : APERIODIC, UNBOUNDED or DRIFTING
+    is_seen_chaotic : whether the motion is chaotic as far as is known
+    shrinking : contraction of areas per forcing period (`contraction`)
+    k : forcing periods marched
+    patience, max_periods : as for `find_steady_state`
 
-    Returns
-    -------
-    int
-        The limit; k where the motion is left.
+    Returns the limit; k where the motion is left.
     """
     goal, longest = max_periods, max_periods
     if kind == APERIODIC and p.h > 0.0:

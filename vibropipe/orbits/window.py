@@ -41,40 +41,21 @@ LISTED_PERIODS = 64
 class Window(NamedTuple):
     """Sums over the window of a row.
 
-    Attributes
-    ----------
-    amplitudes : (rows, harmonics + 1) complex
-        Sums of support forces, or without entries.
-    row : int
-        Index into `amplitudes`.
-    impacts, rests, largest : (2,) float
-        Counts and largest impact velocities for each support.
-    direct : (harmonics + 1,) complex
-        Harmonics by quadrature, if `resonant`.
-    energy : (2,) float
-        Energies by quadrature, which `integrate_along` adds up; not an output.
-    resonant : bool
-        Whether a harmonic is too near resonance for the closed form.
-    start : (3,) float
-        Section (x, x') at the start of the window, and the number of periods summed.
-    first : int
-        Index of the first impact of the row.
-    is_listed : bool
-        Whether impacts are listed.
-    impact_count, impact_position, impact_velocity, impact_support
-        Impacts of the last LISTED_PERIODS (`RowResults`), or without entries.
-    poincare : (rows, 2, LISTED_PERIODS) float
-        Sections (x, x') at the end of these periods, or without entries.
-    exponent : (rows, 2) float
-        Lyapunov exponent per unit of tau and its standard error, or without entries.
-    energies : (rows, 5) or (rows, 6) float
-        Sums of the energies (`RowResults`), or without entries.
-    forces : (rows, FORCES) or (rows, 0) float
-        Sums of the forces (`RowResults`).
-    housing : (rows, N_COLUMNS) float
-        Sums of a housing that may slide, or without entries.
-    housing_harmonics : (rows, harmonics + 1) complex
-        Sums of its acceleration, or without entries.
+    amplitudes : (rows, harmonics + 1) complex, sums of support forces, or without entries
+    impacts, rests, largest : (2,), counts and largest impact velocities for each support
+    direct : (harmonics + 1,) complex, harmonics by quadrature, if `resonant`
+    energy : (2,), energies by quadrature, which `integrate_along` adds up; not an output
+    resonant : whether a harmonic is too near resonance for the closed form
+    start : (3,), section (x, x') at the start of the window, and the number of periods summed
+    first : index of the first impact of the row
+    impact_count, impact_position, impact_velocity, impact_support : impacts of the last LISTED_PERIODS (`RowResults`),
+        or without entries
+    poincare : (rows, 2, LISTED_PERIODS), sections (x, x') at the end of these periods, or without entries
+    exponent : (rows, 2), Lyapunov exponent per unit of tau and its standard error, or without entries
+    energies : (rows, 5) or (rows, 6), sums of the energies (`RowResults`), or without entries
+    forces : (rows, FORCES) or (rows, 0), sums of the forces (`RowResults`)
+    housing : (rows, N_COLUMNS), sums of a housing that may slide, or without entries
+    housing_harmonics : (rows, harmonics + 1) complex, sums of its acceleration, or without entries
     """
 
     amplitudes: np.ndarray
@@ -115,17 +96,8 @@ def _is_resonant(p, amplitudes) -> bool:
 def window_of(p, out, row, first, sums, work):
     """Return the window of a row.
 
-    Parameters
-    ----------
-    p : Parameters
-    out : RowResults
-        Results.
-    row : int
-        Index into `out`.
-    first : int
-        Index of the first impact of the row.
-    sums, work : tuple of ndarray
-        Work space, `room.new_sums` and `room.new_work`.
+    first : index of the first impact of the row
+    sums, work : tuple of ndarray, work space, `room.new_sums` and `room.new_work`
     """
     (largest, start), (direct, energy) = sums, work
     return Window(
@@ -190,15 +162,9 @@ def open_window(p, window, state) -> None:
 def add_period(e, p, window, start, end, log, c) -> None:
     """Add a marched forcing period to a window.
 
-    Parameters
-    ----------
-    e, p, c
-        As for `march`.
-    window : Window
-    start, end : State
-        States before and after the period.
-    log : Log
-        Contacts of the period.
+    e, p, c : as for `march`
+    start, end : states before and after the period
+    log : contacts of the period
     """
     window.start[2] += 1.0
     count_contacts(log, end, window.impacts, window.rests, window.largest)
@@ -248,13 +214,8 @@ def list_impacts(window, log, period) -> None:
 
     A list as long as the log begins anew with this period: it holds whole periods, and always the last.
 
-    Parameters
-    ----------
-    window : Window
-    log : Log
-        Contacts of the period.
-    period : int
-        Its index among the listed ones; 0 empties the list.
+    log : contacts of the period
+    period : its index among the listed ones; 0 empties the list
     """
     first, count = window.first, window.impact_count
     if window.is_listed:
@@ -277,14 +238,9 @@ def list_impacts(window, log, period) -> None:
 def record_period(e, p, window, start, end, log, c, k, first, last) -> None:
     """Add a marched forcing period to a window that it lies in.
 
-    Parameters
-    ----------
-    e, p, window, start, end, log, c
-        As for `add_period`.
-    k : int
-        The period that ends, counted from 1.
-    first, last : int
-        First and last period of the window.
+    e, p, window, start, end, log, c : as for `add_period`
+    k : the period that ends, counted from 1
+    first, last : first and last period of the window
     """
     if k == first:
         open_window(p, window, start)
@@ -298,13 +254,8 @@ def record_period(e, p, window, start, end, log, c, k, first, last) -> None:
 def write_sections(window, xs, vs, k) -> None:
     """Write the sections at the ends of the last periods up to k.
 
-    Parameters
-    ----------
-    window : Window
-    xs, vs : (HISTORY_OFFSET + n,) float
-        Section (x, x') at the periods 0 to k, from HISTORY_OFFSET on.
-    k : int
-        Last period.
+    xs, vs : (HISTORY_OFFSET + n,), section (x, x') at the periods 0 to k, from HISTORY_OFFSET on
+    k : last period
     """
     if window.poincare.size > 0:
         first = HISTORY_OFFSET + k + 1 - LISTED_PERIODS

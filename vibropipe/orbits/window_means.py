@@ -38,23 +38,11 @@ def write_exponent(p, window, sums) -> None:
 def close_window(pieces, e, p, window, end, growth) -> None:
     """Convert the sums of a window to means per forcing period and amplitudes at the multiples of nu.
 
-    Energies stay sums.
+    Energies stay sums. Harmonics near resonance are taken from the quadrature.
 
-    Parameters
-    ----------
-    pieces : PieceLog or None
-        `log.pieces`: the sums are then those of the motion itself.
-    e : Effects
-    p : Parameters
-    window : Window
-    end : State
-        State at the end of the window.
-    growth : GrowthSums
-        Growth of a perturbation up to there.
-
-    Notes
-    -----
-    Harmonics near resonance are taken from the quadrature.
+    pieces : PieceLog or None, `log.pieces`: the sums are then those of the motion itself
+    end : state at the end of the window
+    growth : GrowthSums, growth of a perturbation up to there
     """
     write_exponent(p, window, growth)
     periods = window.start[2]

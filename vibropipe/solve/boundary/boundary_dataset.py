@@ -52,18 +52,10 @@ def boundary_dataset(
 ) -> xr.Dataset:
     """Return boundaries and level curves as the dataset of `vp.boundary`.
 
-    Parameters
-    ----------
-    box : Box
-    boundaries : sequence of Boundary
-    law : (int, int, int) or None
-        The law of motion whose boundaries are kept; all if None.
-    levels : sequence of Bound
-        Those that were sought.
-    quantities : Quantities
-        Reads the points of level curves.
-    effects : sequence of str
-        Names of those in the box.
+    law : the law of motion whose boundaries are kept; all if None
+    levels : those that were sought
+    quantities : what reads the points of level curves
+    effects : names of those in the box
     """
     import xarray as xr
 

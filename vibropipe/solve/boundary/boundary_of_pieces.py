@@ -41,17 +41,10 @@ def boundaries_of_pieces(
 ) -> tuple[list[Boundary], str]:
     """Return the boundaries that are reached from solved rows, and what may be missing, "" if nothing.
 
-    Parameters
-    ----------
-    box : Box
-    rows : list of xarray.Dataset
-        Steady states with their first harmonic, over `row`.
-    of : tuple of str
-        Kinds.
-    effects : Effects
-        Of all exciters of the box.
-    levels : sequence of Level
-        Of level curves.
+    rows : steady states with their first harmonic, over `row`
+    of : kinds
+    effects : of all exciters of the box
+    levels : of level curves
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
     n = sum(each.sizes["row"] for each in rows)

@@ -39,16 +39,10 @@ BISECTIONS = 54
 class Family(NamedTuple):
     """One family of orbits on an exciter that is mirrored, if needed, so that the impact is on support 1.
 
-    Attributes
-    ----------
-    exciter : Exciter
-        Without load: x counts from the equilibrium.
-    n : int
-        Half forcing periods from an impact to the next.
-    sign : float
-        1, or -1 if x is mirrored.
-    given : Exciter
-        The exciter as it was given.
+    exciter : without load: x counts from the equilibrium
+    n : half forcing periods from an impact to the next
+    sign : 1, or -1 if x is mirrored
+    given : the exciter as it was given
     """
 
     exciter: Exciter
@@ -172,25 +166,12 @@ def _zero(c: np.ndarray, derivative: int, low: float, high: float) -> float:
 def flight_extremes(p: Parameters, turn: float, x: float, v: float, n: int) -> tuple[float, float]:
     """Return the least minimum and the largest maximum of x within a flight that passes through supports.
 
-    Parameters
-    ----------
-    p : Parameters
-    turn : float
-        Phase at its start, in turns.
-    x, v : float
-        State at its start.
-    n : int
-        Its length in half forcing periods.
+    They are over the points strictly within the flight where x' changes sign; inf and -inf without such a point. A step
+    is at most half of the shortest time scale, so that x'' changes sign at most once in it: x' has a zero on either
+    side of that point, or none.
 
-    Returns
-    -------
-    least, most : float
-        Over the points strictly within the flight where x' changes sign; inf and -inf without such a point.
-
-    Notes
-    -----
-    A step is at most half of the shortest time scale, so that x'' changes sign at most once in it: x' has a zero on
-    either side of that point, or none.
+    turn, x, v : phase, in turns, and state at its start
+    n : its length in half forcing periods
     """
     steps = math.ceil(0.5 * n * steps_for_exact(p.nu, p.h))
     dt = 0.5 * n * forcing_period(p) / steps

@@ -20,10 +20,7 @@ from vibropipe.solve.rows.named import harmonics_of, outputs_of
 class Quantities:
     """Quantities of orbits of laws, closed or on their way to it.
 
-    Parameters
-    ----------
-    marcher : Marcher
-        Of its own: its work is counted anew for each call.
+    marcher : of its own, since its work is counted anew for each call
     """
 
     def __init__(self, marcher: Marcher) -> None:
@@ -57,17 +54,10 @@ class Quantities:
     ) -> tuple[Variables, np.ndarray]:
         """Return the quantities of orbits over `row`, and their parameters.
 
-        Parameters
-        ----------
-        curve : LawZeros
-            The curve that they lie on.
-        orbits : (k, size) array
-            Its unknowns.
-        is_image : bool
-            Whether their mirror images are meant.
-        outputs : tuple of str
-            Any of `OF_BRANCH`.
-        harmonics : int
+        curve : the curve that they lie on
+        orbits : (k, size), its unknowns
+        is_image : whether their mirror images are meant
+        outputs : any of `OF_BRANCH`
         """
         law, k = curve.sequence, curve.n_free
         parameters = np.array([curve.stated(u[-k:]) for u in orbits])

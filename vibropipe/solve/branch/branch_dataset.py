@@ -76,18 +76,9 @@ def branch_dataset(
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
 
-    Parameters
-    ----------
-    problem : Problem
-    branches : sequence of Branch
-    harmonics : int
-        Number of harmonics.
-    attrs : mapping
-        Attributes of the dataset.
-    outputs : tuple of str
-        Any of `OF_BRANCH`.
-    sigma : mapping of str to float, optional
-        Standard deviations of parameters, for the scatter of the places of bifurcations.
+    attrs : attributes of the dataset
+    outputs : any of `OF_BRANCH`
+    sigma : standard deviations of parameters, for the scatter of the places of bifurcations
     """
     rows = concatenate([_label(problem, each, harmonics, outputs) for each in branches])
     sizes = [len(values_of(each)) for each in branches]
@@ -231,19 +222,11 @@ def solve_orbits(
 ) -> RowResults:
     """Return the compacted results of orbits of one law that strike rigid supports, or none.
 
-    Parameters
-    ----------
-    law : Law or None
-        Of impacts, of half an orbit if it is mirrored; None, or without events: of the motion without impacts.
-    unknowns : (points, 2n + 1) array
-        Times and velocities of the impacts, and one more number.
-    parameters : (points, parameters) array
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Any of `OF_BRANCH`.
-    is_image : bool
-        Whether the mirror images of these orbits are meant.
+    law : of impacts, of half an orbit if it is mirrored; None, or without events: of the motion without impacts
+    unknowns : (points, 2n + 1), times and velocities of the impacts, and one more number
+    parameters : (points, parameters)
+    outputs : any of `OF_BRANCH`
+    is_image : whether the mirror images of these orbits are meant
     """
     if law is None or law.codes[0, CAUSE] == SECTION:
         none = np.zeros(0, np.int8)
@@ -268,19 +251,11 @@ def solve_points(
 ) -> RowResults:
     """Return the compacted results of orbits of one impact sequence.
 
-    Parameters
-    ----------
-    m : int
-        Period multiple.
-    supports : (n,) int8
-        Supports struck in turn over the whole orbit.
-    parameters : (points, parameters) array
-    unknowns : (points, 2n + 1) array
-        Times and velocities of the impacts, and one more number.
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Any of `OF_BRANCH`.
+    m : period multiple
+    supports : (n,) int8, supports struck in turn over the whole orbit
+    parameters : (points, parameters)
+    unknowns : (points, 2n + 1), times and velocities of the impacts, and one more number
+    outputs : any of `OF_BRANCH`
     """
     n, rows, outputs = len(supports), len(parameters), computed(outputs)
     listed = ImpactBuffer(np.empty(n * rows), np.empty(n * rows), np.empty(n * rows, np.int8))

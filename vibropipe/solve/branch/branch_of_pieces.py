@@ -44,14 +44,8 @@ def seed_of_pieces(
 ) -> Seed | None:
     """Return the start of the branch through the orbit of a steady state; None where its equations have no solution.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    problem : Problem
-    signs : tuple of float
-        Directions of the parameter: 1, -1 or both.
-    start : xarray.Dataset
-        Steady state of the exciter, with its first harmonic.
+    signs : directions of the parameter: 1, -1 or both
+    start : steady state of the exciter, with its first harmonic
     """
     effects = problem.effects
     x = from_equilibrium(exciter, float(start.displacement_strobe))
@@ -84,16 +78,9 @@ def solve_branch_of_pieces(
 ) -> RowResults:
     """Return the compacted results of the points of a branch.
 
-    Parameters
-    ----------
-    effects : Effects
-    branch : Branch
-        Of a `LawCurve`.
-    parameters : (points, parameters) array
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Any of `OF_BRANCH`.
+    branch : of a `LawCurve`
+    parameters : (points, parameters)
+    outputs : any of `OF_BRANCH`
     """
     curve = branch.curve
     assert isinstance(curve, LawCurve)

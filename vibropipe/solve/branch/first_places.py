@@ -36,27 +36,15 @@ def with_places(
 ) -> Points:
     """Return points with those of some quantities that are places of bifurcations.
 
-    Parameters
-    ----------
-    points : Points
-        With harmonics, impacts and stability.
-    names : iterable of Named
-    slopes : bool
-        Whether to add the derivatives by every parameter, over EVERY_PARAMETER.
-    begin : int
-        The first point whose places are sought; those before it have none.
+    A place is NaN where the motion is no stable orbit or has rests, and where its branch meets no bifurcation of the
+    kind up to its first fold, its end, or REACH. The branch is followed as by `branch`, so that places are known to
+    rounding; the derivatives are those of the boundary through the bifurcation (`place_slopes`). A derivative is NaN
+    where the place has none, and where it is not known in closed form: at the end of doubled orbits, and by what gives
+    the damping of a soft support.
 
-    Returns
-    -------
-    Points
-        A place is NaN where the motion is no stable orbit or has rests, and where its branch meets no bifurcation of
-        the kind up to its first fold, its end, or REACH. A derivative is NaN where the place has none, and where it is
-        not known in closed form: at the end of doubled orbits, and by what gives the damping of a soft support.
-
-    Notes
-    -----
-    The branch is followed as by `branch`, so that places are known to rounding; the derivatives are those of the
-    boundary through the bifurcation (`place_slopes`).
+    points : with harmonics, impacts and stability
+    slopes : whether to add the derivatives by every parameter, over EVERY_PARAMETER
+    begin : the first point whose places are sought; those before it have none
     """
     wanted = {name.variable: PLACES[name.variable] for name in names if name.is_place}
     if not wanted:

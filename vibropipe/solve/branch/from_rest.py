@@ -25,10 +25,7 @@ def reached_from_rest(orbits: xr.Dataset) -> np.ndarray:
     Two orbits are one if their period multiples and the harmonics of their displacements are the same. Of a motion
     that is no orbit it is not known.
 
-    Parameters
-    ----------
-    orbits : xarray.Dataset
-        Over one dimension of rows, as `point` or `design`, without units, with harmonics.
+    orbits : over one dimension of rows, as `point` or `design`, without units, with harmonics
     """
     n = orbits["stable"].size
     columns = [

@@ -65,12 +65,8 @@ class Torque(NamedTuple):
 class MotorLoad:
     """The torque of the load over that of the motor, at the points of a branch and between them.
 
-    Parameters
-    ----------
-    branch : xarray.Dataset
-        Along nu, or omega in SI, with the outputs stability, power and sensitivity.
-    torque : Torque
-        In its units.
+    branch : along nu, or omega in SI, with the outputs stability, power and sensitivity
+    torque : in its units
     """
 
     def __init__(self, branch: xr.Dataset, torque: Torque) -> None:
@@ -143,10 +139,7 @@ class MotorLoad:
     def row(self, one: int, speed: float) -> xr.Dataset:
         """Return the orbit at a speed between a point and the next, as a dataset without `point`.
 
-        Raises
-        ------
-        ParameterError
-            If the orbit at neither point can be followed to it.
+        Raises ParameterError if the orbit at neither point can be followed to it.
         """
         ends = sorted((one, one + 1), key=lambda end: end in self.events)
         for end in ends:

@@ -27,16 +27,10 @@ MAX_STEPS = 1000
 class Stretch:
     """Part of a branch between two speeds w[0] < w[1], where the excess s of the load's torque is monotone.
 
-    Parameters
-    ----------
-    start : int
-        Point of the branch that it lies between, and the next.
-    w, s : (float, float)
-        Speeds and excesses at its lower and upper end.
-    at_event : (bool, bool)
-        Whether there is a bifurcation.
-    is_stable : bool
-        Whether its orbits are stable.
+    start : it lies between this point of the branch and the next
+    w, s : speeds and excesses at its lower and upper end
+    at_event : whether there is a bifurcation at either end
+    is_stable : whether its orbits are stable
     """
 
     start: int

@@ -76,8 +76,6 @@ def place_slopes(branch: Branch, names: Sequence[str]) -> np.ndarray:
     pitchfork, or at which an orbit that is its own mirror image touches both supports, by a parameter that ends the
     symmetry.
 
-    Notes
-    -----
     The place p(q) lies on the boundary g(u, p, q) = 0 of its kind, which has the tangent of the branch of orbits in
     both parameters: dp/dq follows from the equations of the orbit and the condition, linearised.
     """

@@ -82,17 +82,10 @@ def with_yields(
 
     It stays as it is without bounds, which may be none.
 
-    Parameters
-    ----------
-    dataset : xarray.Dataset
-        Without units, with the outputs of `outputs_beside`.
-    problem : Problem
-        What was followed.
-    tolerance : mapping of str to float, optional
-        Standard deviations of parameters.
-    bounds : sequence of Bound, optional
-    at : sequence of float
-        Values of the parameter that yields are wanted at; if empty they are those of MAX_POINTS points.
+    dataset : without units, with the outputs of `outputs_beside`
+    problem : what was followed
+    tolerance : standard deviations of parameters
+    at : values of the parameter that yields are wanted at; if empty they are those of MAX_POINTS points
     """
     if bounds is None or tolerance is None:
         return dataset

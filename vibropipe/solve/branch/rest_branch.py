@@ -66,25 +66,11 @@ def follow_rest(
     harmonics: int,
     outputs: tuple[str, ...] = OF_STEADY_STATE,
 ) -> RestBranch:
-    """Follow an orbit with rests.
+    """Follow an orbit with rests; the points are in the order of the parameter.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    problem : Problem
-    signs : tuple of float
-        Directions of the parameter: 1, -1 or both.
-    start : xarray.Dataset
-        Steady state of the exciter.
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Any of `OF_BRANCH`.
-
-    Returns
-    -------
-    RestBranch
-        In the order of the parameter.
+    signs : directions of the parameter: 1, -1 or both
+    start : steady state of the exciter
+    outputs : any of `OF_BRANCH`
     """
     kind = _kind(start)
     own = float(problem.values[problem.along])

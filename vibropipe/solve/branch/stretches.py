@@ -67,21 +67,11 @@ def law_stretches(
     Orbits are sought at VALUES values of the parameter: what settles from STARTS velocities, and closed forms. Each
     that no branch has passed is followed through the range, and so is what begins at its bifurcations.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    along : str
-        The parameter.
-    within : (float, float)
-        Its range.
-    law : (int, int, int)
-        Period multiple, and impacts on each support.
-    at : iterable of float
-        Values at which points are wanted.
-    max_step : float
-        As for `branch`.
-    ties : Ties, optional
-        Of the exciter, which does not state what is tied.
+    within : range of the parameter `along`
+    law : period multiple, and impacts on each support
+    at : values at which points are wanted
+    max_step : as for `branch`
+    ties : of the exciter, which does not state what is tied
     """
     low, high = within
     own = 0.5 * (low + high)

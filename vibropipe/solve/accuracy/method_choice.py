@@ -62,17 +62,11 @@ NEWMARK_PRICES = Prices(4.7, 31.0, 82.0, 302.0, 6.0)
 class Choice(NamedTuple):
     """The selected method.
 
-    Attributes
-    ----------
-    method : {"exact", "newmark"}
-    steps_per_period : int or None
-        None for the exact method.
-    error : float
-        Error of the motion, as measured by `largest_relative_error`.
-    reached : bool
-        Whether the error is within the requested accuracy.
-    nanoseconds : float
-        Cost of the march, by the prices.
+    method : "exact" or "newmark"
+    steps_per_period : None for the exact method
+    error : of the motion, as measured by `largest_relative_error`
+    reached : whether the error is within the requested accuracy
+    nanoseconds : cost of the march, by the prices
     """
 
     method: str
@@ -94,24 +88,9 @@ def check_accuracy(accuracy: Any) -> float:
 def choose_method(
     exciter: Exciter, request: MotionRequest, accuracy: float
 ) -> tuple[Choice, MotionResult, Variables, Errors]:
-    """Select the method for a motion.
+    """Select the method for a motion, to a maximum error.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-    accuracy : float
-        Maximum error.
-
-    Returns
-    -------
-    choice : Choice
-    exact : MotionResult
-        The exact motion.
-    variables : Variables
-        Its quantities (`to_variables`).
-    errors : Errors
-        Their error estimates.
+    Returns (the choice, the exact motion, its quantities by `to_variables`, their error estimates).
     """
     exact = run_motion(exciter, request)
     variables = to_variables(exciter, request, exact)
@@ -161,16 +140,9 @@ def largest_relative_error(
     Impacts slower than `accuracy` times the velocity scale are ignored: they belong to a chatter, in which the number
     of impacts itself depends on the accuracy.
 
-    Parameters
-    ----------
-    variables : Variables
-        The motion (`to_variables`).
-    errors : Errors
-        Error of each quantity.
-    scales : Scales
-        Scales that errors are relative to.
-    accuracy : float
-        Maximum error.
+    variables : the motion (`to_variables`)
+    scales : what errors are relative to
+    accuracy : maximum error
     """
     slow, of_impacts = accuracy * min(1.0, scales.velocity), variables["impact_velocity"][1]
     of_tau, of_speed = _of_fast(of_impacts, slow, errors["impact_tau"], errors["impact_velocity"])

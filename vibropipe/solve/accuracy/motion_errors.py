@@ -192,17 +192,8 @@ def filled(least: dict[str, float], variables: Variables) -> Errors:
 def deviation(variables: Variables, others: Variables, errors: Errors) -> Errors:
     """Return the distance of each quantity of a motion to that of another, plus the errors of the other.
 
-    Parameters
-    ----------
-    variables, others : Variables
-        The motion and the other one (`to_variables`).
-    errors : Errors
-        Errors of the other motion; may be empty.
-
-    Returns
-    -------
-    Errors
-        Errors by name, in the shape of each quantity.
+    They are in the shape of each quantity. `variables` and `others` are as of `to_variables`; `errors`, of the other
+    motion, may be empty.
     """
     differences: Errors = {}
     for name in (
@@ -262,17 +253,9 @@ def match_contacts(times: Any, supports: Any, other_times: Any, other_supports: 
     If both motions touch the same supports in the same order, contacts are matched one by one, otherwise with the
     nearest in time on the same support.
 
-    Parameters
-    ----------
-    times, supports : (n,) array
-        Contacts of the motion, in order of time.
-    other_times, other_supports : (k,) array
-        Contacts of the other motion, in order of time.
-
-    Returns
-    -------
-    (n,) array of int
-        Index of the counterpart; -1 if there is none.
+    times, supports : (n,), contacts of the motion, in order of time
+    other_times, other_supports : (k,), contacts of the other motion, in order of time
+    Returns the index (n,) of each counterpart, -1 if there is none.
     """
     if np.array_equal(supports, other_supports):
         return np.arange(len(times))

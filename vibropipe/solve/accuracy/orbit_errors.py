@@ -51,20 +51,11 @@ COUNTED = {
 
 
 def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Variables:
-    """Label the errors of compacted results.
+    """Label the errors of compacted results: `<name>_error` over the dimensions of `<name>`, float32.
 
-    Parameters
-    ----------
-    rows : RowResults
-        With `e_row` and `e_impacts`.
-    nu : (rows,) array
-        Frequency of the first harmonic.
-    parameters : (rows, parameters) array
-
-    Returns
-    -------
-    Variables
-        `<name>_error` over the dimensions of `<name>`, float32.
+    rows : with `e_row` and `e_impacts`
+    nu : (rows,), frequency of the first harmonic
+    parameters : (rows, parameters)
     """
     e, has_pieces = SAFETY * rows.e_row, np.any(parameters[:, PIECES] != 0.0, axis=1)
     errors_of = {"displacement_strobe": e[:, X], "velocity_strobe": e[:, V]}
@@ -134,14 +125,7 @@ def _multipliers(rows: RowResults, trace: np.ndarray) -> np.ndarray:
 
 
 def row_errors(parameters: np.ndarray, variables: Variables) -> np.ndarray:
-    """Return the error of each row (rows,).
-
-    Parameters
-    ----------
-    parameters : (rows, parameters) array
-    variables : Variables
-        Quantities of the rows, with their errors.
-    """
+    """Return the error of each row (rows,), from parameters (rows, parameters) and quantities with their errors."""
     scales = row_scales(parameters, variables)
     error = np.zeros(len(parameters))
     for name, kind in COUNTED.items():

@@ -22,24 +22,12 @@ if TYPE_CHECKING:
 def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
     """Compute the dataset of `simulate` with `<name>_error` for every quantity.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-    accuracy : float
-        Maximum error of end state, impacts and rests.
+    Its attributes are the selected `method` and `steps_per_period` (of newmark), `accuracy_asked`, and
+    `accuracy_reached`, the measured error (`largest_relative_error`). If rounding errors exceed the requested accuracy,
+    `status` is `inaccurate` and the error estimates remain valid.
 
-    Returns
-    -------
-    xarray.Dataset
-        Attributes: the selected `method` and `steps_per_period` (of newmark), `accuracy_asked`, and
-        `accuracy_reached`, the measured error (`largest_relative_error`). If rounding errors exceed the requested
-        accuracy, `status` is `inaccurate` and the error estimates remain valid.
-
-    Raises
-    ------
-    ParameterError
-        If the accuracy or the times are out of range.
+    accuracy : maximum error of end state, impacts and rests
+    Raises ParameterError if the accuracy or the times are out of range.
     """
     requested_error = check_accuracy(accuracy)
     choice, run, variables, errors = choose_method(exciter, request, requested_error)
@@ -56,22 +44,11 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
 
 
 def settle_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any) -> xr.Dataset:
-    """Compute a motion to an accuracy after a transient from tau = 0 to `tau_start`.
+    """Compute a motion, as `simulate_to_accuracy`, after a transient from tau = 0 to `tau_start`.
 
     The uncertainty of the state at the end of the transient is carried into the errors of the record.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-        (x, v) is the start at tau = 0; the record extends from `tau_start` to `tau_end`.
-    accuracy : float
-        Maximum error of end state, impacts and rests.
-
-    Returns
-    -------
-    xarray.Dataset
-        The dataset of `simulate_to_accuracy`.
+    request : (x, v) is the start at tau = 0; the record extends from `tau_start` to `tau_end`
     """
     if request.tau_start == 0.0:
         return simulate_to_accuracy(exciter, request, accuracy)

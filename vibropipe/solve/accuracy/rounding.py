@@ -69,14 +69,8 @@ def rounding_errors(
     It holds of motions between rigid supports, without rests and touches, whose errors stay small. With samples, the
     errors of their displacement and velocity are added, which are by `floor` larger.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-    run : MotionResult
-        The exact motion.
-    floor : (float, float)
-        Error of displacement and velocity of a sample whose tau is rounded.
+    run : the exact motion
+    floor : error of displacement and velocity of a sample whose tau is rounded
     """
     contacts, effects = run.contacts, request.effects
     is_plain = not effects.has_pieces and not request.energy and run.status == Status.OK
@@ -125,10 +119,7 @@ def _fill_errors(
 ) -> bool:
     """Fill the errors of impacts (ERRORS, n), of the states that leave start and impacts (n + 1), and of the end (2).
 
-    Returns
-    -------
-    bool
-        Whether they are so small that they are linear.
+    Returns whether they are so small that they are linear.
     """
     period, n, slowest = forcing_period(p), tau.size, 1.0
     for i in range(n):

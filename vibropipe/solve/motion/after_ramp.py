@@ -32,26 +32,14 @@ def settled_after_ramp(
 ) -> xr.Dataset:
     """Find the steady states after a ramp, held at its last frequency, and from rest at that frequency.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        With the frequency at the start of the ramp.
-    motion : xarray.Dataset
-        The motion on the ramp, as `simulate` returns it.
-    tau_start, tau_end : float
-        Where the ramp begins and ends.
-
-    Returns
-    -------
-    xarray.Dataset
-        settled_regime, settled_period_multiple, settled_displacement_strobe, settled_velocity_strobe (settled_from)
-        settled_impacts_per_orbit, settled_rests_per_orbit (settled_from, support)
-            As of `steady_state`; `settled_from` is 0 for the ramp and 1 for rest. From rest the phase of the force
-            is 0 at the start; after the ramp it goes on from that at its end.
-        settled_same
-            1 if both are one orbit, 0 if they are two, -1 if one of them is no orbit, so that this is not known.
-
-        Empty if the motion did not come to its end.
+    exciter : with the frequency at the start of the ramp
+    motion : on the ramp, as `simulate` returns it
+    tau_start, tau_end : where the ramp begins and ends
+    The dataset returned is empty if the motion did not come to its end. As of `steady_state` it has settled_regime,
+    settled_period_multiple, settled_displacement_strobe and settled_velocity_strobe over `settled_from`, which is 0 for
+    the ramp and 1 for rest, and settled_impacts_per_orbit and settled_rests_per_orbit over `support`, too. From rest
+    the phase of the force is 0 at the start; after the ramp it goes on from that at its end. settled_same is 1 if both
+    are one orbit, 0 if they are two, -1 if one of them is no orbit, so that this is not known.
     """
     import xarray as xr
 

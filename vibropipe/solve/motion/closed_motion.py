@@ -37,17 +37,8 @@ NO_CONTACTS: Columns = np.empty(0), np.empty(0, np.int8), np.empty(0)
 def closed_form_solver(exciter: Exciter, request: MotionRequest) -> Callable[..., Solution] | None:
     """Return the function that solves a motion in closed form, or None if it has to be marched.
 
-    A conservative motion and one that reaches no support have a closed form.
-
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-
-    Returns
-    -------
-    callable or None
-        f(exciter, request, turns, after) returns contacts and the states at the samples and at the end.
+    A conservative motion and one that reaches no support have a closed form: f(exciter, request, turns, after) returns
+    contacts and the states at the samples and at the end.
     """
     p, x, effects = exciter.parameters(), request.x - exciter.load, request.effects
     if effects.friction is not None or effects.housing is not None:
@@ -109,21 +100,11 @@ def _times(a: Arc, offset: float, span: float, moves_outwards: bool) -> np.ndarr
 def contacts(a: Arc, span: float, x: float, v: float, upper: float, lower: float) -> Contacts:
     """Compute the impacts and grazings of a free motion.
 
-    Parameters
-    ----------
-    a : Arc
-        The motion.
-    span : float
-        Length of the motion, in tau.
-    x, v : float
-        Its start.
-    upper, lower : float
-        Displacement of support 1 and of support 2.
+    They are the columns of `simulate` in order of time, with times from the start and no rests.
 
-    Returns
-    -------
-    Contacts
-        The columns of `simulate` in order of time, with times from the start and no rests.
+    span : length of the motion, in tau
+    x, v : its start
+    upper, lower : displacement of support 1 and of support 2
     """
     impacts: list[Columns] = []
     grazings: list[Columns] = []

@@ -34,19 +34,10 @@ def _arcs(
 ) -> None:
     """Fill frequencies, contacts and Fourier coefficients of the free motions of each amplitude.
 
-    Parameters
-    ----------
-    p : Parameters
-    amplitude : (n,) float
-        Values of sqrt(x^2 + x'^2).
-    harmonics : int
-        Number of harmonics.
-    frequency : (n,) float
-        Output: eigenfrequencies.
-    meets : (n, 2) int
-        Output: for each support 1 if it is struck, 2 if it is grazed, else 0.
-    coefficients : (n, harmonics + 1) float
-        Output: coefficients of exp(i k w tau), real since tau = 0 is an end of the motion.
+    amplitude : (n,) float, values of sqrt(x^2 + x'^2)
+    frequency : (n,) float, output: eigenfrequencies
+    meets : (n, 2) int, output: for each support 1 if it is struck, 2 if it is grazed, else 0
+    coefficients : (n, harmonics + 1) float, output: of exp(i k w tau), real since tau = 0 is an end of the motion
     """
     for i in range(amplitude.size):
         a = arc(p, 0.0, amplitude[i])

@@ -104,20 +104,10 @@ def tail_speeds(contacts: Contacts) -> np.ndarray:
 
 
 def log_of(exciter: Exciter, contacts: Contacts, stop: float) -> Log:
-    """Convert contacts back to the log of a march, with the tail of each chatter before a rest.
+    """Convert contacts back to the log of a march, with the tail of each chatter before a rest, without grazings.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    contacts : Contacts
-        Columns of `simulate`.
-    stop : float
-        End of the motion in forcing periods; a rest without release lasts until then.
-
-    Returns
-    -------
-    Log
-        Impacts, tails and rests; without grazings.
+    contacts : columns of `simulate`
+    stop : end of the motion in forcing periods; a rest without release lasts until then
     """
     speed, rest_support = tail_speeds(contacts), contacts["rest_support"].astype(np.int8)
     restitution = np.where(rest_support == 1, exciter.R1, exciter.R2)

@@ -29,23 +29,11 @@ def work_of_flights(
     turns: tuple[float, float],
     contacts: Contacts,
 ) -> np.ndarray:
-    """Compute the energy terms of an exact motion.
+    """Compute the energy terms (4,) of an exact motion: work of the force, loss by damping, at support 1, at support 2.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    effects : Effects
-    start : (float, float)
-        Displacement and velocity at the start.
-    turns : (float, float)
-        Start and end, in forcing periods.
-    contacts : Contacts
-        Columns of `simulate`.
-
-    Returns
-    -------
-    (4,) array
-        Work of the force, loss by damping, losses at support 1 and at support 2.
+    start : displacement and velocity at the start
+    turns : start and end, in forcing periods
+    contacts : columns of `simulate`
     """
     e, p = effects, exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
@@ -61,24 +49,13 @@ def work_of_flights(
 def work_of_steps(
     exciter: Exciter, turns: np.ndarray, x: np.ndarray, v: np.ndarray, contacts: Contacts
 ) -> np.ndarray:
-    """Compute the energy terms of a Newmark motion.
+    """Compute the energy terms (4,) of a Newmark motion, as `work_of_flights`.
 
     A step of constant average acceleration balances exactly: the mean force acts over the displacement of the step.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    turns : (n,) array
-        Start and ends of the steps, in forcing periods.
-    x, v : (n,) array
-        States at these times.
-    contacts : Contacts
-        Columns of `simulate`.
-
-    Returns
-    -------
-    (4,) array
-        Work of the force, loss by damping, losses at support 1 and at support 2.
+    turns : (n,), start and ends of the steps, in forcing periods
+    x, v : (n,), states at these times
+    contacts : columns of `simulate`
     """
     period, support_x = exciter.period, np.array([math.nan, exciter.upper, exciter.lower])
     impacts, side = contacts["impact_tau"] / period, contacts["impact_support"]

@@ -31,17 +31,9 @@ def to_dataset(
 ) -> xr.Dataset:
     """Return the result of a motion as the dataset described in `simulate`.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-    run : MotionResult
-    steps_per_period : int, optional
-        Steps of Newmark's method; None for the exact method.
-    errors : mapping of str to array, optional
-        Error of each quantity, which stands beside it.
-    variables : mapping, optional
-        The motion as of `to_variables`, if it is known.
+    steps_per_period : of Newmark's method; None for the exact method
+    errors : of each quantity, which stand beside it
+    variables : the motion as of `to_variables`, if it is known
     """
     import xarray as xr
 

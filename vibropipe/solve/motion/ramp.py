@@ -50,11 +50,8 @@ def simulate_ramp(
 ) -> xr.Dataset:
     """Compute the motion of a request, whose effects are not read, while the frequency changes to `nu_end`.
 
-    Raises
-    ------
-    ParameterError
-        If `nu_end` is out of range, the motion has no length or too many steps or samples, or the exciter has an effect
-        that is not computed on a ramp.
+    Raises ParameterError if `nu_end` is out of range, the motion has no length or too many steps or samples, or the
+    exciter has an effect that is not computed on a ramp.
     """
     ramp = check_ramp(exciter, request.tau_start, request.tau_end, nu_end)
     values = exciter.parameters()._asdict()

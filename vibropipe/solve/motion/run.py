@@ -45,13 +45,8 @@ MARCH_LOG_CAPACITY = 1024
 class MotionRequest(NamedTuple):
     """A motion from (x, v) at `tau_start` to `tau_end`, and what is recorded of it.
 
-    Attributes
-    ----------
-    x_uncertainty, v_uncertainty : float
-        Error bounds of the start.
-    marched : WorkCount, optional
-        Counts the forcing periods marched.
-
+    x_uncertainty, v_uncertainty : error bounds of the start
+    marched : counts the forcing periods marched
     Other attributes are those of `simulate`.
     """
 
@@ -72,25 +67,15 @@ class MotionRequest(NamedTuple):
 class MotionResult(NamedTuple):
     """The result of a motion.
 
-    Attributes
-    ----------
-    status : Status
-    contacts : Contacts
-        Impacts, rests and grazings by variable.
-    displacement, velocity : (n,) array
-        Samples before the end.
-    end : (float, float)
-        (x, x') at the end; NaN if the motion was stopped.
-    counts : array
-        Counts of steps and evaluations (`march.log`); zero for a motion in closed form.
-    turns : (float, float)
-        Start and end, in forcing periods.
-    after : (n,) array
-        Times of the samples after the start, in forcing periods.
-    energy_terms : (4,) or (5,) array, optional
-        Work of the force, loss by damping, at each support and by friction; NaN if the motion was stopped.
-    housing : (n + 1, 2) array, optional
-        Velocity and displacement of a housing that may slide, at the samples and, last, at the end.
+    contacts : impacts, rests and grazings by variable
+    displacement, velocity : (n,), samples before the end
+    end : (x, x') at the end; NaN if the motion was stopped
+    counts : of steps and evaluations (`march.log`); zero for a motion in closed form
+    turns : start and end, in forcing periods
+    after : (n,), times of the samples after the start, in forcing periods
+    energy_terms : (4,) or (5,), work of the force, loss by damping, at each support and by friction; NaN if the motion
+        was stopped
+    housing : (n + 1, 2), velocity and displacement of a housing that may slide, at the samples and, last, at the end
     """
 
     status: Status
@@ -110,21 +95,8 @@ def run_motion(
 ) -> MotionResult:
     """Compute one motion.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    request : MotionRequest
-    grid : StepGrid, optional
-        Grid of the march. The default is the exact method, in closed form if possible.
-
-    Returns
-    -------
-    MotionResult
-
-    Raises
-    ------
-    ParameterError
-        If the times, or the number of steps or samples, are out of range.
+    grid : of the march; the default is the exact method, in closed form if possible
+    Raises ParameterError if the times, or the number of steps or samples, are out of range.
     """
     if exciter.load != 0.0:
         return _run_about_equilibrium(exciter, request, grid)
@@ -210,22 +182,9 @@ def march_to_end(
 ) -> tuple[State, int, dict[str, np.ndarray]]:
     """March a motion; the log is emptied, and progress reported, whenever it is full.
 
-    Parameters
-    ----------
-    march : callable
-        From a state, with the contacts that are left, until the end or a full log: returns (state, status).
-    log : Log
-    state : State
-    request : MotionRequest
-    period_of : callable
-        The time of a state in forcing periods.
-
-    Returns
-    -------
-    state : State
-    status : int
-    columns : dict
-        What `drain_log` returned, of the whole motion.
+    march : from a state, with the contacts that are left, until the end or a full log: returns (state, status)
+    period_of : the time of a state in forcing periods
+    Returns (state, status, columns that `drain_log` returned, of the whole motion).
     """
     allow_work(log, MAX_MARCH_STEPS)
     held_since = state.rest_start if state.mode == STUCK else None

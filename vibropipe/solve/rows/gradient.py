@@ -49,23 +49,14 @@ def values_and_jacobian(
 ) -> tuple[Points, np.ndarray, np.ndarray]:
     """Return the solved point, its quantities (q,), and their derivatives (q, columns).
 
-    Parameters
-    ----------
-    parameters : (p,) array
-    state : (3,) array
-        Start near the orbit.
-    columns : sequence of int
-        Parameters by which the derivatives are taken.
-    solve : Solve
-    read : callable
-        Returns the quantities (n, q) of solved points.
-    difference : callable
-        Returns the difference of two rows of quantities.
-    step : float
-        Of differences, over the size of a parameter.
-    names : sequence of Named, optional
-        The quantities that `read` returns, if they have exact derivatives. Those that are undefined, as of an amplitude
-        that vanishes, and all without names are central differences.
+    parameters : (p,)
+    state : (3,), start near the orbit
+    columns : parameters by which the derivatives are taken
+    read : returns the quantities (n, q) of solved points
+    difference : returns the difference of two rows of quantities
+    step : of differences, over the size of a parameter
+    names : the quantities that `read` returns, if they have exact derivatives. Those that are undefined, as of an
+        amplitude that vanishes, and all without names are central differences
     """
     if names is None:
         return by_differences(parameters, state, columns, solve, read, difference, step)

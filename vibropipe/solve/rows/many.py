@@ -209,42 +209,21 @@ def solve_rows(
     """Solve rows in blocks on all threads of numba.
 
     The result is bitwise the same for any number of threads. While the caller handles a block the threads solve the
-    next, and no further ones.
+    next, and no further ones. Yields the end of a block and its solutions, in order.
 
-    Parameters
-    ----------
-    blocks : sequence
-        The blocks and their pieces (`solve.threads.row_blocks`).
-    parameters : callable
-        parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side by
-        side.
-    start : (float or None, float), (float or None, float, float) or callable
-        x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
-        differ, start(first, stop) returns those of rows, numbered as for `parameters`.
-    chain_length : int
-        Rows per chain.
-    max_periods, patience : int
-        Limits of `orbits.settling.find_steady_state`, in forcing periods.
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Requested outputs.
-    progress : callable, optional
-        Called as progress(done, total), in rows.
-    effects : Effects
-        Effects of the compiled kernel, the same for all rows.
-    soft : bool
-        Whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns of
-        contacts.
-    row_work : int
-        Largest work of a march of a row, in steps.
-    spent : list of int, optional
-        Receives the work of some rows at a time.
-
-    Yields
-    ------
-    (int, list of RowResults)
-        The end of a block and its solutions, in order.
+    blocks : the blocks and their pieces (`solve.threads.row_blocks`)
+    parameters : parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side
+        by side
+    start : x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
+        differ, start(first, stop) returns those of rows, numbered as for `parameters`
+    chain_length : rows per chain
+    max_periods, patience : limits of `orbits.settling.find_steady_state`, in forcing periods
+    progress : called as progress(done, total), in rows
+    effects : of the compiled kernel, the same for all rows
+    soft : whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns
+        of contacts
+    row_work : largest work of a march of a row, in steps
+    spent : receives the work of some rows at a time
     """
     pieces = [ends for block in blocks for ends in block]
     n_rows = pieces[-1][-1]

@@ -43,20 +43,12 @@ OF_CONTACTS = (
 class Named(NamedTuple):
     """A number of a steady state.
 
-    Attributes
-    ----------
-    name : str
-        As it is written.
-    variable : str
-        The quantity, or a parameter of the exciter.
-    number : int or None
-        Number of its part, counted from 1; None of a scalar.
-    part : str
-        "re" or "im" of a complex quantity.
-    derived : str
-        "", "std" or "sensitivity".
-    parameter : str
-        That of the sensitivity.
+    name : as it is written
+    variable : the quantity, or a parameter of the exciter
+    number : of its part, counted from 1; None of a scalar
+    part : "re" or "im" of a complex quantity
+    derived : "", "std" or "sensitivity"
+    parameter : that of the sensitivity
     """
 
     name: str

@@ -32,14 +32,7 @@ LONG_MARCHES = 100
 
 
 class Points(NamedTuple):
-    """Solved points.
-
-    Attributes
-    ----------
-    parameters : (n, p) array
-    variables : Variables
-        Their quantities over `row`.
-    """
+    """Solved points: parameters (n, p), and quantities over `row`."""
 
     parameters: np.ndarray
     variables: Variables
@@ -112,20 +105,12 @@ def solve_points(
 ) -> Points:
     """Solve points, with the same kernel as `sweep` and bitwise the same on any number of threads.
 
-    Parameters
-    ----------
-    parameters : (n, p) array
-        Valid parameters in the order of `PARAMETERS`.
-    start : (x0, v0) or (x0, v0, housing_v0)
-        Of all points, or as arrays (n,); displacements beyond a support are placed on it.
-    outputs : tuple of str
-        In the order of `OUTPUTS`.
-    harmonics : int
-    progress : callable, optional
-        Called as progress(done, total), in points.
-    work : CallWork, optional
-        What is left for these and later points.
-
+    parameters : (n, p), valid, in the order of `PARAMETERS`
+    start : (x0, v0) or (x0, v0, housing_v0) of all points, or as arrays (n,); displacements beyond a support are placed
+        on it
+    outputs : in the order of `OUTPUTS`
+    progress : called as progress(done, total), in points
+    work : what is left for these and later points
     Raises WorkSpentError if these take more than is left.
     """
 

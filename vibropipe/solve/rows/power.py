@@ -27,15 +27,10 @@ def label_power(
 ) -> Values:
     """Return the powers of rows.
 
-    Parameters
-    ----------
-    values : mapping
-        Labelled quantities of the rows: energies and impacts, and those of a housing.
-    rows : RowResults
-        With `forces`.
-    nu : (rows,) array
-        2 pi over the time to which energies and impacts per period belong.
-    parameters : (rows, parameters) array
+    values : labelled quantities of the rows: energies and impacts, and those of a housing
+    rows : with `forces`
+    nu : (rows,), 2 pi over the time to which energies and impacts per period belong
+    parameters : (rows, parameters)
     """
     p = columns_of(acting_rows(parameters))
     powers = {
@@ -80,11 +75,7 @@ def label_frame(
 ) -> Values:
     """Return the forces and impulses that reach the frame, and the wear of the supports.
 
-    Parameters
-    ----------
-    values, rows, nu
-        As for `label_power`; `values` with the harmonics of displacement.
-    parameters : (rows, parameters) array
+    Arguments are as for `label_power`; `values` with the harmonics of displacement.
     """
     p = columns_of(parameters)
     periods = np.maximum(

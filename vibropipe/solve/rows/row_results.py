@@ -53,20 +53,11 @@ def new_rows(
 ) -> RowResults:
     """Return empty results of n rows.
 
-    Parameters
-    ----------
-    n : int
-        Number of rows.
-    harmonics : int
-        Number of harmonics.
-    outputs : tuple of str
-        Requested outputs; the arrays of others have no entries, unless requested ones follow from them.
-    buffer : ImpactBuffer, optional
-        Buffer for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
-        listed if the output is requested.
-    effects : Effects
-        Soft supports or friction have one more term of the energy balance and, as a second harmonic has, derivatives by
-        more parameters. A housing that may slide has quantities of its own and one more multiplier.
+    outputs : those that are requested; the arrays of others have no entries, unless requested ones follow from them
+    buffer : for the impacts of at least n rows; without one none are listed. Those of motions without an orbit are
+        listed if the output is requested
+    effects : soft supports or friction have one more term of the energy balance and, as a second harmonic has,
+        derivatives by more parameters. A housing that may slide has quantities of its own and one more multiplier
     """
     pieces, second = effects.has_pieces, effects.second_harmonic
     outputs = computed(outputs)

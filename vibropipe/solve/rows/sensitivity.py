@@ -43,19 +43,11 @@ def differentiated(variables: Variables) -> tuple[str, ...]:
 
 
 def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
-    """Label the derivatives of compacted results.
+    """Label the derivatives of compacted results: `<name>_sensitivity` over the dimensions of `<name>` and `parameter`.
 
-    Parameters
-    ----------
-    rows : RowResults
-        With arrays `d_*`; those without entries are left out.
-    parameters : (rows, n_parameters) array
-        Parameters of the rows. Where restitution and stiffness give the damping of a soft support, it follows both.
-
-    Returns
-    -------
-    Variables
-        `<name>_sensitivity` over the dimensions of `<name>` and `parameter`.
+    rows : with arrays `d_*`; those without entries are left out
+    parameters : (rows, n_parameters). Where restitution and stiffness give the damping of a soft support, it follows
+        both
     """
     nu = parameters[:, Parameters._fields.index("nu")]
     values = {
@@ -133,19 +125,10 @@ def through_ties(
 ) -> tuple[Variables, tuple[str, ...]]:
     """Return labelled rows with derivatives by the names that are free, with what they do to tied parameters.
 
-    Parameters
-    ----------
-    variables : Variables
-        With derivatives by each parameter alone; `row_size` of impacts, if there are any.
-    ties : Ties
-    free : (rows, free) array
-        Values of the free names of the ties.
-
-    Returns
-    -------
-    (Variables, tuple of str)
-        The rows, and the names by which their derivatives are: parameters that are not tied, and names of one's own. A
-        name that a parameter is tied to by which there are no derivatives is left out.
+    variables : with derivatives by each parameter alone; `row_size` of impacts, if there are any
+    free : (rows, free), values of the free names of the ties
+    Returns also the names by which the derivatives are: parameters that are not tied, and names of one's own. A name
+    that a parameter is tied to by which there are no derivatives is left out.
     """
     names = differentiated(variables)
     lost = {root for name in ties.parameters if name not in names for root in ties.roots[name]}
@@ -294,14 +277,9 @@ def polar_derivatives(
 
     Where X is zero within rounding the phase has no derivative, and the amplitude one only if that of X is zero.
 
-    Parameters
-    ----------
-    values : (rows, n) complex
-        X.
-    derivatives : (rows, n, parameters) complex
-        Of X.
-    amplitude, phase : (rows, n, parameters) float
-        Filled.
+    values : (rows, n) complex, X
+    derivatives : (rows, n, parameters) complex, of X
+    amplitude, phase : (rows, n, parameters) float, filled
     """
     for row in range(values.shape[0]):
         rounding = ROUNDING * largest_modulus(values[row])

@@ -18,21 +18,11 @@ def is_solved(status: np.ndarray) -> np.ndarray:
 
 
 def mask_unsolved(rows: RowResults) -> RowResults:
-    """Remove the results of unsolved rows.
+    """Remove the results of unsolved rows from compacted results (`solve.row_results`), changed in place.
 
-    Numbers become NaN and contacts are removed. A row with a required number that is not finite counts as unsolved:
-    status `not_finite`. Samples of a motion without an orbit are NaN. `section` is kept, since the next
-    row of a chain starts from it.
-
-    Parameters
-    ----------
-    rows : RowResults
-        Compacted results (`solve.row_results`), changed in place.
-
-    Returns
-    -------
-    RowResults
-        The results without the impacts of unsolved rows.
+    Numbers become NaN and contacts are removed; the impacts of unsolved rows are left out of what is returned. A row
+    with a required number that is not finite counts as unsolved: status `not_finite`. Samples of a motion without an
+    orbit are NaN. `section` is kept, since the next row of a chain starts from it.
     """
     lost = is_solved(rows.status) & ~_is_finite(rows)
     rows.status[lost] = Status.NOT_FINITE

@@ -63,35 +63,17 @@ def solve_blocks(
     """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
 
     A block is computed when it is requested, and few rows are solved ahead of it. The arguments have been checked.
+    Yields quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as
+    scalars.
 
-    Parameters
-    ----------
-    grid : SweepGrid
-        Grid of the sweep.
-    row_start, row_stop : int
-        First row and end; whole chains. Results do not depend on the cuts.
-    block_rows : int
-        Least number of rows per block.
-    start : (float or None, float)
-        x0 and v0, of those that are not swept.
-    harmonics, outputs, accuracy, effects, patience
-        As for `sweep`.
-    progress : callable, optional
-        Called as progress(done, total), in the rows that are solved.
-    row_work : int
-        Largest work of a march of a row, in steps.
-    rows : (n,) array of int, optional
-        Those of the rows that are solved, in their order, of a grid that follows none (default: all).
-
-    Yields
-    ------
-    xarray.Dataset
-        Quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as scalars.
-
-    Raises
-    ------
-    ParameterError
-        If `effects` leaves out an effect that the parameters have.
+    row_start, row_stop : whole chains; results do not depend on the cuts
+    block_rows : least number of rows per block
+    start : x0 and v0, of those that are not swept
+    harmonics, outputs, accuracy, effects, patience : as for `sweep`
+    progress : called as progress(done, total), in the rows that are solved
+    row_work : largest work of a march of a row, in steps
+    rows : (n,) int, those of the rows that are solved, in their order, of a grid that follows none (default: all)
+    Raises ParameterError if `effects` leaves out an effect that the parameters have.
     """
     requested_outputs = check_outputs(outputs)
     values = {**grid.shared, **grid.varied}

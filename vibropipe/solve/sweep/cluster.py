@@ -34,26 +34,11 @@ _solve_lock = threading.Lock()
 def solve_on_cluster(
     client: Any, solve: Callable[[int, int], xr.Dataset], grid: SweepGrid
 ) -> list[xr.Dataset]:
-    """Solve the shards of a sweep on the workers of a dask cluster.
+    """Solve the shards of a sweep on the workers of a dask cluster, and return them in order.
 
-    Parameters
-    ----------
-    client : dask.distributed.Client
-        Client of the cluster, checked by `check_client`.
-    solve : callable
-        solve(row_start, row_stop) returns the dataset of a shard; it runs on a worker.
-    grid : SweepGrid
-        Grid of the sweep.
-
-    Returns
-    -------
-    list of xarray.Dataset
-        The shards, in order.
-
-    Raises
-    ------
-    RuntimeError
-        If a worker has other kernels, or a shard was lost too often with its worker.
+    client : dask.distributed.Client, checked by `check_client`
+    solve : solve(row_start, row_stop) returns the dataset of a shard; it runs on a worker
+    Raises RuntimeError if a worker has other kernels, or a shard was lost too often with its worker.
     """
     from distributed import KilledWorker
 

@@ -37,14 +37,8 @@ DIRECTIONS: Mapping[str, tuple[str, ...]] = {
 class Block(NamedTuple):
     """Consecutive rows [start, stop) that fill a box of the grid.
 
-    Attributes
-    ----------
-    start, stop : int
-        First row and end.
-    shape : tuple of int
-        Shape of the box in the order of the rows.
-    where : tuple of slice
-        The box in the order of the grid.
+    shape : of the box, in the order of the rows
+    where : the box in the order of the grid
     """
 
     start: int
@@ -57,17 +51,11 @@ class Block(NamedTuple):
 class SweepGrid:
     """The grid of a sweep and the order of its rows.
 
-    Parameters
-    ----------
-    values : mapping of str to np.ndarray
-        Values of each swept parameter, in the order of the study.
-    follow : (str, str), optional
-        The followed parameter, and a key of `DIRECTIONS`.
-    shared : mapping of str to float, optional
-        The parameters that are the same in every row, beside those that are swept; those that are left out have their
-        defaults. A damping of a support that is neither is what stiffness and restitution give in each row.
-    ties : Ties, optional
-        Expressions of further parameters; `values` then has names of one's own, too.
+    values : of each swept parameter, in the order of the study
+    follow : the followed parameter, and a key of `DIRECTIONS`
+    shared : the parameters that are the same in every row, beside those that are swept; those that are left out have
+        their defaults. A damping of a support that is neither is what stiffness and restitution give in each row
+    ties : expressions of further parameters; `values` then has names of one's own, too
     """
 
     values: Mapping[str, np.ndarray]

@@ -23,18 +23,9 @@ LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a h
 
 
 def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[float, float]:
-    """Return start and end in forcing periods.
+    """Return start and end, given in tau, in forcing periods.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    tau_start, tau_end : float
-        Start and end, in tau.
-
-    Raises
-    ------
-    ParameterError
-        If the times are not finite, negative, in the wrong order or beyond 2**52 forcing periods.
+    Raises ParameterError if the times are not finite, negative, in the wrong order or beyond 2**52 forcing periods.
     """
     start = as_float("tau_start", tau_start, "a finite number >= 0")
     end = as_float("tau_end", tau_end, "a finite number >= tau_start")
@@ -51,19 +42,9 @@ def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[f
 def check_whole(name: str, value: Any, limits: tuple[int, int]) -> int:
     """Return a whole number within limits (least, most) as an int.
 
-    Parameters
-    ----------
-    name : str
-        Name in the message.
-    value : int or numpy.integer
-        The number; a bool is rejected.
-    limits : (int, int)
-        Least and largest value.
-
-    Raises
-    ------
-    ParameterError
-        If `value` is no whole number within the limits.
+    name : as in the message
+    value : int or numpy.integer; a bool is rejected
+    Raises ParameterError if it is no whole number within the limits.
     """
     whole = isinstance(value, (int, np.integer)) and not isinstance(value, bool)
     if not whole or not limits[0] <= value <= limits[1]:
@@ -142,17 +123,8 @@ def check_law(law: Sequence[int]) -> tuple[int, int, int]:
 def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
     """Return the times of the samples before the end, in forcing periods after the start.
 
-    Parameters
-    ----------
-    turns : (float, float)
-        Start and end, in forcing periods.
-    per_period : int
-        Samples per forcing period.
-
-    Raises
-    ------
-    ParameterError
-        If there are too many samples.
+    turns : start and end, in forcing periods
+    Raises ParameterError if there are too many samples.
     """
     span = (turns[1] - turns[0]) * per_period
     # Leaves out a regular sample within rounding of tau_end, which has a sample of its own.
@@ -167,10 +139,8 @@ def sample_times(turns: tuple[float, float], per_period: int) -> np.ndarray:
 def check_housing(exciter: Exciter, velocity: Any, **asked: bool) -> float:
     """Return the velocity of a housing at the start as a float.
 
-    Raises
-    ------
-    ParameterError
-        If it is not finite, or is not 0 where no housing slides; or if anything is asked that is not computed for one.
+    Raises ParameterError if it is not finite, or is not 0 where no housing slides; or if anything is asked that is not
+    computed for one.
     """
     start = as_float("housing_v0", velocity, FINITE.text)
     if not FINITE.contains(start):
@@ -215,10 +185,7 @@ def check_soft(
 def swept_dampings(exciter: Exciter, over: Mapping[str, np.ndarray]) -> set[str]:
     """Return the dampings of supports that follow from a swept restitution or stiffness.
 
-    Raises
-    ------
-    ParameterError
-        If such a damping is stated, or swept, beside a restitution below 1.
+    Raises ParameterError if such a damping is stated, or swept, beside a restitution below 1.
     """
     derived = set()
     for R, k, h in SUPPORTS:
@@ -241,10 +208,7 @@ def swept_dampings(exciter: Exciter, over: Mapping[str, np.ndarray]) -> set[str]
 def with_frequency(exciter: Exciter, varied: Mapping[str, float]) -> Exciter:
     """Return an exciter with the frequency that varies, at its value, where it states none.
 
-    Raises
-    ------
-    ParameterError
-        If it has a force, or one varies, and no frequency.
+    Raises ParameterError if it has a force, or one varies, and no frequency.
     """
     exciter.check_frequency(varied.keys())
     return (

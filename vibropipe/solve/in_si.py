@@ -58,14 +58,9 @@ _STATED = re.compile(r"x0 = ([-+.e\d]+)(?: m)?, v0 = ([-+.e\d]+)(?: m/s)?")
 def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     """Return values of a quantity in SI.
 
-    Parameters
-    ----------
-    name : str
-        Its name in non-dimensional datasets; one that the vocabulary does not have is a pure number.
-    values : array_like
-        Numbers, an array or a lazy array.
-    numbers : mapping of str to float
-        m and C in SI.
+    name : as in non-dimensional datasets; a name that the vocabulary does not have is a pure number
+    values : numbers, an array or a lazy array
+    numbers : m and C in SI
     """
     base, suffix = split_suffix(name)
     if base in MASS_RATIOS and suffix == "_sort_area":

@@ -19,22 +19,13 @@ def origin_attrs(
 ) -> dict[str, Any]:
     """Return the attributes of a dataset that say how it was made.
 
-    Parameters
-    ----------
-    effects : iterable of str
-        Effects that were computed.
-    start : str
-        Where the motions start, as text.
-    steps_per_period : int, optional
-        Steps of Newmark's method; None for the exact method.
-    follow : (str, str), optional
-        Followed parameter and direction.
+    They are `method` (exact or newmark), `effects`, `start` and `version`; `steps_per_period` and `follow` where there
+    are any.
 
-    Returns
-    -------
-    dict
-        `method` (exact or newmark), `effects`, `start` and `version`; `steps_per_period` and `follow` where there are
-        any.
+    effects : those that were computed
+    start : where the motions start, as text
+    steps_per_period : of Newmark's method; None for the exact method
+    follow : followed parameter and direction
     """
     from vibropipe import __version__
 

@@ -119,10 +119,7 @@ def is_physical(dataset: xr.Dataset) -> bool:
 def in_units(dataset: xr.Dataset, text: str) -> xr.Dataset:
     """Return a dataset in SI in units that a user lists, `Hz, mm`, and else in those of its study; `SI` alone keeps it.
 
-    Raises
-    ------
-    ParameterError
-        If the dataset has no units, or one that is listed is none or has the dimension of another.
+    Raises ParameterError if the dataset has no units, or one that is listed is none or has the dimension of another.
     """
     if not is_physical(dataset):
         must = "must be left out: the dataset has no units, as its study has no key physical"

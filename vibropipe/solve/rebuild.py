@@ -34,17 +34,10 @@ SAMPLES = 256
 class Motion:
     """A motion as it is drawn.
 
-    Parameters
-    ----------
-    row : xarray.Dataset
-        The steady state.
-    plain : xarray.Dataset
-        Its motion, as of `simulate`, without units.
-    length : float
-        Length of the motion in tau.
-    section : (visits, 2) array
-        Displacement and velocity once every forcing period.
-    exciter : Exciter
+    row : the steady state
+    plain : its motion, as of `simulate`, without units
+    length : of the motion, in tau
+    section : (visits, 2), displacement and velocity once every forcing period
     """
 
     row: xr.Dataset

@@ -80,12 +80,8 @@ def display_units_of(tree: Mapping[str, Any], chosen: Mapping[str, str]) -> dict
 
     Of several units of one dimension the one that most keys are written in holds, the first of equals.
 
-    Parameters
-    ----------
-    tree : mapping
-        The study, or the arguments of `Exciter.from_physical`, as it is written, with text for quantities.
-    chosen : mapping of str to str
-        Units by dimension that the study chooses.
+    tree : the study, or the arguments of `Exciter.from_physical`, as it is written, with text for quantities
+    chosen : units by dimension that the study chooses
     """
     written = Counter(_units_in(tree, ""))
     of_dimension, of_parameter = Counter[tuple[str, str]](), Counter[tuple[str, str]]()

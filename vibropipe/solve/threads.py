@@ -24,13 +24,7 @@ ROWS_PER_CALL, MIN_ROWS_PER_CALL, TAIL_FRACTION = 256, 64, 4
 
 
 class Calls(Generic[T]):
-    """Calls that were handed over together.
-
-    Parameters
-    ----------
-    number : int
-        How many they are.
-    """
+    """Some number of calls that were handed over together."""
 
     def __init__(self, number: int) -> None:
         self.results: list[T | None] = [None] * number
@@ -49,13 +43,7 @@ class Calls(Generic[T]):
             self._woken.put(True)
 
     def wait(self, seconds: float) -> bool:
-        """Wait for all calls, at most for some time, and return whether they are finished.
-
-        Raises
-        ------
-        BaseException
-            What a call has raised.
-        """
+        """Wait for all calls, at most for some time; return whether they are finished, raise what one has raised."""
         with suppress(Empty):
             self.is_over = self.is_over or self._woken.get(timeout=seconds)
         if self.error is not None:
@@ -71,15 +59,10 @@ class Calls(Generic[T]):
 
 
 class Threads:
-    """Some threads that take calls in order.
+    """Some number of threads that take calls in order.
 
     An interrupt within a lock, an event or a pool of the standard library, which are written in Python, may leave it
     locked, so that threads and program wait for each other without end. The queues used here cannot be left half done.
-
-    Parameters
-    ----------
-    number : int
-        How many threads.
     """
 
     def __init__(self, number: int) -> None:
@@ -116,20 +99,12 @@ def row_blocks(
 ) -> list[list[list[int]]]:
     """Cut rows into blocks, and blocks into pieces that are solved in parallel.
 
-    The cuts do not depend on the number of threads.
+    Returns, for each block, for each of its pieces, the ends of the consecutive calls that solve it. A piece consists
+    of whole chains solved in one call, or of the parts of one longer chain. The cuts do not depend on the number of
+    threads.
 
-    Parameters
-    ----------
-    rows, chain_length : int
-        Number of rows, in whole chains, and rows per chain.
-    block_rows : int, optional
-        Least number of rows per block (default: all).
-
-    Returns
-    -------
-    list of list of list of int
-        For each block, for each of its pieces, the ends of the consecutive calls that solve it. A piece consists of
-        whole chains solved in one call, or of the parts of one longer chain.
+    rows, chain_length : number of rows, in whole chains, and rows per chain
+    block_rows : least number of rows per block (default: all)
     """
     blocks: list[list[list[int]]] = []
     first = begin = 0

@@ -26,10 +26,7 @@ START_DIMENSIONS = dict(zip(STARTS, ("length", "velocity"), strict=True))
 def are_with_units(exciter: Exciter, *given: Any) -> bool:
     """Return whether arguments of an exciter of `from_physical` are with units: by a value, or a name such as omega.
 
-    Parameters
-    ----------
-    exciter : Exciter
-    *given : mapping by name, value, array or list of values
+    given : mappings by name, values, arrays or lists of values
     """
     return bool(exciter.written) and any(
         any(plain_name(name) != name or has_unit(value) for name, value in each.items())
@@ -56,19 +53,11 @@ def plain_name(name: str) -> str:
 def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
     """Return values of a parameter or a start without units.
 
-    Parameters
-    ----------
-    exciter : Exciter
-        Of `from_physical`.
-    name : str
-        As with units.
-    values : number, text, quantity, or an array or list of such
-        Numbers are in SI.
-
-    Raises
-    ------
-    ParameterError
-        If a value has a wrong unit, is out of range, or the name is M: a grid of masses is one of mass_ratio = m/M.
+    exciter : of `from_physical`
+    name : as with units
+    values : number, text, quantity, or an array or list of such; numbers are in SI
+    Raises ParameterError if a value has a wrong unit, is out of range, or the name is M: a grid of masses is one of
+    mass_ratio = m/M.
     """
     if values is None or (name not in PHYSICAL and name not in STARTS):
         return values  # a pure number, or a name that the call refuses
@@ -127,10 +116,7 @@ def plain_deviations(
 ) -> dict[str, Any]:
     """Return how far parameters may be off, by name, without units; M by its ratio, in the first order.
 
-    Raises
-    ------
-    ParameterError
-        If a value has a wrong unit, or M is given for a housing that is fixed or whose mass varies.
+    Raises ParameterError if a value has a wrong unit, or M is given for a housing that is fixed or whose mass varies.
     """
     plain = plain_mapping(exciter, {name: each for name, each in given.items() if name != "M"})
     if "M" in given:
@@ -150,10 +136,7 @@ def plain_deviations(
 def plain_goals(exciter: Exciter, argument: str, given: Mapping[str, Any] | None) -> Any:
     """Return targets, bounds or allowances of a design, by quantity, without units; bare numbers are in SI.
 
-    Raises
-    ------
-    ParameterError
-        If a quantity is unknown, or a value has a wrong unit.
+    Raises ParameterError if a quantity is unknown, or a value has a wrong unit.
     """
     if given is None:
         return None

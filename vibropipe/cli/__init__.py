@@ -21,10 +21,7 @@ LAZY = ["show"]
 def main(arguments: list[str] | None = None) -> None:
     """Run the command line and exit; errors become messages and exit codes here only.
 
-    Parameters
-    ----------
-    arguments : list of str, optional
-        Arguments (default: those of the process).
+    arguments : default: those of the process
     """
     try:
         if arguments is None:

@@ -68,12 +68,8 @@ def file_hash(path: Path, package: Path = PACKAGE) -> str:
 def source_hash(roots: Iterable[str], left_out: Iterable[str] = (), package: Path = PACKAGE) -> str:
     """Return the hash (16 hex digits) of the import closure of modules, and of the facts of the records.
 
-    Parameters
-    ----------
-    roots, left_out : iterable of str
-        Dotted names of modules, and of those that are not followed (beside `WORDS`).
-    package : Path
-        Folder of the package whose sources are read.
+    roots, left_out : dotted names of modules, and of those that are not followed (beside `WORDS`)
+    package : folder of the package whose sources are read
     """
     digest = hashlib.sha256(f"{exciter.facts()}{quantities.facts()}".encode())
     for name, source in sorted(closure(roots, left_out, package).items()):

@@ -68,17 +68,11 @@ class Point(NamedTuple):
 class Curve:
     """Zeros of n equations in n + 1 unknowns, of which the last ones are parameters.
 
-    Parameters
-    ----------
-    weights : (size,) float
-        Of the unknowns in norms.
-    max_length : float
-        Largest weighted length of a step.
-    fill : callable, optional
-        Of the unknowns: returns the residual (n,) and its derivative (n, size), or None where there is none. Curves
-        with a `step` and `finished`, or a `solve`, of their own do without.
-    tests : callable, optional
-        Of the unknowns and that derivative: returns the test functions beside FOLD and CROSSING.
+    weights : (size,), of the unknowns in norms
+    max_length : largest weighted length of a step
+    fill : of the unknowns: returns the residual (n,) and its derivative (n, size), or None where there is none. Curves
+        with a `step` and `finished`, or a `solve`, of their own do without
+    tests : of the unknowns and that derivative: returns the test functions beside FOLD and CROSSING
     """
 
     # Unknowns that may all be moved by a whole number at once.
@@ -214,20 +208,9 @@ class Curve:
     def locate(
         self, start: Point, ends: tuple[float, float], function: Callable[[Point], float]
     ) -> Zero | None:
-        """Return where a function of the points is zero.
+        """Return where a function of the points is zero: length from `start`, and the point.
 
-        Parameters
-        ----------
-        start : Point
-        ends : (float, float)
-            Lengths from `start` between which the function changes sign.
-        function : callable
-            Of a point.
-
-        Returns
-        -------
-        (float, Point) or None
-            Length from `start`, and the point; None if a step fails or the function does not change sign.
+        None if a step fails or the function does not change sign between `ends`, lengths from `start`.
 
         References
         ----------
@@ -273,16 +256,9 @@ class Curve:
 class CompiledCurve(Curve):
     """A curve whose equations are compiled.
 
-    Parameters
-    ----------
-    weights, max_length
-        As for `Curve`.
-    kernel : callable
-        kernel(sought, u, target, weights, work, tangent, tests) -> bool does what `Curve.solve` does with Newton steps
-        of its own, and fills tangent (size,) and tests (n_tests,), FOLD and CROSSING first.
-    sought : tuple
-        What it solves for.
-    n_tests : int
+    kernel : kernel(sought, u, target, weights, work, tangent, tests) -> bool does what `Curve.solve` does with Newton
+        steps of its own, and fills tangent (size,) and tests (n_tests,), FOLD and CROSSING first
+    sought : what it solves for
     """
 
     def __init__(

@@ -26,14 +26,8 @@ class Follower:
 
     A kind of curve says in a class of its own what is looked for on it.
 
-    Parameters
-    ----------
-    curve : Curve
-    start : Point
-    closes : bool
-        Whether the curve is left where it returns to its start.
-    first_length : float
-        Weighted length of the first step.
+    closes : whether the curve is left where it returns to its start
+    first_length : weighted length of the first step
     """
 
     # Test functions that are positive on the curve, which ends where one is zero, and those whose zeros are noted.
@@ -91,11 +85,8 @@ class Follower:
     def follow(self) -> Path:
         """Follow the curve.
 
-        Returns
-        -------
-        Path
-            Its end is the name of a limit, `closed`, `lost` (no further point), `points` (too many), or the reason of
-            its last event.
+        The end of the path is the name of a limit, `closed`, `lost` (no further point), `points` (too many), or the
+        reason of its last event.
         """
         path, curve = self.path, self.curve
         searches, crawled = 0, 0

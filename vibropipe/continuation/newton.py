@@ -28,19 +28,12 @@ MIN_PIVOT = 1e-300
 class Work(NamedTuple):
     """Work arrays for `size` unknowns.
 
-    Attributes
-    ----------
-    matrix : (size, size) float
-        Derivatives of the equations; its last row is for the plane. After a step its factors.
+    matrix : (size, size) float, derivatives of the equations; its last row is for the plane. After a step its factors
     pivots : (size,) int
-    rhs : (size,) float
-        Values of the equations.
-    above, below : (size,) float
-        Values beside them, for callers that take differences.
-    border : (size,) float
-        Normal of the plane.
-    last : (1,) float
-        Weighted change of the last step.
+    rhs : (size,) float, values of the equations
+    above, below : (size,) float, values beside them, for callers that take differences
+    border : (size,) float, normal of the plane
+    last : (1,) float, weighted change of the last step
     """
 
     matrix: np.ndarray

@@ -72,12 +72,8 @@ class Path:
     def length_towards(self, hint: float) -> float | None:
         """Return the length of the next step, to a hint; None if it lies before a last point that has an event.
 
-        A last point behind the hint is removed otherwise, and the step begins at the one before.
-
-        Parameters
-        ----------
-        hint : float
-            Weighted length from the last point; negative before it.
+        A last point behind the hint is removed otherwise, and the step begins at the one before. The hint is a weighted
+        length from the last point, negative before it.
         """
         if hint > 0.0:
             return hint

@@ -116,13 +116,8 @@ def changing_text(dataset: xr.Dataset) -> str:
 def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[float]) -> str:
     """Write a motion in words.
 
-    Parameters
-    ----------
-    regime : int
-    m : int
-        Forcing periods of the orbit, 0 without one.
-    impacts, rests : sequence of two floats
-        Impacts and rests on each support in m forcing periods.
+    m : forcing periods of the orbit, 0 without one
+    impacts, rests : on each support in m forcing periods
 
     Examples
     --------

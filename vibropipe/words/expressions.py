@@ -55,17 +55,9 @@ class Node(NamedTuple):
 
 
 class Expression:
-    """An expression of numbers and names.
+    """An expression of numbers and names, from text in which Greek letters are as in studies.
 
-    Parameters
-    ----------
-    text : str
-        What is written; Greek letters as in studies.
-
-    Raises
-    ------
-    ExpressionError
-        If the text is no arithmetic of numbers, names and the functions of `FUNCTIONS`.
+    Raises ExpressionError if the text is no arithmetic of numbers, names and the functions of `FUNCTIONS`.
     """
 
     def __init__(self, text: str) -> None:
@@ -95,17 +87,9 @@ class Expression:
     ) -> tuple[float, Slopes]:
         """Return its value, and its derivatives by whatever the names depend on.
 
-        Parameters
-        ----------
-        values : mapping of str to float
-            Value of each name.
-        slopes : mapping of str to dict
-            Derivatives of each name that depends on something.
+        They are nan where it is no real number, or has no derivative, as sqrt(x) at 0.
 
-        Returns
-        -------
-        (float, dict of str to float)
-            nan where it is no real number, or has no derivative, as sqrt(x) at 0.
+        slopes : derivatives of each name that depends on something
         """
         value, own = _computed(self.root, values, slopes)
         return (value if isinstance(value, float) and math.isfinite(value) else math.nan), own

@@ -119,8 +119,6 @@ def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[
     m : forcing periods of the orbit, 0 without one
     impacts, rests : on each support in m forcing periods
 
-    Examples
-    --------
     >>> motion_words(Regime.TWO_SIDED, 1, (1, 1), (0, 0))
     'both supports, once a period'
     >>> motion_words(Regime.ONE_SIDED_2, 3, (0, 1), (0, 0))

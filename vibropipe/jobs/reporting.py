@@ -94,10 +94,7 @@ class Group:
 
 
 def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
-    """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss.
-
-    datasets, sidecars : dataset and sidecar of each scene by name
-    """
+    """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss."""
     datasets = study.shown(datasets)
     labels, titles = scene_labels(study), scene_labels(study, math.inf)
     parts = {

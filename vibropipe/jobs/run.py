@@ -211,7 +211,6 @@ def read_run(
     config_file : the list of studies; `config/config.yaml` if None
     settings : settings of the command line (`--config`): `studies` (files, or names in `config/`) and `results`
     arguments : the command line. A file in the folder of results names its study, listed or not
-    Returns the studies with their plans.
     Raises StudyError, PlanError with every fault of the list or of a study.
     """
     config = _config(config_file, settings)

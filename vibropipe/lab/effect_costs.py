@@ -176,8 +176,6 @@ def stored_bytes(motion: BenchmarkMotion, row: bool, outputs: tuple[str, ...]) -
 
     motion : motion, or centre of the swept exciters
     row : whether a row of a sweep is measured, not a forcing period of the motion
-    outputs : outputs that are stored
-    Returns bytes per row or per forcing period.
     """
     solve, few, many = (sweep_rows, 1, MANY_ROWS) if row else (march_periods, 0, motion.periods)
     sizes = [

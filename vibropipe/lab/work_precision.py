@@ -68,9 +68,8 @@ def ask(
 ) -> dict[str, np.ndarray]:
     """Ask `simulate` for each accuracy on one motion.
 
-    Over the accuracies: `asked_estimate`, `asked_error`, `asked_steps` (0 for the exact method),
-    `asked_status`, `asked_time*` (ns per forcing period); for the motion `plain_time*`, of the same call without an
-    accuracy.
+    Over the accuracies: `asked_estimate`, `asked_error`, `asked_steps` (0 for the exact method), `asked_status`,
+    `asked_time*` (ns per forcing period); for the motion `plain_time*`, of the same call without an accuracy.
     """
     rows: dict[str, list[float]] = {
         name: [] for name in ("asked_estimate", "asked_error", "asked_steps", "asked_status")

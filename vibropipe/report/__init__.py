@@ -1,7 +1,6 @@
 """The report of a study: one PDF typeset from its datasets and figures.
 
-Data reach the template as JSON, so that a user's text is never read as markup. Equal results give
-equal bytes.
+Data reach the template as JSON, so that a user's text is never read as markup. Equal results give equal bytes.
 """
 
 from __future__ import annotations
@@ -38,8 +37,7 @@ def template_folder(data: dict[str, Any], pictures: Mapping[str, Path]) -> Itera
 def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
     """Typeset a report.
 
-    Only fonts of the typesetter are used, not those of the machine, so that the bytes are the same
-    everywhere.
+    Only fonts of the typesetter are used, not those of the machine, so that the bytes are the same everywhere.
 
     data : contents, as `jobs.reporting.report_data` returns them
     pictures : PDF files of the figures by scene

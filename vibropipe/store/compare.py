@@ -43,10 +43,9 @@ class Difference:
 def compare(
     path: str | PathLike[str], again: xr.Dataset, skip: Callable[[str], bool] = lambda _: False
 ) -> list[Difference]:
-    """Compare a file with a recomputed dataset.
+    """Compare a file with a recomputed dataset, and return the first difference of each variable.
 
     skip : returns True for the name of a variable that is not compared
-    Returns the first difference of each variable.
     Raises StoreError if the file cannot be read.
     """
     differences, items = [], encode(again)[0]

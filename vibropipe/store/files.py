@@ -31,8 +31,7 @@ CACHE_BYTES = 4 << 20
 def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
     """Write a dataset to a netCDF4 file, which appears only when complete.
 
-    dataset : dataset to write; equal datasets give equal bytes
-    path : file to write; missing folders are created
+    Equal datasets give equal bytes; missing folders are created.
     Raises NotWrittenError if the disk is full or the folder is not writable; `path` is then as before.
     """
     import netCDF4

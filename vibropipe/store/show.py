@@ -25,10 +25,7 @@ MAX_TEXT = 60
 
 
 def summary(dataset: xr.Dataset) -> str:
-    """Return a summary of a dataset as text.
-
-    Returns dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance.
-    """
+    """Return dimensions, quantities with symbol and range, numbers of regimes and statuses, and provenance as text."""
     parts = [str(dataset.attrs.get("title", "")), _sizes(dataset), _quantities(dataset)]
     parts += [_counts(dataset, name) for name in ("regime", "status") if name in dataset]
     parts.append(_attributes(dataset))

@@ -101,7 +101,6 @@ def join(
 
     shard_paths : files over `row`, rows counted as in `grid`, in any order. Each holds the parameters of its rows
     grid : grid of the study, with the parameters that the shards must have
-    attrs : global attributes of the joined file
     progress : called as `progress(done, total)` with the number of rows
     Raises StoreError if a shard is damaged, was solved with other parameters or is of another sweep (its
     `fingerprint` differs from the others or from `attrs`), if rows are missing or held twice, or if `path` cannot be

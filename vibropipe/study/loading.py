@@ -143,10 +143,7 @@ def load_study(path: str | Path) -> Study:
 
 
 def study_of_text(text: str, name: str) -> Study:
-    """Read and check a study from the text that a dataset contains.
-
-    Raises StudyError with every fault of the text.
-    """
+    """Read and check a study from the text that a dataset contains. Raises StudyError with every fault of the text."""
     tree, problems = read_text(text, f"the study {name}")
     return parse_study(tree, name, f"the study {name}", problems, Files(None, text))
 

@@ -58,14 +58,13 @@ class Bifurcation(IntEnum):
 class BranchEnd(IntEnum):
     """Why a branch does not go on beyond a bifurcation.
 
-    GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing, or that of other
-    events, and no orbit goes on. PARENT: the branch of orbits of half
-    the period, or symmetric, is reached. CHATTER: an impact loses its speed where the force presses the mass on its
-    support. REST: the mass sticks. CLOSED: the branch returns to its start. LOST: no further point was found. POINTS:
-    it has too many. ROUNDING: a bifurcation is so steep that rounding hides what begins there. IMPACT_LIMIT and
-    PERIOD_LIMIT: the orbits that begin there have more impacts or periods than are followed. With one of the last three
-    at a flip or pitchfork the branch itself goes on. CONTINUUM: orbits are not isolated there (without
-    damping, at a multiple of the natural period): all have the same parameter.
+    GOES_ON: it does. OTHER_SEQUENCE: the impact sequence changes at a grazing, or that of other events, and no orbit
+    goes on. PARENT: the branch of orbits of half the period, or symmetric, is reached. CHATTER: an impact loses its
+    speed where the force presses the mass on its support. REST: the mass sticks. CLOSED: the branch returns to its
+    start. LOST: no further point was found. POINTS: it has too many. ROUNDING: a bifurcation is so steep that rounding
+    hides what begins there. IMPACT_LIMIT and PERIOD_LIMIT: the orbits that begin there have more impacts or periods
+    than are followed. With one of the last three at a flip or pitchfork the branch itself goes on. CONTINUUM: orbits
+    are not isolated there (without damping, at a multiple of the natural period): all have the same parameter.
     """
 
     GOES_ON = 0

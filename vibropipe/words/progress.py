@@ -15,7 +15,6 @@ class WorkCount:
 
     total : all steps, or 0 if that is unknown
     progress : called whenever steps are added
-    done : steps done
     """
 
     total: int
@@ -30,12 +29,11 @@ class WorkCount:
 
 
 def part_of(progress: Progress | None, before: int, total: int) -> Progress | None:
-    """Return the callback of a part of some work, which reports the progress of all of it.
+    """Return the callback of a part of some work, which reports the progress of all of it; None without one.
 
     progress : the callback of all the work
     before : what is done before the part begins
     total : all the work, or 0 if that is unknown
-    Returns None if `progress` is None.
     """
     if progress is None:
         return None

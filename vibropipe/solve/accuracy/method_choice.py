@@ -142,7 +142,6 @@ def largest_relative_error(
 
     variables : the motion (`to_variables`)
     scales : what errors are relative to
-    accuracy : maximum error
     """
     slow, of_impacts = accuracy * min(1.0, scales.velocity), variables["impact_velocity"][1]
     of_tau, of_speed = _of_fast(of_impacts, slow, errors["impact_tau"], errors["impact_velocity"])

@@ -69,7 +69,6 @@ def rounding_errors(
     It holds of motions between rigid supports, without rests and touches, whose errors stay small. With samples, the
     errors of their displacement and velocity are added, which are by `floor` larger.
 
-    run : the exact motion
     floor : error of displacement and velocity of a sample whose tau is rounded
     """
     contacts, effects = run.contacts, request.effects
@@ -248,10 +247,7 @@ def _period_off(p: Parameters) -> float:
 def _first_flight(
     p: Parameters, ends: Ends, tau: np.ndarray, velocity: np.ndarray, slip: float, second: Effect
 ) -> float:
-    """Return the error of the state that ends the first flight.
-
-    slip : by how much the start is off in tau.
-    """
+    """Return the error of the state that ends the first flight; slip : by how much the start is off in tau."""
     arrival, span = ends.v_end, ends.tau_end - ends.tau_start
     if tau.size > 0:
         arrival, span = velocity[0], tau[0] - ends.tau_start

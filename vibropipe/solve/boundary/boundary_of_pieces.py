@@ -44,7 +44,6 @@ def boundaries_of_pieces(
     rows : steady states with their first harmonic, over `row`
     of : kinds
     effects : of all exciters of the box
-    levels : of level curves
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
     n = sum(each.sizes["row"] for each in rows)

@@ -42,7 +42,6 @@ class Family(NamedTuple):
     exciter : without load: x counts from the equilibrium
     n : half forcing periods from an impact to the next
     sign : 1, or -1 if x is mirrored
-    given : the exciter as it was given
     """
 
     exciter: Exciter

@@ -54,7 +54,6 @@ class Quantities:
     ) -> tuple[Variables, np.ndarray]:
         """Return the quantities of orbits over `row`, and their parameters.
 
-        curve : the curve that they lie on
         orbits : (k, size), its unknowns
         is_image : whether their mirror images are meant
         outputs : any of `OF_BRANCH`

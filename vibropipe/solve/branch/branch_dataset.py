@@ -76,7 +76,6 @@ def branch_dataset(
 ) -> xr.Dataset:
     """Return branches as the dataset of `vp.branch`.
 
-    attrs : attributes of the dataset
     outputs : any of `OF_BRANCH`
     sigma : standard deviations of parameters, for the scatter of the places of bifurcations
     """

@@ -83,7 +83,6 @@ def with_yields(
     It stays as it is without bounds, which may be none.
 
     dataset : without units, with the outputs of `outputs_beside`
-    problem : what was followed
     tolerance : standard deviations of parameters
     at : values of the parameter that yields are wanted at; if empty they are those of MAX_POINTS points
     """

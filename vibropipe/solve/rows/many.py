@@ -216,7 +216,6 @@ def solve_rows(
         by side
     start : x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
         differ, start(first, stop) returns those of rows, numbered as for `parameters`
-    chain_length : rows per chain
     max_periods, patience : limits of `orbits.settling.find_steady_state`, in forcing periods
     progress : called as progress(done, total), in rows
     effects : of the compiled kernel, the same for all rows

@@ -56,8 +56,7 @@ def inertia_of(p: Mapping[str, np.ndarray]) -> np.ndarray:
 def _creeping(powers: Mapping[str, np.ndarray], speed: np.ndarray) -> Values:
     """Return what a housing that creeps costs; NaN where it does not creep, or works against no load.
 
-    speed : (rows,)
-        Mean velocity of the housing.
+    speed : (rows,), mean velocity of the housing
     """
     work = powers["power_input"]
     with np.errstate(divide="ignore", invalid="ignore"):
@@ -132,8 +131,7 @@ def mean_over_impacts(
 ) -> np.ndarray:
     """Return the means (rows, 2) over the listed impacts on each support; 0 without one.
 
-    of : callable
-        Takes the speeds before impact and the indices of their rows, (impacts,), and returns what is averaged.
+    of : takes the speeds before impact and the indices of their rows, (impacts,), and returns what is averaged
     """
     n = rows.impact_count.size
     owner = np.repeat(np.arange(n), rows.impact_count)

@@ -196,13 +196,13 @@ def test_picture_of_starts_without_an_attractor():
     free = vp.basins(vp.Exciter(l=0.5), [0.0, 0.1], [0.0, 1.0], starts=8)
     figure = draw_basins(free)
     assert len(figure.axes) == 1
-    assert title_basins(free) == "No motion was found on which the starts settle"
+    assert title_basins(free) == "No isolated motion was found on which the starts settle"
     assert describe_basins(free).endswith("for which no motion was found.")
     assert "period" not in describe_basins(free)
     assert "slowest" not in describe_basins(free, ("periods_to_attractor",))
     assert tables({"free": free}) == []
     (answer,) = answers({"free": free})["free"]
-    assert answer.lead == "No motion was found on which the starts settle."
+    assert answer.lead == "No isolated motion was found on which the starts settle."
 
 
 def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
@@ -468,7 +468,7 @@ def test_pictures_where_attractors_are_absent(over):
     found = answers({"over": data})["over"]
     if "nu" in over:
         assert [answer.lead for answer in found] == [
-            "No motion was found on which the starts settle."
+            "No isolated motion was found on which the starts settle."
         ]
         assert tables({"over": data}) == []
     else:

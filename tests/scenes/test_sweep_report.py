@@ -175,7 +175,7 @@ def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
         "They are in the rows from ν = 1.3 to 1.6." in text
     )
     assert "jumps" not in text
-    assert "Impacts occur only between ν = 0.8 and 1.7." in text
+    assert "Followed upwards and downwards, impacts occur only between ν = 0.8 and 1.7." in text
     same = both.copy(deep=True)
     for name in ("regime", "displacement_amplitude", "displacement_mean", "impact_velocity_max"):
         same[name][1] = same[name][0]

@@ -23,7 +23,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.report.findings import symbol_text, value_text
-from vibropipe.report.parts import DASH, Answer, Table
+from vibropipe.report.parts import DASH, MAX_ROWS, Answer, Table
 from vibropipe.scenes.branch.curves import (
     BETWEEN,
     LEFT,
@@ -38,6 +38,7 @@ from vibropipe.scenes.branch.curves import (
     write_names,
 )
 from vibropipe.scenes.branch.lines import followed, pieces_of, swept
+from vibropipe.store.table import is_neutral
 
 HIGH = 6.5  # cm
 MOTOR: dict[str, Any] = {"color": GREY, "linewidth": 2.2, "zorder": 1}
@@ -239,13 +240,18 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if not has_motor(dataset) or not dataset.sizes["jump"]:
         return None
     speeds, torques = dataset[followed(dataset)], dataset["jump_torque"]
+    lost, reached, torque = jumps_of(dataset)
+    order = np.arange(len(torque))
+    if len(torque) > MAX_ROWS:
+        # Those that a kept speed meets first, and of the others those next to the torque as it is.
+        order = np.lexsort([np.abs(torque), [not is_ahead(dataset, n) for n in order.tolist()]])
     rows = [
         [
-            *values_beside(dataset, "jump", n), format_number(float(torque), 3), WAYS[int(dataset["jump_way"][n])],
-            format_number(float(lost), 5),
-            format_number(float(reached), 5) if np.isfinite(reached) else DASH,
+            *values_beside(dataset, "jump", n), format_number(float(torque[n]), 3), WAYS[int(dataset["jump_way"][n])],
+            format_number(float(lost[n]), 5),
+            format_number(float(reached[n]), 5) if np.isfinite(reached[n]) else DASH,
         ]
-        for n, (lost, reached, torque) in enumerate(zip(*jumps_of(dataset), strict=True))
+        for n in order.tolist()
     ]  # fmt: skip
     head = [
         *head_beside(dataset), in_brackets("torque added", torques), "as it is",
@@ -279,6 +285,7 @@ def is_ahead(dataset: xr.Dataset, n: int) -> bool:
     over, sign = swept(dataset), 1.0 if is_up else -1.0
     speeds, ids = dataset[followed(dataset)].values, dataset["branch_id"].values
     steady = dataset["stable"].values == 1
+    steady |= is_neutral(dataset)
     steady[dataset["bifurcation_point"].values] = True
     excess = dataset["load_torque"].values - dataset["available_torque"].values
     lost = sign * float(dataset[f"jump_{followed(dataset)}"][n])

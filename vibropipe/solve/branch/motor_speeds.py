@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
@@ -109,7 +110,21 @@ def _turn(load: MotorLoad, one: int, a: float, b: float) -> list[float]:
     ends = [
         w + INSIDE * (other - w) if load.is_event(one, w) else w for w, other in ((a, b), (b, a))
     ]
-    return [zero(lambda w: load.slope(one, w) - bend, *ends)]
+    try:
+        return [zero(lambda w: load.slope(one, w) - bend, *ends)]
+    except ValueError:  # a derivative is not known inside, as beside a grazing
+        return [_extreme(load, one, (min(ends), max(ends)), math.copysign(1.0, rates[0]))]
+
+
+def _extreme(load: MotorLoad, one: int, ends: tuple[float, float], sign: float) -> float:
+    """Return the speed between two at which the excess is largest, or with sign -1 least, without derivatives."""
+    from scipy.optimize import minimize_scalar
+
+    found = minimize_scalar(
+        lambda w: -sign * load.excess(one, w), bounds=ends, method="bounded",
+        options={"xatol": NARROW * ends[1]},
+    )  # fmt: skip
+    return float(found.x)
 
 
 def without_images(
@@ -157,9 +172,12 @@ def jumps_of(
             reached = _reached(load, stable, stretch, end, level)
             # What returns to where it is lost keeps no speed: it hunts.
             jump = level, float(end), w, np.nan if abs(reached - w) <= MEET * w else reached
-            # Mirror images jump alike.
-            if not any(np.allclose(jump, other, MEET, 0.0, equal_nan=True) for other in found):
+            # Mirror images jump alike: what is known of one holds of the other.
+            alike = [other for other in found if np.allclose(jump[:3], other[:3], MEET, 0.0)]
+            if not alike:
                 found.append(jump)
+            elif np.isnan(alike[0][3]):
+                found[found.index(alike[0])] = jump
     return sorted(found)
 
 

@@ -222,11 +222,15 @@ class Problem:
         return np.asarray(has_law.reshape(n, -1).all(axis=1))
 
     def _log_loss(self, points: Points) -> np.ndarray:
-        """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does."""
+        """Return the logarithm (n,) of the share of parts that miss a goal, to first order: smooth where none does.
+
+        Goals are left out whose quantity has no derivative.
+        """
         from scipy.special import log_ndtr
 
         least = np.full(len(points.parameters), LEAST_LOG_LOSS)
-        losses = [log_ndtr(-distance) for distance in self._distances(points)]
+        distances = (np.nan_to_num(each, nan=np.inf) for each in self._distances(points))
+        losses = [log_ndtr(-distance) for distance in distances]
         total: np.ndarray = np.logaddexp.reduce([least, *losses])
         return total
 

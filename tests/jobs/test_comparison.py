@@ -56,6 +56,17 @@ def test_only_rows_of_both_are_compared(pair: tuple[xr.Dataset, xr.Dataset]) -> 
     assert "6 rows over nu, f in both, 4 in A alone, 0 in B alone" in as_lines(found)
 
 
+def test_phases_of_velocities_have_the_errors_of_displacements(
+    pair: tuple[xr.Dataset, xr.Dataset],
+) -> None:
+    one = pair[0]
+    error = one["displacement_phase_error"].fillna(0.0) + 1e-6
+    one = one.assign(displacement_phase_error=error)
+    for times, changed in ((1.9, []), (2.1, ["velocity_phase"])):
+        two = one.assign(velocity_phase=one["velocity_phase"] + times * error)
+        assert [each.name for each in compare_datasets(one, two).changes] == changed
+
+
 def test_values_within_their_errors_agree(pair: tuple[xr.Dataset, xr.Dataset]) -> None:
     one = pair[0]
     shift = 1e-6 * float(abs(one.velocity_strobe).max())

@@ -125,7 +125,11 @@ def test_a_level_that_no_motion_has_is_told_of():
     dataset = kind_of(scene).solve(scene)
     assert dataset.sizes["point"] == 0
     (answer,) = answers({"borders": dataset})["borders"]
-    assert answer.lead == f"No curve of {WORDS} = 50 is found within the ranges that were searched."
+    absent = f"No curve of {WORDS} = 50 is found within the ranges that were searched."
+    assert answer.lead == absent
+    beside = study_of_text(text.replace("[{impact", "[fold, {impact"), "levels").scenes["borders"]
+    told = answers({"borders": kind_of(beside).solve(beside)})["borders"]
+    assert told[-1].lead == absent
 
 
 @pytest.mark.parametrize(

@@ -34,6 +34,8 @@ WORK = (
     "base_frequency",
 )
 ERROR, STUDY = "_error", "study"
+# A quantity without an error of its own, and the one that has the same.
+SAME_ERROR = {"velocity_phase": "displacement_phase"}
 
 
 class Setting(NamedTuple):
@@ -180,9 +182,10 @@ def change_of(one: xr.Dataset, two: xr.Dataset, name: str, dims: list[str]) -> C
     moved, scale = difference(one, two, name)
     values = [data[name] for data in (one, two)]
     is_other = np.isfinite(values[0]) != np.isfinite(values[1])
+    error = SAME_ERROR.get(name, name) + ERROR
     errors = sum(
-        data[name + ERROR].fillna(0.0) for data in (one, two)
-        if name + ERROR in data and set(data[name + ERROR].dims) <= set(values[0].dims)
+        data[error].fillna(0.0) for data in (one, two)
+        if error in data and set(data[error].dims) <= set(values[0].dims)
     )  # fmt: skip
     differs = is_other | (abs(moved) > errors + SHARE * scale)
     if not bool(differs.any()):

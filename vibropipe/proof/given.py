@@ -72,7 +72,10 @@ def given_orbit(orbit: Any, strikes: bool = True) -> Given:
     if n == 0 and not strikes:
         return Given(exciter, Law(m, ()), np.empty(0), np.empty(0))
     if n == 0:
-        must = "must strike a support: a motion without impacts is known in closed form"
+        why = (
+            "is known in closed form" if exciter.friction == 0.0 else "is not proved with friction"
+        )
+        must = f"must strike a support: a motion without impacts {why}"
         raise ParameterError("orbit", orbit, must=must, got="")
     given = (
         orbit_of_events(row, exciter, m)

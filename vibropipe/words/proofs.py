@@ -24,6 +24,7 @@ PREFIX = "proof_"
 """Of what a certificate adds to the dataset of a scene: `proof_<name>` is `<name>` of the proof."""
 REFUSED = f"{PREFIX}refused"
 """Attribute: why nothing was tried to prove."""
+SAME_PLACE = 1e-9  # of points of branches, as a share of the largest value
 MISSING = "python-flint: is required for proofs and not installed"
 
 
@@ -100,13 +101,27 @@ class Tally(NamedTuple):
     not_tried: int
 
 
+def _begin_at_bifurcations(branches: xr.Dataset) -> list[int]:
+    """Return the points with which branches begin at a bifurcation of another one."""
+    firsts = np.flatnonzero(np.diff(branches["branch_id"].values)) + 1
+    points = branches["bifurcation_point"].values
+    along = next(
+        name for name in map(str, branches.coords)
+        if name != "point" and f"bifurcation_{name}" in branches.coords
+    )  # fmt: skip
+    values = branches[along].values
+    reach = SAME_PLACE * np.abs(values).max()
+    return [n for n in firsts.tolist() if (np.abs(values[points] - values[n]) <= reach).any()]
+
+
 def tally(rows: xr.Dataset, proved: np.ndarray, why: np.ndarray) -> Tally:
     """Count rows, or points of a branch, by how their proofs ended.
 
-    Orbits at a bifurcation are about to end, by rounding on either side: they are left out.
+    Orbits at a bifurcation, also those with which a branch begins there, are about to end, by rounding on either side:
+    they are left out.
     """
     if "bifurcation_point" in rows:
-        at = rows["bifurcation_point"].values
+        at = [*rows["bifurcation_point"].values, *_begin_at_bifurcations(rows)]
         proved, why = np.delete(proved, at), np.delete(why, at)
     tried = int((why != Why.NOT_TRIED).sum())
     yes, no = (int((proved == code).sum()) for code in (Proved.PROVED, Proved.DISPROVED))

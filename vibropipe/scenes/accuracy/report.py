@@ -126,17 +126,19 @@ def describe_asked(dataset: xr.Dataset) -> str:
 
 def asked_answer(dataset: xr.Dataset) -> Answer:
     """Return what asking for an accuracy brings."""
-    one = dataset.isel(motion=0)
-    good = kept(one)
-    if not good.any():
+    ones = [dataset.isel(motion=n) for n in range(dataset.sizes["motion"])]
+    reached = [(one, kept(one)) for one in ones if kept(one).any()]
+    if not reached:
         return Answer("No accuracy that was asked for is reached.")
-    steps = one["asked_steps"].values[good]
-    worst = float(one["asked_error"].values[good].max())
-    factor = float(one["asked_time"].values[good].mean() / one["plain_time"])
+    worst = max(float(one["asked_error"].values[good].max()) for one, good in reached)
+    factors = [
+        float(one["asked_time"].values[good].mean() / one["plain_time"]) for one, good in reached
+    ]
     lead = "Newmark's method is taken where it is enough."
-    if (steps == 0).all():
+    if all((one["asked_steps"].values[good] == 0).all() for one, good in reached):
         lead = "Asking for less saves nothing."
-    longer = f"the estimate makes a call {multiple_text(factor)} times as long"
+    times = [multiple_text(factor) for factor in (min(factors), max(factors))]
+    longer = f"the estimate makes a call {' to '.join(dict.fromkeys(times))} times as long"
     return Answer(lead, f"The true error is at most {error_text(worst)}; {longer}.")
 
 

@@ -220,7 +220,7 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
         how = "about equally" if len(lost) == n else "most"
         lead = f"Knocked{when}, {who} {are} lost {how} easily."
     if KNOCK in dataset:
-        least_text = with_units(dataset[KNOCK], knock_text(least, step))
+        least_text = with_units(dataset[KNOCK], knock_text(least, step, ends=True))
         which = "it" if len(lost) == 1 else "one of them"
         rest = f"Of the impulses tried, the least that ended {which} is {least_text}."
         return [Answer(lead, rest)]
@@ -259,7 +259,10 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
-                "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step_of(dataset)),
+                "≥\u00a0" * (index in beyond)
+                + knock_text(
+                    knocks[index], step_of(dataset), KNOCK in dataset and index not in beyond
+                ),
                 *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
@@ -278,7 +281,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "period. "
     )
     if KNOCK in dataset:
-        note += f"Impulse{start_text(dataset)}, of those tried, rounded down."
+        note += f"Impulse{start_text(dataset)}, of those tried, rounded up."
     else:
         note += (
             f"Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states of "
@@ -300,18 +303,25 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
 
 
-def knock_text(knock: float, step: float) -> str:
-    """Write a knock, rounded down to two digits: 0 if it is less than a step of the map, a dash if it is not known.
+def knock_text(knock: float, step: float, ends: bool = False) -> str:
+    """Write a knock to two digits: 0 if it is less than a step of the map, a dash if it is not known.
+
+    One that a motion survives is rounded down, one that `ends` it up.
 
     >>> knock_text(0.0576, 0.01), knock_text(476.0, 33.0), knock_text(0.009, 0.01)
     ('0.057', '470', '0')
+    >>> knock_text(0.0571, 0.01, ends=True)
+    '0.058'
     """
     if math.isnan(knock):
         return DASH
     if knock < step or knock == 0.0:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
-    return digits(unit * math.floor(knock / unit * (1 + 1e-12)))
+    units = knock / unit
+    return digits(
+        unit * (math.ceil(units * (1 - 1e-12)) if ends else math.floor(units * (1 + 1e-12)))
+    )
 
 
 def proved_text(value: xr.DataArray) -> str:

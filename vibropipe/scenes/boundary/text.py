@@ -153,6 +153,11 @@ def _level_answers(dataset: xr.Dataset) -> list[Answer]:
         share = "All" if stable.all() else "Some" if stable.any() else "None"
         lead = f"Along {curves} the {level.words} is {level.value}."
         answers.append(Answer(lead, f"{share} of the motions there are stable."))
+    found = {number for number, _level in level_numbers(dataset)}
+    absent = [level.text for n, level in enumerate(shown_levels(dataset)) if n not in found]
+    if absent and dataset.sizes["point"]:
+        lead = f"No curve of {series(absent)} is found within the ranges that were searched."
+        answers.append(Answer(lead))
     return answers
 
 

@@ -25,6 +25,7 @@ from vibropipe.scenes.branch.lines import (
 from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.branch.yields import yield_answer
 from vibropipe.scenes.certificate_page import proof_answer
+from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import series
 
 # Bifurcations at which a motion may jump.
@@ -292,7 +293,9 @@ def end_text(dataset: xr.Dataset, value: float) -> str:
 
 def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     """Write the largest impact velocity of the stable points and its place."""
-    velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1)
+    # An orbit at its bifurcation, of which rounding decides, is the end of stable ones.
+    steady = (dataset["stable"].values == 1) | is_neutral(dataset)
+    velocity = dataset["impact_velocity_max"].where(xr.DataArray(steady, dims="point"))
     if not bool((velocity > 0).any()):
         return None
     top = velocity.isel({str(k): int(v) for k, v in velocity.argmax(...).items()})

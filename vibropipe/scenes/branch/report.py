@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import re
 from collections import Counter
 from collections.abc import Sequence
 
@@ -46,9 +47,12 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     limits = (float(axis.min()), float(axis.max()))
     stretches = list(stretches_of(dataset))
     kept: dict[tuple[object, ...], list[Stretch]] = {}
-    for each in stretches:  # mirror images have the same ends but for rounding
+    for each in (
+        stretches
+    ):  # mirror images have the same ends but for rounding, and strike the other support
         first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
-        kept.setdefault((each.over, each.words, first, last), []).append(each)
+        image = re.sub("support ([12])", lambda found: f"support {3 - int(found[1])}", each.words)
+        kept.setdefault((each.over, min(each.words, image), first, last), []).append(each)
     widest = sorted(kept.values(), key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
     images = sorted(widest, key=lambda alike: (alike[0].over, alike[0].values[0]))
     shown = [alike[0] for alike in images]
@@ -180,7 +184,7 @@ def proof_table(scene: str, dataset: xr.Dataset) -> Table | None:
     kinds = [Bifurcation(int(kind)).name.lower() for kind in dataset["bifurcation_kind"].values]
     shown = sorted(proved, key=lambda n: high[n] - low[n], reverse=True)[:MAX_ROWS]
     rows = [
-        [kinds[n], format_number(float(low[n]), 10), format_number(float(high[n] - low[n]), 2)]
+        [kinds[n], format_number(float(low[n]), 10), at_most(within(low[n], high[n]), 2)]
         for n in sorted(shown, key=lambda n: low[n])
     ]
     head = [
@@ -192,6 +196,11 @@ def proof_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if proved.size > len(shown):
         note += f" Left out: {amount_text(proved.size - len(shown), 'narrower one')}."
     return Table(head, rows, note, title="Which bifurcations are proved", scene=scene)
+
+
+def within(low: float, high: float) -> float:
+    """Return a bound of the distance of two bounds, each rounded once more where units were changed."""
+    return float(high - low + np.spacing(abs(low)) + np.spacing(abs(high)))
 
 
 def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:

@@ -14,6 +14,7 @@ from vibropipe.solve.branch.arguments import MUST_REPEAT
 from vibropipe.solve.branch.branch import branch
 from vibropipe.solve.branch.from_rest import reached_from_rest
 from vibropipe.solve.branch.motor import motor, torque_of
+from vibropipe.solve.in_si import convert
 from vibropipe.solve.physical import stored
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS
@@ -24,6 +25,7 @@ from vibropipe.words.vocabulary import (
     attributes_of_dimension,
     describe,
     own_attributes,
+    physical_attributes,
     physical_name,
 )
 
@@ -52,7 +54,7 @@ def solve(scene: BranchScene, progress: Progress | None = None) -> xr.Dataset:
             progress(len(parts) + len(absent), len(changes))
     if not parts:
         raise absent[0]
-    whole = joined(parts, name) if name else parts[0]
+    whole = joined(parts, name, scene.mass_and_stiffness) if name else parts[0]
     if absent:
         whole.attrs["without_law"] = len(absent)
     reached = "point", reached_from_rest(whole), attributes("from_rest")
@@ -134,7 +136,9 @@ def with_motor(branches: xr.Dataset, torque: Any) -> xr.Dataset:
     return describe(branches.drop_vars([*derived, PARAMETER]).assign(own))
 
 
-def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
+def joined(
+    parts: Sequence[xr.Dataset], name: str, mass_and_stiffness: tuple[float, float] | None
+) -> xr.Dataset:
     """Join the branches at several values of a parameter, which then varies over `point`, as does what follows it.
 
     parts : branches at each value, `name` as a scalar coordinate
@@ -176,12 +180,22 @@ def joined(parts: Sequence[xr.Dataset], name: str) -> xr.Dataset:
     rest = shifted[0].drop_dims(dims, errors="ignore")
     merged = xr.merge([rest, *by_dim], combine_attrs="override")
     incomplete = [
-        f"{name} = {float(part[name]):g}: {part.attrs['incomplete']}"
+        f"{stated_text(name, float(part[name]), mass_and_stiffness)}: {part.attrs['incomplete']}"
         for part in parts
         if "incomplete" in part.attrs
     ]
     merged.attrs.pop("incomplete", None)
     return merged.assign_attrs({"incomplete": "; ".join(incomplete)} if incomplete else {})
+
+
+def stated_text(name: str, value: float, mass_and_stiffness: tuple[float, float] | None) -> str:
+    """Write a value of a parameter, in SI where the study has units."""
+    if mass_and_stiffness is None or name not in PARAMETERS:
+        return f"{name} = {value:g}"
+    m, C = mass_and_stiffness
+    unit = physical_attributes(name)["units"].removeprefix("1")
+    text = f"{physical_name(name)} = {float(convert(name, value, {'m': m, 'C': C})):g} {unit}"
+    return text.rstrip()
 
 
 def names_over(dataset: xr.Dataset, dim: str) -> list[str]:

@@ -218,7 +218,7 @@ def dimension(ax: Axes, x1: float, x2: float, y: float, text: str) -> None:
 def title_sketch(dataset: xr.Dataset) -> str:
     """Return the title of the sketch."""
     if not is_met(dataset)[0] and least_miss(dataset) == 0:
-        return "The design that misses least, drawn to scale"
+        return "The design found that misses least, drawn to scale"
     if dataset.sizes["design"] == 1:
         return "The design, drawn to scale"
     return "Design 1, drawn to scale"

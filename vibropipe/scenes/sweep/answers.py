@@ -164,8 +164,12 @@ def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:
     is_aperiodic = dataset["regime"].values == Regime.APERIODIC
     if not is_aperiodic.any():
         return None
-    of = of_rows(dataset, int(is_aperiodic.sum()))
-    lead = f"The motion does not repeat itself {of}."
+    lead = f"The motion does not repeat itself {of_rows(dataset, int(is_aperiodic.sum()))}."
+    if is_aperiodic.all():
+        where = (
+            "" if is_aperiodic.size == 1 else " at any point" if is_map(dataset) else " in any row"
+        )
+        lead = f"The motion does not repeat itself{where}."
     if "window_periods" not in dataset:
         return Answer(lead)
     windows = dataset["window_periods"].transpose(*dataset["regime"].dims).values[is_aperiodic]
@@ -240,7 +244,8 @@ def moves_answer(dataset: xr.Dataset) -> Answer:
         where = point_text(codes.squeeze(), dataset["regime"].dims)
         return Answer(f"The mass {regions[0].does} at {where}.")
     if len(regions) == 1:
-        return Answer(f"The mass {regions[0].does} in all rows along {symbol}.")
+        rows = "any row" if regions[0].does.startswith("strikes no ") else "all rows"
+        return Answer(f"The mass {regions[0].does} in {rows} along {symbol}.")
     (_, line), *others = lines_of(dataset)
     border = border_text(line, axis, is_followed(dataset))
     lead = f"With rising {symbol} the mass {turns_text(turns)}."

@@ -252,3 +252,19 @@ def test_other_datasets_are_refused(linear):
         vp.motor(vp.branch(exciter, "f", (0.2, 0.4), outputs=OUTPUTS), MOTOR)
     with pytest.raises(vp.ParameterError, match="without power_input_sensitivity"):
         vp.motor(linear.drop_vars("power_input_sensitivity"), MOTOR)
+
+
+@pytest.mark.slow
+def test_an_unbalanced_rotor_passes_orbits_beside_a_grazing() -> None:
+    """Where the derivative of the torque is not known, its extreme is sought by the torque itself."""
+    rotor = vp.Exciter.from_physical(
+        m="0.5 kg", C="5 N/mm", H="5 N s/m", l="4 mm", m_e="50 g", e="10 mm", omega="16 Hz", R1=0.75, R2=0.75
+    )  # fmt: skip
+    found = vp.branch(
+        rotor, "omega", ("6 Hz", "45 Hz"), switch=("grazing",), outputs=("stability", "power", "sensitivity"),
+    )  # fmt: skip
+    speeds = 2 * np.pi * np.array([5.0, 20.0, 30.0])
+    motor = vp.motor(found, [*zip(speeds, (0.2, 0.1, 0.0), strict=True)])
+    assert motor.sizes["crossing"] > 0
+    load = motor.power_input / motor.omega
+    np.testing.assert_allclose(load, motor.motor_torque, rtol=1e-8, atol=1e-12)

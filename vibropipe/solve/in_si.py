@@ -75,7 +75,9 @@ def convert(name: str, values: Any, numbers: Mapping[str, float]) -> Any:
     factor = unit_factors(**numbers).get(dimension, 1.0)
     if factor == 1.0:
         return values
-    return tidied(values * factor) if name in GIVEN else values * factor
+    # The derivatives of an orbit beside a grazing may be as large as numbers are.
+    with np.errstate(over="ignore"):
+        return tidied(values * factor) if name in GIVEN else values * factor
 
 
 def in_si(name: str, variable: xr.Variable, numbers: Mapping[str, float]) -> xr.Variable:

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 from dataclasses import replace
+from types import SimpleNamespace
 
 import numpy as np
 import pytest
@@ -10,6 +11,7 @@ from scipy.stats import norm
 
 import vibropipe as vp
 from vibropipe.solve.design.dataset import shared
+from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.scatter import assumed_scatter
 from vibropipe.words.designs import ToleranceResult
 
@@ -316,3 +318,14 @@ def test_a_design_off_its_bounds_is_as_good_as_the_room_allows():
     assert float(parts["yield"]) == 1.0
     assert float(found["yield"][0]) == 1.0
     assert found.impact_velocity_max.values[0, 0] > parts.impact_velocity_max.values[0]
+
+
+def test_goals_without_a_derivative_are_no_part_of_the_loss():
+    distances = [np.array([1.0, 2.0]), np.array([np.nan, np.nan])]
+    points = SimpleNamespace(parameters=np.zeros((2, 1)))
+    known, both = (
+        Problem._log_loss(SimpleNamespace(_distances=lambda _points, n=n: distances[:n]), points)
+        for n in (1, 2)
+    )
+    np.testing.assert_array_equal(known, both)
+    assert np.isfinite(known).all()

@@ -127,7 +127,7 @@ def identify(
         <name>_twin (twin), twin_kind (twin), twin_excess (twin)
             Other values in the ranges that fit as well, if there are any: the sum of squares over the noise exceeds the
             least one by `twin_excess`, no more than noise alone does in 999 of 1000 cases. twin_kind: mirror_image
-            (with sensors reversed and the force half a period later) or other.
+            (with sensors reversed and the force half a period later), reversed (another one with them so) or other.
         phase (measurement), <name>_offset, <name>_sign
             Of a record: the phase of each sample in forcing periods, and offset and sign of each sensor. Samples
             before the motion is steady are left out.

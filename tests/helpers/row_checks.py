@@ -125,6 +125,11 @@ def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
     )
     mean, amplitude = (rows[f"displacement_{of}"].values for of in ("mean", "amplitude"))
     radius = np.abs(rows["floquet_multiplier"].values)
+    unsure = np.full(orbit.size, 1e-9)
+    if "floquet_multiplier_error" in rows:
+        largest = np.nan_to_num(radius).argmax(axis=1)
+        errors = rows["floquet_multiplier_error"].values[np.arange(orbit.size), largest]
+        unsure = np.nan_to_num(errors.astype(float), nan=1e-9)
     energy = np.column_stack(
         [rows["energy_input"], rows["energy_damping"], rows["energy_impact"].values]
     )
@@ -151,8 +156,8 @@ def number_faults(rows: xr.Dataset) -> dict[str, np.ndarray]:
             "multipliers are finite": orbit & ~np.isfinite(radius).all(axis=1),
             "multipliers are in order": orbit & (radius[:, 0] < radius[:, 1] * (1 - 1e-12)),
             "no volume grows": orbit & (radius.prod(axis=1) > 1 + 1e-6),
-            "stable agrees with the multipliers": rows["stable"].values
-            != (np.nan_to_num(radius.max(axis=1), nan=np.inf) < 1),
+            "stable agrees with the multipliers": (rows["stable"].values == 1)
+            != (np.nan_to_num(radius.max(axis=1), nan=np.inf) < 1 - unsure),
             "energies are finite": solved & ~np.isfinite(energy).all(axis=1),
             "energies of an unsolved row are none": ~solved & ~np.isnan(energy).all(axis=1),
             "losses are losses": solved & (energy[:, 1:] < -1e-12 * scale[:, None]).any(axis=1),

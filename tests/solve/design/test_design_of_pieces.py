@@ -70,6 +70,7 @@ def test_a_search_among_motions_that_take_too_many_steps_ends_in_words(
     monkeypatch: pytest.MonkeyPatch,
 ) -> None:
     monkeypatch.setattr(points, "LONG_MARCHES", 4)
+    monkeypatch.setattr(points, "START_WORK", 10_000)
     exciter = vp.Exciter(l=0.5, nu=2.5, f=1.0, h=0.1, k1=5e4, h1=7e-8, k2=1e-6, h2=1e9)
     with pytest.raises(
         vp.ParameterError, match=r"vary: must leave motions that are settled sooner"

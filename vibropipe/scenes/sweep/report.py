@@ -46,10 +46,10 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
     """Return the most frequent orbits with impacts and without rest, and their shares; none without them."""
     regime = dataset["regime"]
     has_counts = "impacts_per_orbit" in dataset or "impacts_per_period" in dataset
-    strikes = np.isin(regime.values, (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED))
-    if not strikes.any() or not has_counts:
+    struck = np.isin(regime.values, (Regime.ONE_SIDED_1, Regime.ONE_SIDED_2, Regime.TWO_SIDED))
+    if not struck.any() or not has_counts:
         return None
-    numbers = [part.values[strikes].tolist() for part in orbit_numbers(dataset)]
+    numbers = [part.values[struck].tolist() for part in orbit_numbers(dataset)]
     found = Counter(zip(*numbers, strict=True)).most_common()
     rows = [
         [f"{m}", f"{p1}", f"{p2}", share_text(n, regime.size)]

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Iterator, Mapping
 from dataclasses import replace
 from typing import TYPE_CHECKING, Any
 
@@ -17,7 +17,7 @@ from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.fit.fit_dataset import fit_dataset
-from vibropipe.solve.fit.fit_model import Measured, Model, search, with_absent
+from vibropipe.solve.fit.fit_model import Measured, Model, Search, search, with_absent
 from vibropipe.solve.fit.measured_table import (
     A_TABLE,
     columns_of,
@@ -205,27 +205,45 @@ def _identify(
     low, high = np.array(list(ranges.values())).T
     model = Model(start, data, [*ranges], x0, v0, np.zeros(1), high - low, ties)
     model = with_absent(model, low, high)
-    return _searched(model, low, high, samples)
+    found = _searched([(model, low, high)], samples)
+    assert found is not None
+    return found
 
 
-def _searched(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> xr.Dataset:
-    """Return the fit of a search and, where its misfit is more than noise, of another one with more samples."""
-    found = _fitted(model, low, high, samples)
-    if int(found.fit_result) not in (FitResult.BEYOND_NOISE, FitResult.ABSENT):
-        return found
-    again = _fitted(model, low, high, MORE_SAMPLES * samples)
-    if float(again.reduced_chi_square) < float(found.reduced_chi_square):
-        return again
-    return found.assign_attrs(samples=again.attrs["samples"])
+def _searched(
+    models: Iterable[tuple[Model, np.ndarray, np.ndarray]], samples: int
+) -> xr.Dataset | None:
+    """Return the fit of the first model that explains, or of the nearest, searched again with more samples.
+
+    models : each with the ends (k,) of its ranges; None without one
+    """
+    nearest, fitted, least = None, None, np.inf
+    for each in models:
+        found = _search(*each, samples)
+        if found.costs.min() < least:
+            nearest, fitted, least = each, _fitted(*each, found), float(found.costs.min())
+            if int(fitted.fit_result) == FitResult.EXPLAINED:
+                return fitted
+    if nearest is None or fitted is None:
+        return None
+    if int(fitted.fit_result) not in (FitResult.BEYOND_NOISE, FitResult.ABSENT):
+        return fitted
+    again = _search(*nearest, MORE_SAMPLES * samples)
+    if again.costs.min() < least:
+        return _fitted(*nearest, again)
+    return fitted.assign_attrs(samples=again.samples)
 
 
-def _fitted(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> xr.Dataset:
-    """Return the fit of a search."""
-    best = search(model, low, high, samples)
-    if isinstance(model, RecordModel):
-        best = nearest_first(model, best, low, high)
-    _check_tied(model, best.best)
-    return fit_dataset(model, best, low, high)
+def _search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> Search:
+    """Return a search, of a record with sensors that are not reversed where that fits as well."""
+    found = search(model, low, high, samples)
+    return nearest_first(model, found, low, high) if isinstance(model, RecordModel) else found
+
+
+def _fitted(model: Model, low: np.ndarray, high: np.ndarray, found: Search) -> xr.Dataset:
+    """Return the fit of a search whose best values keep tied parameters in range."""
+    _check_tied(model, found.best)
+    return fit_dataset(model, found, low, high)
 
 
 def _check_tied(model: Model, best: np.ndarray) -> None:
@@ -246,7 +264,23 @@ def _of_record(
     p: float | None,
 ) -> xr.Dataset:
     """Return the parameters that explain a record; where none do, those with another line as the forcing frequency."""
-    found = None
+    models = _models_of(exciter, record, ranges, x0, v0, ties)
+    found = _searched(models, samples)
+    if found is None:
+        must = f"must hold the frequency of the record, {frequency_text(record.line.nu, p)}"
+        raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
+    return found
+
+
+def _models_of(
+    exciter: Exciter,
+    record: Record,
+    ranges: Mapping[str, tuple[float, float]],
+    x0: float | None,
+    v0: float,
+    ties: Ties,
+) -> Iterator[tuple[Model, np.ndarray, np.ndarray]]:
+    """Yield a model, and the ends of its ranges, for each line that the forcing frequency of a record may be."""
     is_sure = record.phase is not None or record.line.std == 0.0
     for factor in (1.0,) if is_sure else FACTORS:
         own = with_frequency_of(record, factor)
@@ -259,15 +293,7 @@ def _of_record(
         model = RecordModel(
             base, measured_of(own), [*own_ranges], x0, v0, np.zeros(1), high - low, ties, own
         )
-        fitted = _searched(with_absent(model, low, high), low, high, samples)
-        if found is None or float(fitted.reduced_chi_square) < float(found.reduced_chi_square):
-            found = fitted
-        if int(fitted.fit_result) == FitResult.EXPLAINED:
-            break
-    if found is None:
-        must = f"must hold the frequency of the record, {frequency_text(record.line.nu, p)}"
-        raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
-    return found
+        yield with_absent(model, low, high), low, high
 
 
 def read_table(

@@ -58,10 +58,11 @@ def find_twins(
         ends.append((0.0, image))
     kept: list[tuple[float, np.ndarray, Twin]] = []
     known = [(found.best, False)]
+    sign = _sign_at(model, found.best)
     for excess, end in sorted(ends, key=lambda each: (each[0], each[1] is not image)):
         if excess > limit:
             break
-        here, is_reversed = _of_sensors(model, end, found.best)
+        here, is_reversed = _of_sensors(model, end, sign)
         near = [w for each, w in known if _distance(slopes, here - each) <= APART * limit]
         if is_reversed in near:
             continue
@@ -76,14 +77,17 @@ def find_twins(
     )
 
 
-def _of_sensors(model: Model, end: np.ndarray, best: np.ndarray) -> tuple[np.ndarray, bool]:
+def _sign_at(model: Model, point: np.ndarray) -> float:
+    """Return the sign of the first sensor of a record; 1 of other measurements."""
+    return float(model.fit_at(point).signs[0]) if isinstance(model, RecordModel) else 1.0
+
+
+def _of_sensors(model: Model, end: np.ndarray, sign: float) -> tuple[np.ndarray, bool]:
     """Return parameters with the sensors as at the best fit, mirrored if they are reversed, and whether they are.
 
-    At the best fit the slopes are known; at a mirror image each support has those of the other.
+    At the best fit the slopes are known; at a mirror image each support has those of the other. sign : of its sensor
     """
-    if not isinstance(model, RecordModel):
-        return end, False
-    if model.fit_at(end).signs[0] == model.fit_at(best).signs[0]:
+    if not isinstance(model, RecordModel) or _sign_at(model, end) == sign:
         return end, False
     image = mirror_image(model, end)
     return end if image is None else image, True

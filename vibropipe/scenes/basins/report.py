@@ -196,8 +196,8 @@ def starts_text(dataset: xr.Dataset, share: float) -> str:
     """Write that so many of the starts settle on."""
     total = dataset.sizes["x0"] * dataset.sizes["v0"]
     settled = round(share * total)
-    amount, verb = (number_word(settled), "settle") if settled else ("none", "settles")
-    return f"{amount} of {count(total, 'start')} {'settles' if settled == 1 else verb} on"
+    amount = number_word(settled) if settled else "none"
+    return f"{amount} of {count(total, 'start')} {'settles' if settled < 2 else 'settle'} on"
 
 
 def family_table(scene: str, dataset: xr.Dataset) -> Table | None:

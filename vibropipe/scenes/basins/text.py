@@ -243,7 +243,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     hardest = "support_force_max" if is_soft else "impact_velocity_max"
     has_housing = "housing_velocity_mean" in dataset
     knocks, beyond = knocks_of(dataset), beyond_map(dataset)
-    speed = dataset[KNOCK if KNOCK in dataset else "v0"]
+    speed, step = dataset[KNOCK if KNOCK in dataset else "v0"], step_of(dataset)
     rows = []
     for index in ordered(dataset):
         row = dataset.sel(attractor_id=index)
@@ -259,10 +259,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
-                "≥\u00a0" * (index in beyond)
-                + knock_text(
-                    knocks[index], step_of(dataset), KNOCK in dataset and index not in beyond
-                ),
+                "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step, KNOCK in dataset),
                 *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
@@ -319,9 +316,8 @@ def knock_text(knock: float, step: float, ends: bool = False) -> str:
         return "0"
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
     units = knock / unit
-    return digits(
-        unit * (math.ceil(units * (1 - 1e-12)) if ends else math.floor(units * (1 + 1e-12)))
-    )
+    units = math.ceil(units * (1 - 1e-12)) if ends else math.floor(units * (1 + 1e-12))
+    return digits(unit * units)
 
 
 def proved_text(value: xr.DataArray) -> str:

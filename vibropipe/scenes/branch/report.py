@@ -47,9 +47,8 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     limits = (float(axis.min()), float(axis.max()))
     stretches = list(stretches_of(dataset))
     kept: dict[tuple[object, ...], list[Stretch]] = {}
-    for each in (
-        stretches
-    ):  # mirror images have the same ends but for rounding, and strike the other support
+    # Mirror images have the same ends but for rounding, and strike the other support.
+    for each in stretches:
         first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
         image = re.sub("support ([12])", lambda found: f"support {3 - int(found[1])}", each.words)
         kept.setdefault((each.over, min(each.words, image), first, last), []).append(each)

@@ -57,7 +57,7 @@ def two_periods(case: str, x: float, v: float) -> tuple:
     e = all_effects(p._asdict(), pieces=True)
     grid, (pieces, plain) = exact_grid(e, p), piece_log_of(e, 500)
     log = new_log(100, 100, pieces, plain)
-    state = start_state(pieces, e, p, grid, 0.0, x, v)
+    state = start_state(pieces, e, p, grid, 0.0, x, v, 0.0)
     end = Instant(2, 0, 0.0)
     after, status = march(e, p, grid, state, end, log, None, np.empty(DEGREE + 1), 1000)
     assert status == Status.OK
@@ -135,7 +135,7 @@ def test_events_of_a_march_cut_in_two_are_those_of_the_whole() -> None:
     e = all_effects(p._asdict(), pieces=True)
     grid, (pieces, plain) = exact_grid(e, p), piece_log_of(e, 500)
     log, c = new_log(100, 100, pieces, plain), np.empty(DEGREE + 1)
-    state = start_state(pieces, e, p, grid, 0.0, x, v)
+    state = start_state(pieces, e, p, grid, 0.0, x, v, 0.0)
     for turns in np.linspace(0.0, 2.0, 30)[1:]:
         state, status = march(e, p, grid, state, grid_time(turns, grid.steps), log, None, c, 1000)
         assert status == Status.OK

@@ -30,6 +30,7 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.physics.effects import Effects, all_effects, effect_names, effects_of
+from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.run import run_motion
 from vibropipe.solve.motion.simulate import simulate
@@ -112,7 +113,7 @@ def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> Tim
             piece = slice(min(n_calls - first, ROWS_PER_CALL))
             out.impacts[piece] = 0.0
             out.rests[piece] = 0.0
-            solve_piece(effects, row[piece], starts[piece], *limits, out, *pieces)
+            solve_piece(effects, row[piece], starts[piece], *limits, out, *pieces, MAX_ROW_WORK)
 
     solve(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))

@@ -134,7 +134,7 @@ class March:
         self.effects = effects_of_motion(motion) if effects is None else effects
         self.parameters = motion.exciter.parameters()
         self.log = self.new_log(MARCH_LOG_CAPACITY)
-        start = 0.0, motion.x0, motion.v0
+        start = 0.0, motion.x0, motion.v0, 0.0
         # One kernel finds the starts of all motions, whatever effects theirs have.
         problem = effects_of_motion(motion), self.parameters, grid
         self.start = start_state(self.log.pieces, *problem, *start)

@@ -124,7 +124,7 @@ def advance_rest(e, p, grid, state, end, log, samples):
         if released:
             at = release
     waited = steps_until(grid, state, at)
-    record(samples, log.counts, p, grid, state, None, 0.0, waited)
+    record(samples, log.counts, p, grid, state, None, 0.0, waited, 1)
     span = waited * grid.dt
     housing, home = moved(p, state.housing, span, 0.0, 0.0), state.home
     if not released:

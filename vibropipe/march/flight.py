@@ -218,7 +218,7 @@ def fly(e, p, grid, state, end, log, samples, c):
     if grid.exact is None and kind == CROSSING:
         theta = refine_newmark_contact(e, p, grid, frame, state, limit, at_near, theta, c)
     motion = None if held_on_support else c
-    record(samples, log.counts, p, grid, state, motion, 0.0, theta)
+    record(samples, log.counts, p, grid, state, motion, 0.0, theta, 1)
     if kind != NONE:
         after = apply_contact(e, p, grid, state, kind, at_near, c, theta, log)
         is_hop = grid.exact is None and at_near and mode != FLIGHT and theta <= SHORTEST_FLIGHT

@@ -201,7 +201,7 @@ def fill_samples(xs, vs, grid, c, parts, offset, sign) -> None:
 
 
 @jit_inline
-def record(samples, counts, p, grid, state, c, begin, until, parts=1) -> None:
+def record(samples, counts, p, grid, state, c, begin, until, parts) -> None:
     """Write the samples from `begin` to `until` steps after a state, on a polynomial from `begin` on.
 
     samples : None records nothing

@@ -277,7 +277,7 @@ def initial_piece_state(e, p, grid, at, x, v, housing):
 
 
 @jit_inline
-def start_state(pieces, e, p, grid, turns, x, v, housing_velocity=0.0):
+def start_state(pieces, e, p, grid, turns, x, v, housing_velocity):
     """Return `state.initial_state`, or that of a motion by pieces; pieces : `log.pieces`.
 
     housing_velocity : of a housing that may slide; its displacement is 0.

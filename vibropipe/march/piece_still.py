@@ -82,7 +82,7 @@ def hold(e, p, grid, state, end, log, samples, c):
     for n in range(1, c.size):
         c[n] = 0.0
     first, held = log.counts[SAMPLES], limit - state.theta
-    record(samples, log.counts, p, grid, state, c, 0.0, held)
+    record(samples, log.counts, p, grid, state, c, 0.0, held, 1)
     span = held * grid.dt
     housing = moved(p, state.housing, span, 0.0, 0.0)
     keep_still_housing(log, samples, first, p, grid, state, housing)
@@ -116,7 +116,7 @@ def advance_held(e, p, grid, state, end, log, samples, c):
         c[n] = 0.0
     c[0] = state.y
     first, waited = log.counts[SAMPLES], steps_until(grid, state, at)
-    record(samples, log.counts, p, grid, state, c, 0.0, waited)
+    record(samples, log.counts, p, grid, state, c, 0.0, waited, 1)
     span = waited * grid.dt
     housing = moved(p, state.housing, span, 0.0, 0.0)
     keep_still_housing(log, samples, first, p, grid, state, housing)

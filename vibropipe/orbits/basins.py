@@ -173,7 +173,7 @@ def assign_starts(
     """
     runs = np.zeros(cells.owner.size, np.int64)
     for i in range(starts.shape[0]):
-        state = start_state(log.pieces, e, p, grid, phase, starts[i, 0], starts[i, 1])
+        state = start_state(log.pieces, e, p, grid, phase, starts[i, 0], starts[i, 1], 0.0)
         owner[i], periods[i] = settled_attractor(
             e, p, grid, state, ellipses, cells, runs, max_periods, log, c
         )
@@ -190,7 +190,7 @@ def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
 
     Returns how many were written; fewer than n if the march failed.
     """
-    state = start_state(log.pieces, e, p, grid, phase, x, v)
+    state = start_state(log.pieces, e, p, grid, phase, x, v, 0.0)
     allow_work(log, MAX_ROW_WORK)
     for k in range(sections.shape[0]):
         state, status = next_section(e, p, grid, state, log, c)
@@ -237,7 +237,7 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
     """
     allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):
-        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], states[i, 1])
+        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], states[i, 1], 0.0)
         key, status = 1, OK
         for _ in range(m):
             state, status = next_section(e, p, grid, state, log, c)
@@ -253,7 +253,7 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
 @jit
 def section_jacobian(e, p, grid, x, v, m, log, c):
     """Return the Jacobian (j11, j12, j21, j22) of the m-period return map at a state (x, v) of the section."""
-    start = start_state(log.pieces, e, p, grid, 0.0, x, v)
+    start = start_state(log.pieces, e, p, grid, 0.0, x, v, 0.0)
     clear_log(log)
     allow_work(log, MAX_ROW_WORK)
     end, _status = march_periods(e, p, grid, start, m, log, c, EVENTS_PER_PERIOD * m)

@@ -31,7 +31,7 @@ def map_back(e, p, grid, states, log, c, before) -> None:
     allow_work(log, MAX_ROW_WORK)
     for i in range(states.shape[0]):
         clear_log(log)
-        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], -states[i, 1])
+        state = start_state(log.pieces, e, p, grid, 0.0, states[i, 0], -states[i, 1], 0.0)
         state, status = march_periods(e, p, grid, state, ONE_PERIOD, log, c, MAX_IMPACTS)
         x, v = state_xv(p, state)
         before[i, 0], before[i, 1] = x, -v

@@ -247,7 +247,7 @@ def with_errors(
 @jit_inline
 def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> None:
     """Write the errors of a row whose impacts are first to last; arguments as for `close_samples`."""
-    m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
+    m, x, v = np.int64(out.period_multiple[row]), out.section[row, 0], out.section[row, 1]
     if m == 0:
         return
     for column in range(SPEED_1, COLUMNS):

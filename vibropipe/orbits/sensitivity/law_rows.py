@@ -200,7 +200,7 @@ def write_row(e, values, march_room, out, row, first, derivatives):
 
     values : (1, parameters), of the row. Returns the steps of its integrals.
     """
-    p, m, speed = row_parameters(values, 0), out.period_multiple[row], 0.0
+    p, m, speed = row_parameters(values, 0), np.int64(out.period_multiple[row]), 0.0
     x, v = out.section[row, 0], out.section[row, 1]
     velocity = 0.0
     if e.housing is not None and p.mass_ratio > 0.0:

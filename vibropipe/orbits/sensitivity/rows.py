@@ -203,7 +203,7 @@ def with_impact_derivatives(rows: RowResults) -> RowResults:
 @jit_inline
 def differentiate_row(p, out, row, first, room, second) -> None:
     """Write the derivatives of a row, whose impacts begin at `first`; arguments as for `differentiate_rows`."""
-    m, x, v = out.period_multiple[row], out.section[row, 0], out.section[row, 1]
+    m, x, v = np.int64(out.period_multiple[row]), out.section[row, 0], out.section[row, 1]
     n, last = int(out.impacts[row, 0] + out.impacts[row, 1]), first + out.impact_count[row]
     if m == 0:
         return

@@ -264,7 +264,7 @@ def solve_points(
     out = new_rows(rows, harmonics, outputs, listed if has_impacts else None, e)
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
-        e, parameters, m, supports, unknowns, log, c,
+        e, parameters, m, supports, np.ascontiguousarray(unknowns), log, c,
         np.empty(2 * n + 2), out,
     )  # fmt: skip
     if "impacts" in outputs:

@@ -133,7 +133,7 @@ def _march(exciter: Exciter, request: MotionRequest, ramp: Ramp) -> MotionResult
         got = f"{request.tau_end!r} with {steps:.3g} steps"
         raise ParameterError("tau_end", request.tau_end, must=must, got=got)
     grid, end = RampGrid(1, 1, dt, ramp), grid_time(steps, 1)
-    state = start_state(pieces, e, p, grid, 0.0, request.x, request.v)
+    state = start_state(pieces, e, p, grid, 0.0, request.x, request.v, 0.0)
     samples, after = _new_samples(request, ramp, p.nu, per_period)
     log, c = new_log(MARCH_LOG_CAPACITY, MARCH_LOG_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     state, status, columns = march_to_end(

@@ -74,9 +74,9 @@ def solve_piece(
     max_periods: int,
     patience: int,
     out: RowResults,
-    pieces: PieceLog | None = None,
-    plain: int | None = 1,
-    row_work: int = MAX_ROW_WORK,
+    pieces: PieceLog | None,
+    plain: int | None,
+    row_work: int,
 ) -> int:
     """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`.
 
@@ -94,13 +94,13 @@ def _sample(
     e: Effects,
     parameters: np.ndarray,
     out: RowResults,
-    pieces: PieceLog | None = None,
-    plain: int | None = 1,
+    pieces: PieceLog | None,
+    plain: int | None,
 ) -> None:
     """Sample closed orbits from their sections: `motion` and `poincare` of the results, if requested."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     for row in range(parameters.shape[0]):
-        m = out.period_multiple[row]
+        m = np.int64(out.period_multiple[row])
         if m > 0:
             x, v = out.section[row, 0], out.section[row, 1]
             velocity = out.housing[row, STROBE] if out.housing.size > 0 else 0.0

@@ -56,6 +56,7 @@ def test_random_motions_agree_with_the_twin_in_long_arithmetic() -> None:
     assert reloads > 20
 
 
+@pytest.mark.slow
 def test_random_motions_in_a_housing_agree_with_the_twin_in_long_arithmetic() -> None:
     further = {"mass_ratio": 0.3, "housing_friction_1": 0.3, "housing_friction_2": 0.4}
     for seed in range(8):
@@ -68,7 +69,7 @@ def test_random_motions_in_a_housing_agree_with_the_twin_in_long_arithmetic() ->
         np.testing.assert_allclose(ends, exact, atol=1e-12, err_msg=str(seed))
 
 
-@pytest.mark.parametrize("exciter", [BASE, PRESSED])
+@pytest.mark.parametrize("exciter", [BASE, pytest.param(PRESSED, marks=pytest.mark.slow)])
 def test_newmark_motions_converge_to_the_exact_one(exciter: vp.Exciter) -> None:
     exact = vp.simulate(exciter, 20.0, 0.1, 0.3, samples_per_period=64).displacement
     errors = []
@@ -167,12 +168,12 @@ def test_a_sweep_has_the_rows_of_single_states() -> None:
 @pytest.mark.parametrize(
     ("exciter", "along", "to"),
     [
-        (BASE, "nu", (0.5, 4.0)),
-        (replace(BASE, k2=200.0, h2=4.0, friction=0.1), "nu", (0.5, 4.0)),
-        (PRESSED, "load", (-3.0, 3.0)),
-        (replace(BASE, mass_ratio=0.3, housing_friction_1=0.3, housing_friction_2=0.4), "nu", (1.3, 1.6)),
+        pytest.param(BASE, "nu", (0.5, 4.0), id="two supports"),
+        pytest.param(replace(BASE, k2=200.0, h2=4.0, friction=0.1), "nu", (0.5, 4.0), id="friction"),
+        pytest.param(PRESSED, "load", (-3.0, 3.0), id="pressed", marks=pytest.mark.slow),
+        pytest.param(replace(BASE, mass_ratio=0.3, housing_friction_1=0.3, housing_friction_2=0.4), "nu", (1.3, 1.6),
+                     id="housing", marks=pytest.mark.slow),
     ],
-    ids=["two supports", "friction", "pressed", "housing"],
 )  # fmt: skip
 def test_points_of_a_branch_are_orbits(
     exciter: vp.Exciter, along: str, to: tuple[float, float]

@@ -45,7 +45,10 @@ def files(project) -> list[str]:
     return sorted(str(path.relative_to(folder)) for path in folder.rglob("*"))
 
 
-@pytest.mark.parametrize("environment", [{}, OFTEN], ids=["whole", "shards"])
+@pytest.mark.parametrize(
+    "environment",
+    [pytest.param({}, id="whole"), pytest.param(OFTEN, id="shards", marks=pytest.mark.slow)],
+)
 def test_new_points_are_solved_and_nothing_is_left(edited, fresh_bytes, environment):
     assert f"\n  {TAKEN}\n" in edited.snakemake(TARGET, **environment)
     assert edited.path(TARGET).read_bytes() == fresh_bytes

@@ -105,7 +105,7 @@ def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> Tim
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     buffer = new_impact_buffer(ROWS_PER_CALL)
     out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, effects)
-    pieces = piece_log_of(effects, ORBIT_LOG_CAPACITY)
+    pieces, plain = piece_log_of(effects, ORBIT_LOG_CAPACITY)
     limits = 1, MAX_PERIODS, MAX_PERIODS
 
     def solve(n_calls: int) -> None:
@@ -113,7 +113,8 @@ def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> Tim
             piece = slice(min(n_calls - first, ROWS_PER_CALL))
             out.impacts[piece] = 0.0
             out.rests[piece] = 0.0
-            solve_piece(effects, row[piece], starts[piece], *limits, out, *pieces, MAX_ROW_WORK)
+            given = effects, row[piece], starts[piece]
+            solve_piece(*given, *limits, out, pieces, plain, MAX_ROW_WORK)
 
     solve(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))

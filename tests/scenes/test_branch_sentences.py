@@ -1,12 +1,14 @@
 """What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals, lines."""
 
+import re
+
 import numpy as np
 import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.basins.report import title_shares
+from vibropipe.scenes.basins.report import family_table, title_shares, together_ranges
 from vibropipe.scenes.basins.report import together_answer as share_together
 from vibropipe.scenes.branch.answers import (
     branch_answers,
@@ -128,32 +130,57 @@ def test_intervals_are_those_of_the_motions_that_are_followed():
 
 
 def shares(*places: float) -> xr.Dataset:
-    """Return shares of two motions, of which the second one is at every other value and has ends at some places."""
+    """Return shares of two motions; the second appears at the first and vanishes at the second of some places."""
     dataset = xr.Dataset(
         {
             "basin_share": (
                 ("attractor_id", "nu"),
-                [[1.0, 0.5, 1.0, 0.4], [np.nan, 0.5, np.nan, 0.6]],
+                [[1.0, 0.5, 0.5, 1.0], [np.nan, 0.5, 0.5, np.nan]],
             ),
             "attractor": (("nu", "x0", "v0"), np.zeros((4, 1, 1), int)),
+            "regime": (("nu", "attractor_id"), np.full((4, 2), 3, np.int8)),
+            "period_multiple": (("nu", "attractor_id"), np.ones((4, 2), int)),
+            "impacts_per_orbit": (
+                ("nu", "attractor_id", "support"),
+                np.tile([[1.0, 2.0], [2.0, 1.0]], (4, 1, 1)),
+            ),
+            "displacement_mean": (
+                ("nu", "attractor_id"),
+                np.stack([[0.0, 0.1, 0.1, 0.0], [np.nan, -0.1, -0.1, np.nan]], axis=1),
+            ),
+            "displacement_amplitude": (("nu", "attractor_id", "harmonic"), np.full((4, 2, 1), 0.4)),
             "bifurcation_nu": ("bifurcation", np.array(places)),
             "changed_attractor": ("bifurcation", np.ones(len(places), int)),
             "other_attractor": ("bifurcation", np.zeros(len(places), int)),
             "attractor_change": ("bifurcation", (np.arange(len(places)) + 1) % 2),
         },
-        {"nu": [1.0, 1.1, 1.2, 1.3], "attractor_id": [0, 1]},
+        {"nu": [1.0, 1.1, 1.2, 1.3], "attractor_id": [0, 1], "support": [1, 2], "harmonic": [1]},
     )
     return describe(dataset)
 
 
-def test_ranges_of_coexistence_are_those_of_the_grid():
-    assert title_shares(shares()) == "On the grid, at least two motions coexist in two ranges of ν"
+def test_motions_coexist_between_values_of_the_grid_too():
+    """The first motion ends between two values, at neither of which there is another, after the second appears."""
+    dataset = shares(1.124, 1.138)
+    dataset["basin_share"][:] = [[1.0, 1.0, np.nan, np.nan], [np.nan, np.nan, 1.0, 1.0]]
+    dataset["changed_attractor"][:] = [1, 0]
+    assert together_ranges(dataset) == [((1.124,), (1.138,))]
+    assert title_shares(dataset) == "Motions coexist in at least one range of ν"
+    dataset["bifurcation_nu"][:] = [1.138, 1.124]
+    assert together_ranges(dataset) == []
+
+
+def test_mirror_images_are_told_apart_from_motions_in_the_same_words():
+    first, second = family_table("s", shares(1.05432, 1.25678)).rows
+    assert first[1].endswith(" (in part mirror image of B)")
+    assert second[1].endswith(" (mirror image of A)")
 
 
 def test_a_border_has_the_same_digits_everywhere():
-    together = share_together(shares(1.05432, 1.15678))
-    assert "at least two coexist from ν = 1.054 to ν = 1.157" in together.rest
-    assert "from at least ν = 1.1 to at least ν = 1.1" in share_together(shares()).rest
+    together = share_together(shares(1.05432, 1.25678))
+    assert together.lead == "The start decides which motion settles from ν = 1.054 to ν = 1.257."
+    assert re.fullmatch(r"There A \(.*\) and B \(.*\) coexist\.", together.rest)
+    assert "from at least ν = 1.1 to at least ν = 1.2" in share_together(shares()).lead
     motions = stretch(1.05432, 1.65678, 0.4, "a", "fold", ""), stretch(1.0, 1.7, 0.1, "b", "", "")
     told = branch_together(mirrored(), list(motions))
     assert "at least two are stable from ν = 1.054 to 1.657" in told.rest

@@ -87,7 +87,7 @@ def test_attractors_coexist_within_the_intervals_of_the_branches(studies) -> Non
             # Located to four digits (docs/numerics.md), or between two values of the grid.
             near = 1e-4 * places
             assert ((places >= low - near) & (places <= high + near)).any(), (end, places)
-    assert "at least two coexist from" in share_answers(shares)[0].rest
+    assert share_answers(shares)[0].lead.startswith("The start decides which motion settles from ")
 
 
 def test_a_followed_sweep_has_two_motions_within_the_intervals_of_the_branches(studies) -> None:

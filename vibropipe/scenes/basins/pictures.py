@@ -12,7 +12,14 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 from matplotlib.transforms import offset_copy
 
-from vibropipe.figures.canvas import CM_PER_INCH, axes, label_region, noted_canvas, panel
+from vibropipe.figures.canvas import (
+    CM_PER_INCH,
+    TIGHT_GROUND,
+    axes,
+    label_region,
+    noted_canvas,
+    panel,
+)
 from vibropipe.figures.canvas import WIDE as CANVAS
 from vibropipe.figures.map_shapes import cell_edges, frame
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
@@ -79,6 +86,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
 
 # Share of the height that a band needs for its letter.
 MIN_HEIGHT = 0.07
+HEIGHTS = (0.5, 0.35, 0.65, 0.2, 0.8, 0.5)  # of a letter in its band, as they are tried
 MARKS = 6  # of an attractor along its curve
 CHANGE_STYLE: dict[str, Any] = {"color": HAIRLINE, "linewidth": 0.6, "zorder": 0.5}
 
@@ -98,14 +106,15 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
         draw_amplitudes(upper, dataset, name)
     else:
         write_centred(upper, "No motion was found")
+    values = dataset[name].values
+    if values.size > 1:
+        lower.set_xlim(values[0], values[-1])
+    lower.set_ylim(0, 1)
     draw_bands(lower, dataset, name)
     for ax in (upper, lower):
         for change in changes_of(dataset):
             ax.axvline(change.value, **CHANGE_STYLE)
-    values = dataset[name].values
-    if values.size > 1:
-        lower.set_xlim(values[0], values[-1])
-    lower.set(ylim=(0, 1), ylabel="share of the starts", xlabel=axis_label(dataset[name]))
+    lower.set(ylabel="share of the starts", xlabel=axis_label(dataset[name]))
     upper.tick_params(labelbottom=False)
     panel(upper, "a", "amplitude of the motions", indent=-1.2)
     panel(lower, "b", "how many starts settle on each", indent=-1.2)
@@ -140,7 +149,7 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
             height = (at[1] - least) / (most - least or 1.0)
             is_below = height > 0.9 or (height > 0.1 and rank % 2 == 1)
             side = {
-                "y": -8 if is_below else 8,
+                "y": -10 if is_below else 9,
                 "x": 4 * (middle == 0) - 4 * (middle == values.size - 1),
             }
             beside = offset_copy(ax.transData, ax.get_figure(root=True), units="points", **side)
@@ -188,7 +197,10 @@ def band_edges(values: np.ndarray) -> np.ndarray:
 def write_letter(
     ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str
 ) -> None:
-    """Write the letter of an attractor where its band is high, in the middle of the widest such place."""
+    """Write the letter of an attractor where its band is high, in the middle of the widest such place.
+
+    Those of narrow bands stand at different heights, so that none covers another.
+    """
     high = top - bottom > MIN_HEIGHT
     if not high.any():
         return
@@ -198,8 +210,18 @@ def write_letter(
     places = inner if inner.size else places
     at = places[places.size // 2]
     ends = {0: "left", values.size - 1: "right"}
-    middle = 0.5 * (bottom + top)[at]
-    label_region(ax, values[at], middle, letter, weight="bold", ha=ends.get(int(at), "center"))
+    style: dict[str, Any] = {
+        "weight": "bold",
+        "ha": ends.get(int(at), "center"),
+        "bbox": TIGHT_GROUND,
+    }
+    others = [text.get_bbox_patch().get_window_extent() for text in ax.texts]
+    text = label_region(ax, values[at], 0.0, letter, **style)
+    for share in HEIGHTS:
+        text.set_y(bottom[at] + share * (top - bottom)[at])
+        box = text.get_bbox_patch().get_window_extent()
+        if not any(box.padded(2.0).overlaps(other) for other in others):
+            return
 
 
 def is_swept(dataset: xr.Dataset) -> bool:

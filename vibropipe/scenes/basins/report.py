@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+from collections import Counter
 from collections.abc import Callable
+from itertools import combinations
 
 import numpy as np
 import xarray as xr
@@ -17,6 +19,7 @@ from vibropipe.scenes.basins.attractors import (
     Change,
     attractor_words,
     changes_of,
+    images_of,
     letters_of,
     named,
     ordered,
@@ -31,10 +34,12 @@ from vibropipe.scenes.basins.text import (
     safety_table,
     start_text,
 )
+from vibropipe.scenes.branch.answers import united
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.wording import count
+from vibropipe.words.wording import count, series
 
 MAX_MAPS = 6
+MAX_NAMED = 2  # motions in words in an answer
 RARE = 0.02  # share of the starts below which a motion is easily missed
 # The value at which a range ends, or the two between which it does; None at an end of the values.
 Border = tuple[float, ...] | None
@@ -49,7 +54,7 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
         one = f"At each value of {symbol}, all starts settle on one motion"
         return "" if missing_text(dataset) else one
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
-    return f"On the grid, at least two motions coexist in {where}"  # there may be more between
+    return f"Motions coexist in at least {where}"  # there may be more between values of the grid
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
@@ -99,7 +104,7 @@ def share_answers(dataset: xr.Dataset) -> list[Answer]:
 
 
 def together_answer(dataset: xr.Dataset) -> Answer:
-    """Write where several attractors coexist: the widest range."""
+    """Write where several attractors coexist, the widest range, and which of them do in all of it."""
     axis = dataset[str(swept_name(dataset))]
     symbol, ranges = symbol_text(axis), together_ranges(dataset)
     if not ranges:
@@ -112,39 +117,67 @@ def together_answer(dataset: xr.Dataset) -> Answer:
     texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
     where = " ".join(texts) or f"at all values of {symbol}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
-    return Answer(
-        f"{'In places' if texts else 'Everywhere'}, the start decides which motion settles.",
-        f"Among those followed here, at least two coexist {where}{more}.",
-    )
+    low, high = _ends(dataset, *ranges[0])
+    whole = [
+        named(dataset, index)
+        for index, own in _borders_of(dataset).items()
+        if _ends(dataset, *own)[0] <= low and high <= _ends(dataset, *own)[1]
+    ]
+    rest = f"There {series(whole)} coexist." if 2 <= len(whole) <= MAX_NAMED else ""
+    return Answer(f"The start decides which motion settles {where}{more}.", rest)
 
 
 def together_ranges(dataset: xr.Dataset) -> list[tuple[Border, Border]]:
-    """Return the ranges of the parameter in which several attractors coexist, the widest first."""
+    """Return the ranges of the parameter in which several attractors coexist, the widest first.
+
+    They may lie between two values of the grid, at neither of which two motions are found.
+    """
+    borders = _borders_of(dataset)
+    at = {
+        end: border
+        for own in borders.values()
+        for end, border in zip(_ends(dataset, *own), own, strict=True)
+    }
+    pairs = combinations((_ends(dataset, *own) for own in borders.values()), 2)
+    common = ((max(one[0], other[0]), min(one[1], other[1])) for one, other in pairs)
+    values = dataset[str(swept_name(dataset))].values
+    # at a located value one motion may go over into another
+    found = united([(low, high) for low, high in common if low < high or low == high in values])
+    return [(at[low], at[high]) for low, high in sorted(found, key=lambda each: each[0] - each[1])]
+
+
+def _borders_of(dataset: xr.Dataset) -> dict[int, tuple[Border, Border]]:
+    """Return between which borders each attractor is."""
     values = dataset[str(swept_name(dataset))].values
     order = np.argsort(values)
-    several = dataset["basin_share"].count("attractor_id").values > 1
-    values, several = values[order], several[order]
-    starts = np.flatnonzero(several & ~np.concatenate([[False], several[:-1]]))
-    ends = np.flatnonzero(several & ~np.concatenate([several[1:], [False]]))
-    places = np.array([change.value for change in changes_of(dataset)])
-    found = [
-        (
-            _border(places, values, first, first - 1) if first > 0 else None,
-            _border(places, values, last, last + 1) if last < values.size - 1 else None,
-        )
-        for first, last in zip(starts.tolist(), ends.tolist(), strict=True)
-    ]
-    widths = values[ends] - values[starts]
-    return [found[n] for n in np.argsort(-widths, kind="stable")]
+    changes = {(change.attractor, change.appears): change.value for change in changes_of(dataset)}
+    found: dict[int, tuple[Border, Border]] = {}
+    for index in ordered(dataset):
+        present = np.flatnonzero(presence(dataset, index)[order])
+        if not present.size:
+            continue
+        ends: list[Border] = []
+        for inner, outer, appears in (
+            (present[0], present[0] - 1, True),
+            (present[-1], present[-1] + 1, False),
+        ):
+            if not 0 <= outer < values.size:
+                ends.append(None)
+            elif (place := changes.get((index, appears))) is not None:
+                ends.append((place,))
+            else:
+                ends.append((float(values[order][inner]), float(values[order][outer])))
+        found[index] = ends[0], ends[1]
+    return found
 
 
-def _border(places: np.ndarray, values: np.ndarray, inner: int, outer: int) -> tuple[float, ...]:
-    """Return the one change between two values, which is the border there; else both, the inner one first."""
-    low, high = sorted((values[inner], values[outer]))
-    inside = places[(places >= low) & (places <= high)]
-    if inside.size == 1:
-        return (float(inside[0]),)
-    return float(values[inner]), float(values[outer])
+def _ends(dataset: xr.Dataset, low: Border, high: Border) -> tuple[float, float]:
+    """Return two borders as numbers: located values, else those inside, or the ends of the values."""
+    values = dataset[str(swept_name(dataset))].values
+    return (
+        float(values.min()) if low is None else low[0],
+        float(values.max()) if high is None else high[0],
+    )
 
 
 def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], str]) -> str:
@@ -187,8 +220,8 @@ def rare_answer(dataset: xr.Dataset) -> Answer | None:
     axis = dataset[name]
     place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
     return Answer(
-        "A small basin is easily missed.",
-        f"At {place}, {starts_text(dataset, float(least))} {letters_of(dataset)[int(index)]}.",
+        f"The smallest share is that of {letters_of(dataset)[int(index)]}.",
+        f"At {place}, {starts_text(dataset, float(least))} it.",
     )
 
 
@@ -215,7 +248,7 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
         rows.append(
             [
                 letters[index],
-                attractor_words(dataset, index),
+                attractor_words(dataset, index) + image_text(dataset, index),
                 *(DASH if end is None else format_number(end.value) for end in ends),
                 _neighbours(letters, *ends),
                 _span(100 * float(share.min()), 100 * float(share.max())),
@@ -226,11 +259,25 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
     note = (
         f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
         "Beyond: the motions that settle below and above instead. Motions, and shares of the starts: at the values of "
-        "the grid."
+        "the grid, which may miss where motions coexist."
     )
     return Table(
         head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene
     )
+
+
+def image_text(dataset: xr.Dataset, index: int) -> str:
+    """Write of which other attractor one is the mirror image, after its words: wherever it is, or in part."""
+    name = str(swept_name(dataset))
+    own = np.flatnonzero(presence(dataset, index))
+    found = Counter(
+        image for n in own for image in images_of(dataset.isel({name: int(n)}), index)[1:]
+    )
+    if not found:
+        return ""
+    image, amount = found.most_common(1)[0]
+    part = "" if amount == own.size else "in part "
+    return f" ({part}mirror image of {letters_of(dataset)[image]})"
 
 
 def _span(low: float, high: float) -> str:

@@ -13,15 +13,10 @@ from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
 from vibropipe.scenes.branch.curves import VALUE, draw_branches
-from vibropipe.scenes.branch.lines import (
-    both_alike,
-    cascade_of,
-    common_intervals,
-    places_of,
-    stretches_of,
-)
+from vibropipe.scenes.branch.lines import both_alike, cascade_of, places_of
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
+from vibropipe.scenes.branch.stretches import common_intervals, stretches_of
 from vibropipe.scenes.branch.yields import yield_answer
 from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.registry import kind_of
@@ -120,14 +115,14 @@ def test_the_first_page_says_why_the_motion_jumps():
     # the response with impacts ends at its fold, the linear motion where it grazes a support
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
     first, last = (f"{end:.4g}" for end in (grazing_frequency(0.5), fold))
-    assert together.rest == (
-        f"Among those followed here, at least two are stable from ν = {first} to {last} at the largest f, and "
-        "elsewhere."
+    assert together.lead == (
+        f"The start decides which motion settles from ν = {first} to {last} at f = 0.5, and elsewhere."
     )
-    assert jumps.lead == "A motion that is followed jumps in at least four places."
+    assert together.rest == "Stable there: both supports, once a period; no impact."
+    assert jumps.lead == "Followed motions jump at folds and at grazings, in at least four places."
     assert jumps.rest == (
-        f"The largest of these, upwards at ν = {fold:.4g} at the largest f, leads from both supports, once a period, "
-        "to no impact (fold)."
+        f"The largest jump leaves “both supports, once a period” as ν grows past {fold:.4g} at f = 0.5, a fold; stable "
+        "beyond: no impact."
     )
     assert hardest.lead.startswith("Stable motions followed here strike hardest near ν = ")
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1).max("support")
@@ -145,10 +140,10 @@ def test_the_first_page_says_why_the_motion_jumps():
 
 
 def test_a_jump_to_a_motion_that_is_not_followed_is_told(dataset):
-    (jumps,) = [answer for answer in branch_answers(dataset) if "jumps" in answer.lead]
+    (jumps,) = [answer for answer in branch_answers(dataset) if "jump" in answer.lead]
     fold = float(dataset["bifurcation_nu"][folds_of(dataset, 0.5)].max())
-    assert f"upwards at ν = {fold:.4g} at the largest f" in jumps.rest
-    assert "to a motion that is not followed here (fold)" in jumps.rest
+    assert f"as ν grows past {fold:.4g} at f = 0.5, a fold; " in jumps.rest
+    assert jumps.rest.endswith("no motion followed here is stable beyond.")
 
 
 def test_a_cascade_is_told_with_the_ratios_of_its_steps():
@@ -264,7 +259,7 @@ def test_branches_with_units_are_those_without_in_si():
     assert figure.axes[0].texts[-1].get_text() == "first harmonic $A_1$ (mm)"
     assert figure.axes[-1].get_xlabel() == "angular frequency of excitation $\\omega$ (rad/s)"
     report = report_data(study, {"free": free, "response": data}, {})
-    assert "rad/s at the smallest F" in " ".join(report["answers"][0].values())
+    assert "rad/s at F = 32 N" in " ".join(report["answers"][0].values())
     tables = [
         item for group in report["groups"] for item in group["items"] if item["type"] == "table"
     ]
@@ -362,7 +357,7 @@ def test_findings_count_the_stable_motions_that_are_followed():
     flips = places_of(dataset)["flip"]
     assert any(low < flip < high for low, high in intervals for flip in flips)
     together = together_answer(dataset, list(stretches_of(dataset)))
-    assert together.rest.startswith("Among those followed here, at least two are stable from ν = ")
+    assert together.lead.startswith("The start decides which motion settles from ν = ")
 
 
 @pytest.mark.parametrize(

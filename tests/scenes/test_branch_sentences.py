@@ -1,6 +1,7 @@
 """What is said and drawn of branches, from small datasets: jumps that are counted, mirror images, intervals, lines."""
 
 import re
+from dataclasses import replace
 
 import numpy as np
 import pytest
@@ -12,15 +13,17 @@ from vibropipe.scenes.basins.report import family_table, title_shares, together_
 from vibropipe.scenes.basins.report import together_answer as share_together
 from vibropipe.scenes.branch.answers import (
     branch_answers,
+    gap_answer,
     jump_answer,
     lopsided_answer,
     velocity_answer,
 )
 from vibropipe.scenes.branch.answers import together_answer as branch_together
 from vibropipe.scenes.branch.curves import REACHED, draw_branches
-from vibropipe.scenes.branch.lines import Stretch, velocities_of
+from vibropipe.scenes.branch.lines import velocities_of
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
+from vibropipe.scenes.branch.stretches import Stretch, arrows_of, jumps_of, stable_words
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
@@ -43,6 +46,7 @@ def stretch(
         (ends[0], ends[1]),
         np.zeros(2),
         np.full(2, mean),
+        np.arange(2),
     )
 
 
@@ -94,14 +98,41 @@ def test_small_steps_may_be_jumps_as_well():
     upper = stretch(1.0, 1.7, 0.5, "both supports, once a period", "grazing", "fold")
     near = stretch(1.2, 1.3, 0.1001, "support 1, once a period", "grazing", "fold")
     answer = jump_answer(mirrored(), [lower, upper, near])
-    assert answer.lead == "A motion that is followed jumps in at least one place."
+    assert answer.lead == "Followed motions jump at folds, in at least one place."
     assert answer.rest == (
-        "The jump, upwards at ν = 1.7, leads from both supports, once a period, to no impact (fold)."
+        "The jump leaves “both supports, once a period” as ν grows past 1.7, a fold; stable beyond: no impact."
     )
     other = stretch(1.0, 1.5, 0.3, "support 2, once a period", "", "fold")
     answer = jump_answer(mirrored(), [lower, upper, near, other])
-    assert answer.lead == "A motion that is followed jumps in at least two places."
-    assert answer.rest.startswith("The largest of these, upwards at ν = 1.7, ")
+    assert answer.lead == "Followed motions jump at folds, in at least two places."
+    assert answer.rest.startswith(
+        "The largest jump leaves “both supports, once a period” as ν grows past 1.7, "
+    )
+
+
+def test_a_jump_is_an_arrow_where_it_leads_to_one_height():
+    both = "both supports, once a period"
+    upper = replace(stretch(1.0, 1.6, 0.5, both, "", "fold"), points=np.array([0, 3]))
+    lower = replace(stretch(1.0, 2.0, 0.1, "no impact", "", ""), points=np.array([6, 11]))
+    other = replace(stretch(1.0, 2.0, 0.1, "no impact", "", ""), points=np.array([4, 5]))
+    heights = np.linspace(0.5, 0.1, 12)[:, None]
+    heights[[6, 11]] = 0.1
+    (jump,) = jumps_of(mirrored(), [upper, lower])
+    (arrow,) = arrows_of([jump], heights)
+    assert arrow[:3] == pytest.approx((1.6, heights[3, 0], 0.1))
+    assert arrows_of([replace(jump, targets=(lower, other))], heights) == []
+    assert arrows_of([jump], np.tile(heights, 2)) == []  # of several impacts
+
+
+def test_where_no_orbit_is_stable_is_told():
+    both = "both supports, once a period"
+    left, right = stretch(1.0, 1.2, 0.4, both, "", "grazing"), stretch(1.6, 2.0, 0.4, both, "", "")
+    dataset = mirrored()
+    assert gap_answer(dataset, [left, right]) is None  # a point between is stable
+    dataset["stable"][:] = np.tile([1, 1, 0, 0, 1, 1], 2)
+    assert gap_answer(dataset, [left, right]) == Answer(
+        "No orbit that is followed here is stable from ν = 1.2 to 1.6."
+    )
 
 
 @pytest.mark.parametrize(
@@ -183,7 +214,20 @@ def test_a_border_has_the_same_digits_everywhere():
     assert "from at least ν = 1.1 to at least ν = 1.2" in share_together(shares()).lead
     motions = stretch(1.05432, 1.65678, 0.4, "a", "fold", ""), stretch(1.0, 1.7, 0.1, "b", "", "")
     told = branch_together(mirrored(), list(motions))
-    assert "at least two are stable from ν = 1.054 to 1.657" in told.rest
+    assert told == Answer(
+        "The start decides which motion settles from ν = 1.054 to 1.657.", "Stable there: a; b."
+    )
+
+
+def test_motions_of_an_interval_are_told_in_few_words():
+    first, second = (f"support {n} twice, support {3 - n} once a period" for n in (1, 2))
+    pair = [stretch(1.0, 2.0, 0.4, words, "", "") for words in (first, second)]
+    part = stretch(1.2, 1.4, 0.4, "no impact", "", "")
+    assert stable_words(pair, 1.0, 2.0) == f"{first} (mirror images)"
+    assert (
+        stable_words([*pair, part], 1.0, 2.0) == f"{first} (mirror images); one more in parts of it"
+    )
+    assert stable_words([part, part], 1.0, 2.0) == "two motions, each in a part of it"
 
 
 def test_steps_of_a_cascade_are_seen_in_its_places():
@@ -201,7 +245,7 @@ def test_steps_of_a_cascade_are_seen_in_its_places():
     assert [row[1] for row in table.rows] == [
         "1.100000", "1.600000", "1.700000", "1.720000", "1.720400"
     ]  # fmt: skip
-    assert [row[2] for row in table.rows] == ["–", "0.5", "0.1", "0.02", "0.0004"]
+    assert [row[2] for row in table.rows] == ["–", "0.500000", "0.100000", "0.020000", "0.000400"]
 
 
 def test_where_motions_are_lopsided_is_told_if_nothing_else_coexists():

@@ -12,7 +12,7 @@ import pytest
 
 from vibropipe.scenes.basins.report import share_answers, together_ranges
 from vibropipe.scenes.branch.answers import branch_answers
-from vibropipe.scenes.branch.lines import common_intervals, stretches_of
+from vibropipe.scenes.branch.stretches import common_intervals, stretches_of
 from vibropipe.scenes.registry import kind_of
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.neighbours import differing_rows
@@ -67,9 +67,7 @@ def test_branches_of_two_studies_have_the_same_intervals(studies) -> None:
         np.array([[0.7336, 0.8317], [1.153, 1.379], [1.723, 3.0]]), abs=5e-4
     )
     for dataset in (laws, branches):
-        assert branch_answers(dataset)[0].rest.startswith(
-            "Among those followed here, at least two "
-        )
+        assert branch_answers(dataset)[0].lead.startswith("The start decides which motion settles ")
 
 
 def test_attractors_coexist_within_the_intervals_of_the_branches(studies) -> None:

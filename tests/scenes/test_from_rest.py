@@ -10,9 +10,9 @@ from matplotlib.colors import to_rgb
 
 import vibropipe as vp
 from vibropipe.scenes.branch.curves import REACHED
-from vibropipe.scenes.branch.lines import rest_text, stretches_of
 from vibropipe.scenes.branch.pictures import describe_branches
 from vibropipe.scenes.branch.report import stable_table
+from vibropipe.scenes.branch.stretches import rest_text, stretches_of
 from vibropipe.scenes.registry import kinds
 from vibropipe.study import study_of_text
 from vibropipe.words.quantities import FLAGS

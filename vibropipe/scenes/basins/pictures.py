@@ -215,12 +215,12 @@ def write_letter(
         "ha": ends.get(int(at), "center"),
         "bbox": TIGHT_GROUND,
     }
-    others = [text.get_bbox_patch().get_window_extent() for text in ax.texts]
+    others = [text.get_window_extent() for text in ax.texts]
     text = label_region(ax, values[at], 0.0, letter, **style)
     for share in HEIGHTS:
         text.set_y(bottom[at] + share * (top - bottom)[at])
-        box = text.get_bbox_patch().get_window_extent()
-        if not any(box.padded(2.0).overlaps(other) for other in others):
+        box = text.get_window_extent()
+        if not any(box.padded(4.0).overlaps(other) for other in others):
             return
 
 

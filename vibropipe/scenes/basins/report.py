@@ -34,7 +34,7 @@ from vibropipe.scenes.basins.text import (
     safety_table,
     start_text,
 )
-from vibropipe.scenes.branch.answers import united
+from vibropipe.scenes.branch.stretches import united
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.wording import count, series
 

@@ -3,57 +3,46 @@
 from __future__ import annotations
 
 import math
-from dataclasses import dataclass
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text
+from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
-from vibropipe.scenes.branch.lines import (
+from vibropipe.scenes.branch.lines import cascade_of, followed, places_of, swept
+from vibropipe.scenes.branch.motor import motor_answer
+from vibropipe.scenes.branch.stretches import (
     SAME,
     Stretch,
-    cascade_of,
     common_intervals,
-    followed,
-    places_of,
+    group_words,
+    image_groups,
+    jumps_of,
+    stable_words,
     stretches_of,
-    swept,
+    united,
 )
-from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.branch.yields import yield_answer
 from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import series
 
-# Bifurcations at which a motion may jump.
-CAUSES = ("fold", "grazing", "change")
 # Ranges of a law that an answer lists.
 MAX_RANGES = 3
-UNKNOWN = "a motion that is not followed here"
-
-
-@dataclass(frozen=True)
-class Jump:
-    """Where a followed motion has no stable neighbour, the laws beyond, and the change of impact velocity."""
-
-    stretch: Stretch
-    is_up: bool
-    targets: tuple[str, ...]
-    size: float
-
-    @property
-    def value(self) -> float:
-        """Where it jumps."""
-        return float(self.stretch.values[-1 if self.is_up else 0])
+MAX_NAMED = 2  # motions beyond a jump
 
 
 def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
     stretches = list(stretches_of(dataset))
-    changes = jump_answer(dataset, stretches) or cascade_answer(dataset) or kinds_answer(dataset)
+    changes = (
+        jump_answer(dataset, stretches)
+        or cascade_answer(dataset)
+        or gap_answer(dataset, stretches)
+        or kinds_answer(dataset)
+    )
     if "law" in dataset.attrs:
         changes = kinds_answer(dataset)
     found = [
@@ -101,17 +90,6 @@ def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     return Answer(f"Orbits {law} exist{place} {ranges_text(dataset, found[widest])}.", rest)
 
 
-def united(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
-    """Return the union of intervals, as intervals in order."""
-    joined: list[tuple[float, float]] = []
-    for low, high in sorted(intervals):
-        if joined and low <= joined[-1][1]:
-            joined[-1] = joined[-1][0], max(high, joined[-1][1])
-        else:
-            joined.append((low, high))
-    return joined
-
-
 def ranges_text(dataset: xr.Dataset, intervals: list[tuple[float, float]]) -> str:
     """Write the widest of some intervals: from ν = 1 to 2 and from 3 to 4."""
     axis = dataset[followed(dataset)]
@@ -131,13 +109,11 @@ def at_text(dataset: xr.Dataset, value: float) -> str:
 
 
 def over_text(dataset: xr.Dataset, value: float) -> str:
-    """Write which value of the further parameter it is, without a number: at the largest f; empty without one."""
+    """Write the value of the further parameter: at f = 1; empty without one."""
     over = swept(dataset)
     if over is None:
         return ""
-    values, symbol = dataset[over].values, symbol_text(dataset[over])
-    ends = {float(values.min()): "smallest", float(values.max()): "largest"}
-    return f" at the {ends[value]} {symbol}" if value in ends else f" at an inner value of {symbol}"
+    return f" at {symbol_text(dataset[over])} = {value_text(dataset[over], value)}"
 
 
 def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
@@ -154,10 +130,10 @@ def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
     ((first, last),) = distinct_texts((low, high))
     symbol, last = symbol_text(axis), with_units(axis, last)
     more = ", and elsewhere" if len(found) > 1 else ""
+    alike = [s for s in stretches if s.over == value]
     return Answer(
-        "In places, the start decides which motion settles.",
-        f"Among those followed here, at least two are stable from {symbol} = {first} to {last}"
-        f"{over_text(dataset, value)}{more}.",
+        f"The start decides which motion settles from {symbol} = {first} to {last}{over_text(dataset, value)}{more}.",
+        f"Stable there: {stable_words(alike, low, high)}.",
     )
 
 
@@ -197,49 +173,46 @@ def distinct_texts(*intervals: tuple[float, float]) -> list[tuple[str, str]]:
     return texts
 
 
-def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
-    """Return where motions jump that are followed upwards or downwards, the largest jumps first."""
-    along = dataset[followed(dataset)].values
-    gap = SAME * float(along.max() - along.min())
-    found: dict[tuple[float, bool, str, float], Jump] = {}
-    for stretch in stretches:
-        for is_up, kind in ((False, stretch.ends[0]), (True, stretch.ends[1])):
-            if kind not in CAUSES:
-                continue
-            value = float(stretch.values[-1 if is_up else 0])
-            before = stretch.amplitude(value)
-            beyond = value + (gap if is_up else -gap)
-            others = [s for s in stretches if s.over == stretch.over and s.reaches(beyond)]
-            steps = [abs(s.amplitude(beyond) - before) for s in others]
-            # The amplitude changes as a square root beside a grazing: by the root of the gap.
-            if steps and min(steps) <= np.sqrt(SAME) * 10 * max(before, gap):
-                continue
-            if not steps and kind != "fold":
-                continue  # it may go on with another impact sequence
-            laws = tuple(dict.fromkeys(s.words for s in others)) or (UNKNOWN,)
-            speed = stretch.speed(value)
-            size = min((abs(s.speed(beyond) - speed) for s in others), default=speed)
-            jump = Jump(stretch, is_up, laws, size)
-            found.setdefault((stretch.over, is_up, stretch.law, round(value / gap)), jump)
-    return sorted(found.values(), key=lambda jump: -jump.size)
-
-
 def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     """Write where motions jump, and the hardest jump: why, and to which motion; small steps may be jumps as well."""
     jumps = jumps_of(dataset, stretches)
     if not jumps:
         return None
-    largest = jumps[0]
-    kind = largest.stretch.ends[1 if largest.is_up else 0]
-    way = "upwards" if largest.is_up else "downwards"
+    largest, axis = jumps[0], dataset[followed(dataset)]
     places = len({(jump.stretch.over, round(jump.value, 9)) for jump in jumps})
-    lead = f"A motion that is followed jumps in at least {amount_text(places, 'place')}."
-    place = f"{at_text(dataset, largest.value)}{over_text(dataset, largest.stretch.over)}"
-    rest = (
-        f"The {'largest of these' if places > 1 else 'jump'}, {way} at {place}, leads from {largest.stretch.words}, to "
-        f"{' or '.join(largest.targets[:2])} ({kind})."
+    changes = f"where {changing_text(dataset)}"
+    causes = {"fold": "at folds", "grazing": "at grazings", "change": changes}
+    found = {jump.kind for jump in jumps}
+    where = series(text for kind, text in causes.items() if kind in found)
+    way = "grows" if largest.is_up else "falls"
+    beyond = list(dict.fromkeys(group_words(alike) for alike in image_groups(largest.targets)))
+    cause = changes if largest.kind == "change" else f"a {largest.kind}"
+    named = "; ".join(beyond[:MAX_NAMED] + ["others"] * (len(beyond) > MAX_NAMED))
+    return Answer(
+        f"Followed motions jump {where}, in at least {amount_text(places, 'place')}.",
+        f"The {'largest ' * (places > 1)}jump leaves “{largest.stretch.words}” as {symbol_text(axis)} {way} past "
+        f"{value_text(axis, largest.value)}{over_text(dataset, largest.stretch.over)}, {cause}; "
+        + (f"stable beyond: {named}." if beyond else "no motion followed here is stable beyond."),
     )
-    return Answer(lead, rest)
+
+
+def gap_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
+    """Write the widest range between the ends of branches in which no orbit is stable; None without one."""
+    steady = (dataset["stable"].values == 1) | is_neutral(dataset)
+    if swept(dataset) or not stretches or not steady.any():
+        return None
+    axis = dataset[followed(dataset)]
+    known = united([(float(s.values[0]), float(s.values[-1])) for s in stretches])
+    ends = [float(axis.min()), *(end for each in known for end in each), float(axis.max())]
+    gaps = [
+        (low, high)
+        for low, high in zip(ends[::2], ends[1::2], strict=True)
+        if high - low > SAME * np.ptp(axis.values)
+        and not (steady & (axis.values > low) & (axis.values < high)).any()
+    ]
+    if not gaps:
+        return None
+    return Answer(f"No orbit that is followed here is stable {ranges_text(dataset, gaps)}.")
 
 
 def cascade_answer(dataset: xr.Dataset) -> Answer | None:

@@ -14,6 +14,7 @@ from matplotlib.lines import Line2D
 from vibropipe.figures.canvas import (
     SMALL,
     axes,
+    jump,
     legend_above,
     noted_canvas,
     open_mark,
@@ -25,14 +26,13 @@ from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, parameter_line, value_text
 from vibropipe.scenes.branch.lines import (
     Piece,
-    common_intervals,
     followed,
     kinds_present,
     panels_of,
     pieces_of,
-    stretches_of,
     swept,
 )
+from vibropipe.scenes.branch.stretches import arrows_of, common_intervals, jumps_of, stretches_of
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 
@@ -73,7 +73,7 @@ def draw_branches(
     bars, pieces = coexistence(dataset), list(pieces_of(dataset))
     names = line_names(dataset, pieces)
     colours = colours_of(dataset, pieces)
-    reached = is_reached(dataset)[:, None]
+    reached, jumps = is_reached(dataset)[:, None], jumps_of(dataset, list(stretches_of(dataset)))
     settled = [piece for piece in pieces if reached[piece.points].any()]
     number = max(len(panels), 1)
     high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
@@ -93,6 +93,10 @@ def draw_branches(
         wide = np.where(reached, each.values if each.both is None else each.both, np.nan)
         draw_pieces(ax, dataset[along].values, wide, settled, colours, REACHED)
         draw_bifurcations(ax, dataset, each.values)
+        for to in arrows_of(jumps, each.values):
+            jump(
+                ax, to.value, to.start, to.end, colour_of(colours, to.stretch.law, to.stretch.over)
+            )
         ax.margins(y=0.08)
         ax.set_xlim(*limits)
         if swept(dataset) or position == 0:
@@ -159,6 +163,11 @@ def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
     return {piece.law: regime_colour(dataset, piece.points.start) for piece in pieces}
 
 
+def colour_of(colours: Mapping[Any, str], law: str, value: float) -> str:
+    """Return the colour of a law, or that of a value of the further parameter."""
+    return colours.get(law) or colours[value]
+
+
 def regime_colour(dataset: xr.Dataset, point: int) -> str:
     """Return the colour of the regime of a point, legible as a line on white."""
     name = Regime(int(dataset["regime"][point])).name.lower()
@@ -176,7 +185,7 @@ def draw_pieces(
     """Draw the pieces, stable ones solid and unstable ones dashed."""
     for piece in pieces:
         style = of_stable if piece.is_stable else UNSTABLE
-        colour, heights = colours.get(piece.law) or colours[piece.value], y[piece.points].copy()
+        colour, heights = colour_of(colours, piece.law, piece.value), y[piece.points].copy()
         if len(heights) > 1 and (np.isfinite(heights[-1]) != np.isfinite(heights[-2])).any():
             heights[-1] = np.nan  # of other impacts
         ax.plot(x[piece.points], heights, color=colour, **style)

@@ -1,24 +1,22 @@
-"""Lines of branches: pieces of one stability and law, values along them, bifurcations, and where motions coexist."""
+"""Lines of branches: pieces of one stability and law, values along them, and bifurcations."""
 
 from __future__ import annotations
 
 from collections.abc import Iterator, Sequence
-from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import orbit_texts, words_of
+from vibropipe.figures.motion_words import orbit_texts
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
 from vibropipe.solve.rebuild import ties_of
 from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import held_name, quantity
 
-UNKNOWN, NOT_STABLE = "unknown", -2
-SAME_VALUES = 1e-6  # relative difference of what mirrored supports have alike
+SAME_VALUES = 1e-6  # relative difference of parameters of mirror images
+SEEN = 1e-4  # of the heights of a panel: lines nearer than this are one
 
 
 class Panel(NamedTuple):
@@ -97,10 +95,11 @@ def both_alike(dataset: xr.Dataset, array: xr.DataArray) -> bool:
     # points of mirror images differ by rounding
     along = np.round(along / np.ptp(along), 8)
     first, second = (array.sel(support=support).values for support in (1, 2))
+    seen = SEEN * np.ptp(first[np.isfinite(first)]) if np.isfinite(first).any() else 0.0
     orders = [np.lexsort([values, along, beside]) for values in (first, second)]
     return bool(
         np.allclose(
-            first[orders[0]], second[orders[1]], rtol=SAME_VALUES, atol=1e-12, equal_nan=True
+            first[orders[0]], second[orders[1]], rtol=0.0, atol=seen + 1e-12, equal_nan=True
         )
         and np.allclose(along[orders[0]], along[orders[1]], rtol=SAME_VALUES, atol=0.0)
     )
@@ -207,137 +206,3 @@ def cascade_of(dataset: xr.Dataset) -> list[float]:
         steps.size and np.all(steps[1:] * steps[:-1] > 0) and np.all(np.diff(np.abs(steps)) < 0)
     )
     return places if len(places) >= MIN_FLIPS and shrinks else []
-
-
-# Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
-SAME = 1e-6
-
-
-@dataclass(frozen=True)
-class Stretch:
-    """Stable orbits of one law between two values of the parameter, and the bifurcation at either end, if any."""
-
-    values: np.ndarray
-    amplitudes: np.ndarray
-    speeds: np.ndarray
-    law: str
-    words: str
-    over: float
-    ends: tuple[str, str]
-    from_rest: np.ndarray
-    means: np.ndarray
-
-    def reaches(self, value: float) -> bool:
-        """Return whether a value of the parameter lies on the stretch or at its ends."""
-        return bool(self.values[0] <= value <= self.values[-1])
-
-    def amplitude(self, value: float) -> float:
-        """Return the first harmonic at a value of the parameter."""
-        return float(np.interp(value, self.values, self.amplitudes))
-
-    def speed(self, value: float) -> float:
-        """Return the largest impact velocity at a value of the parameter."""
-        return float(np.interp(value, self.values, self.speeds))
-
-
-def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
-    """Yield the stable stretches of all branches, with increasing parameter."""
-    along = dataset[followed(dataset)].values
-    amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
-    speed = np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
-    mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
-    points = dataset["bifurcation_point"].values
-    kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
-    branches, stable = dataset["branch_id"].values, dataset["stable"].values
-    moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
-    over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
-    gap = SAME * float(along.max() - along.min())
-
-    def beside(index: int) -> str:
-        """Return the bifurcation of another branch at which this one ends: a grazing is stored with one of them."""
-        is_there = (np.abs(along[points] - along[index]) <= gap) & (over[points] == over[index])
-        return kinds[int(is_there.argmax())] if is_there.any() else ""
-
-    for piece in pieces_of(dataset):
-        first, last = piece.points.start, piece.points.stop - 1
-        # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
-        is_first_alone = (
-            last == first + 1 and not stable[last] and branches[first - 1] < branches[first]
-        )
-        if not piece.is_stable or (is_first_alone and moduli[first] > 1.0 - SAME):
-            continue
-        ends = []
-        for index, is_first in ((first, True), (last, False)):
-            near = {
-                point: kind
-                for point, kind in zip(points.tolist(), kinds, strict=True)
-                if abs(point - index) <= 1 and branches[point] == branches[first]
-            }
-            # Next to a bifurcation that ends stability, pieces may change without consequence.
-            kind = min(near.values(), key=lambda each: each == "change", default="")
-            before = index - 1
-            if is_first and not near and before >= 0 and branches[before] == branches[index]:
-                kind = (
-                    beside(before) if before == 0 or branches[before - 1] < branches[before] else ""
-                )
-                first -= bool(kind)
-            ends.append(kind or beside(index))
-            # stability ends at the bifurcation itself, which is a point, maybe the one before or after the piece
-            if near and is_first:
-                first = max(near)
-            elif near:
-                last = min(near)
-        if last <= first:
-            continue
-        order = slice(None) if along[last] > along[first] else slice(None, None, -1)
-        yield Stretch(
-            np.maximum.accumulate(along[first : last + 1][order]),
-            amplitude[first : last + 1][order],
-            speed[first : last + 1][order],
-            piece.law,
-            words_of(dataset.isel(point=piece.points.start)),
-            piece.value,
-            (ends[0], ends[1]) if order.step is None else (ends[1], ends[0]),
-            from_rest_of(dataset, slice(first, last + 1))[order],
-            mean[first : last + 1][order],
-        )
-
-
-def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
-    """Return the codes of `from_rest` of some points, of which those at the ends may not be stable."""
-    n = points.stop - points.start
-    if "from_rest" not in dataset:
-        return np.full(n, FLAGS["settled_same"]["unknown"])
-    stable = dataset["stable"].values[points] == 1
-    return np.where(stable, dataset["from_rest"].values[points], NOT_STABLE)
-
-
-def rest_text(alike: Sequence[Stretch]) -> str:
-    """Write whether the mass settles on a stretch, or one of its mirror images, from rest."""
-    first, known = alike[0], FLAGS["settled_same"]
-    codes = first.from_rest
-    for other in alike[1:]:
-        nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)
-        codes = np.maximum(codes, other.from_rest[nearest])
-    codes = codes[codes != NOT_STABLE]
-    told = np.flatnonzero(codes != known["unknown"])
-    # What is not known of the ends alone, which are borders, leaves all between them.
-    codes = codes[told[0] : told[-1] + 1] if told.size else codes
-    if not (codes == known["same"]).any():
-        return "no" if codes.size and (codes == known["other"]).all() else UNKNOWN
-    return "yes" if (codes == known["same"]).all() else "in part"
-
-
-def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:
-    """Return the intervals that at least two stretches have in common."""
-    ends = sorted({float(v) for s in stretches for v in (s.values[0], s.values[-1])})
-    least = SAME * (ends[-1] - ends[0]) if ends else 0.0
-    intervals: list[tuple[float, float]] = []
-    for low, high in pairwise(ends):
-        middle = (low + high) / 2
-        if high - low <= least or sum(s.reaches(middle) for s in stretches) < 2:
-            continue
-        if intervals and low - intervals[-1][1] <= least:
-            low = intervals.pop()[0]
-        intervals.append((low, high))
-    return intervals

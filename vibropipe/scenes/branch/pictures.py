@@ -13,8 +13,16 @@ from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import coexistence, draw_branches, is_reached
 from vibropipe.scenes.branch.keys import BranchFigure
-from vibropipe.scenes.branch.lines import cascade_of, followed, kinds_present, places_of, swept
+from vibropipe.scenes.branch.lines import (
+    cascade_of,
+    followed,
+    kinds_present,
+    panels_of,
+    places_of,
+    swept,
+)
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
+from vibropipe.scenes.branch.stretches import arrows_of, jumps_of, stretches_of
 from vibropipe.scenes.kind import Picture
 from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import series
@@ -61,11 +69,15 @@ def describe_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
     """Return the caption: what is drawn, and how many bifurcations there are."""
-    ties = ties_text(dataset)
+    ties, jumps = ties_text(dataset), jumps_of(dataset, list(stretches_of(dataset)))
+    panels = panels_of(dataset, show, backbone)
     return sentences(
         f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable"
         + (", wide: what the mass settles on from rest" if is_reached(dataset).any() else ""),
-        f"Marks: {bifurcations_text(dataset)}" if kinds_present(dataset) else "",
+        f"Marks: {bifurcations_text(dataset)}{once_text(dataset)}"
+        if kinds_present(dataset)
+        else "",
+        "Arrows: jumps" if any(arrows_of(jumps, each.values) for each in panels) else "",
         "Bars below: where at least two of these motions are stable"
         if coexistence(dataset)
         else "",
@@ -80,6 +92,17 @@ def bifurcations_text(dataset: xr.Dataset) -> str:
     """Write how many bifurcations of each kind there are."""
     places = places_of(dataset)
     return series(amount_text(at.size, kind) for kind, at in places.items())
+
+
+def once_text(dataset: xr.Dataset) -> str:
+    """Write that bifurcations at one place count once, if several marks are there; after how many there are."""
+    number = sum(at.size for at in places_of(dataset).values())
+    is_several = number < dataset.sizes["bifurcation"]
+    return (
+        f"; several at one value of {symbol_text(dataset[followed(dataset)])} count once"
+        if is_several
+        else ""
+    )
 
 
 def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:

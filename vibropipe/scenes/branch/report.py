@@ -3,56 +3,46 @@
 from __future__ import annotations
 
 import math
-import re
-from collections import Counter
-from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.motion_words import amount_text, changing_text, number_word, words_of
+from vibropipe.figures.motion_words import amount_text, changing_text, words_of
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Table, of_each, tables_of_each
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
 from vibropipe.scenes.branch.curves import coexistence
-from vibropipe.scenes.branch.lines import (
-    KINDS,
+from vibropipe.scenes.branch.lines import KINDS, cascade_of, followed, places_of, swept
+from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
+from vibropipe.scenes.branch.stretches import (
     SAME,
     Stretch,
-    cascade_of,
-    followed,
+    group_words,
+    image_groups,
     rest_text,
+    stable_words,
     stretches_of,
-    swept,
 )
-from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
 from vibropipe.scenes.branch.yields import yield_table
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
 
-MAX_ROWS, MAX_WORDS = 10, 4  # of a table; motions in words in a row
-SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
+MAX_ROWS = 10  # of a table
 STEP_DIGITS = 3  # of a step of a cascade
 
 
 def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the stable motions: from where to where, and what ends them; None without bifurcations."""
-    if not dataset.sizes["bifurcation"]:
+    if not dataset.sizes["bifurcation"] or is_one_cascade(dataset):
         return None
     axis, over = dataset[followed(dataset)], swept(dataset)
     limits = (float(axis.min()), float(axis.max()))
-    stretches = list(stretches_of(dataset))
-    kept: dict[tuple[object, ...], list[Stretch]] = {}
-    # Mirror images have the same ends but for rounding, and strike the other support.
-    for each in stretches:
-        first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
-        image = re.sub("support ([12])", lambda found: f"support {3 - int(found[1])}", each.words)
-        kept.setdefault((each.over, min(each.words, image), first, last), []).append(each)
-    widest = sorted(kept.values(), key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
+    kept = image_groups(list(stretches_of(dataset)))
+    widest = sorted(kept, key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
     images = sorted(widest, key=lambda alike: (alike[0].over, alike[0].values[0]))
     shown = [alike[0] for alike in images]
     texts = distinct_texts(*((float(each.values[0]), float(each.values[-1])) for each in shown))
@@ -73,7 +63,7 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += f"; change: {changing_text(dataset)}"
     if "from_rest" in dataset:
         note += "; from rest: whether the mass, started at rest, settles on it or its mirror image"
-    note += ". Mirror images are listed once." if len(kept) < len(stretches) else "."
+    note += ". Mirror images are listed once." if any(len(alike) > 1 for alike in kept) else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."
     left = 2 if over else 1
@@ -81,24 +71,35 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note, left=left, title=title, scene=scene)
 
 
+def is_one_cascade(dataset: xr.Dataset) -> bool:
+    """Return whether all bifurcations are flips of one cascade, whose table has where each motion begins and ends."""
+    return {kind: at.size for kind, at in places_of(dataset).items()} == {
+        "flip": len(cascade_of(dataset))
+    }
+
+
 def stable_row(
     dataset: xr.Dataset, alike: list[Stretch], texts: tuple[str, str], limits: tuple[float, float]
 ) -> list[str]:
     """Return the cells of a stable stretch and its mirror image, if it has one; texts : its ends."""
     stretch = alike[0]
-    words = f"{stretch.words} (mirror images)" if len(alike) > 1 else stretch.words
     low, high = float(stretch.values[0]), float(stretch.values[-1])
     ends = [
         (DASH, DASH) if value == limit and not kind else (text, kind or DASH)
         for value, limit, text, kind in zip((low, high), limits, texts, stretch.ends, strict=True)
     ]
     over = [format_number(stretch.over)] if swept(dataset) else []
-    return [*over, words, *ends[0], *ends[1]]
+    return [*over, group_words(alike), *ends[0], *ends[1]]
 
 
 def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return the table of the intervals in which several motions are stable; None for one alone."""
+    """Return the table of the intervals in which several motions are stable, by the further parameter.
+
+    None for one interval alone, and without a further parameter, where the bars and the stable motions say it.
+    """
     axis, over = dataset[followed(dataset)], swept(dataset)
+    if over is None:
+        return None
     found = [
         (value, *ends) for value, intervals in coexistence(dataset).items() for ends in intervals
     ]
@@ -109,44 +110,21 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
     stretches = list(stretches_of(dataset))
     rows = [
         [
-            *([format_number(value)] if over else []),
+            format_number(value),
             stable_words([s for s in stretches if s.over == value], low, high),
             *ends,
         ]
         for (value, low, high), ends in zip(shown, texts, strict=True)
     ]
-    head = [in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []
-    head += ["stable motions", in_brackets("from", axis), in_brackets("to", axis)]
+    head = [
+        in_brackets(symbol_text(dataset[over]), dataset[over]),
+        "stable motions", in_brackets("from", axis), in_brackets("to", axis),
+    ]  # fmt: skip
     note = f"Values of {symbol_text(axis)} between which the start decides which of the motions followed here settles."
     if len(found) > len(shown):
         note += f" Left out: {amount_text(len(found) - len(shown), 'narrower range')}."
     title = "Where at least two motions are stable"
-    return Table(head, rows, note, left=2 if over else 1, title=title, scene=scene)
-
-
-def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
-    """Write the motions that are stable in all of an interval and in parts of it, the widest first, in words."""
-    inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
-    widest = sorted(inside, key=lambda s: max(s.values[0], low) - min(s.values[-1], high))
-    near = SAME_END * (high - low)
-    is_whole = [s.values[0] <= low + near and s.values[-1] >= high - near for s in widest]
-    whole = [s for s, all_of_it in zip(widest, is_whole, strict=True) if all_of_it]
-    parts = [s for s, all_of_it in zip(widest, is_whole, strict=True) if not all_of_it]
-    texts = _listed(whole, MAX_WORDS)
-    if parts:
-        texts.append("in parts of it: " + "; ".join(_listed(parts, max(1, MAX_WORDS - len(texts)))))
-    return "; ".join(texts)
-
-
-def _listed(stretches: Sequence[Stretch], most: int) -> list[str]:
-    """Write motions in words, of equal ones how many, and of what is beyond the most how many more."""
-    found = Counter(s.words for s in stretches)
-    texts = [
-        words if amount == 1 else f"{number_word(amount)} with {words}"
-        for words, amount in found.items()
-    ]
-    left_out = sum([*found.values()][most:])
-    return texts[:most] + ([f"{number_word(left_out)} more"] if left_out else [])
+    return Table(head, rows, note, left=2, title=title, scene=scene)
 
 
 def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -161,13 +139,13 @@ def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
     rows = []
     for n, place in enumerate(places):
         text = f"{place:.{decimals}f}".replace("-", "−")
-        step = format_number(steps[n - 1], STEP_DIGITS) if n else DASH
+        step = f"{steps[n - 1]:.{decimals}f}" if n else DASH
         ratio = format_number(steps[n - 2] / steps[n - 1], 3) if n > 1 else DASH
         rows.append([f"{first * 2**n} to {first * 2 ** (n + 1)}", text, step, ratio])
     symbol = symbol_text(axis)
     head = ["forcing periods", in_brackets(symbol, axis), in_brackets("step", axis), "ratio"]
     note = "Ratio: the step before over this one; in an endless cascade it tends to 4.669 (Feigenbaum)."
-    title = "Each step of the cascade is a fraction of the one before"
+    title = "Where the period doubles, and by what ratio the steps shrink"
     return Table(head, rows, note, title=title, scene=scene)
 
 

@@ -1,0 +1,273 @@
+"""Stretches of branches: stable orbits of one law, where several are stable, and where motions jump between them."""
+
+from __future__ import annotations
+
+import re
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+from typing import NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.motion_words import amount_text, number_word, words_of
+from vibropipe.figures.text import format_number
+from vibropipe.scenes.branch.lines import KINDS, followed, pieces_of, swept
+from vibropipe.words.quantities import FLAGS
+
+UNKNOWN, NOT_STABLE = "unknown", -2
+CAUSES = ("fold", "grazing", "change")  # bifurcations at which a motion may jump
+# Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
+SAME = 1e-6
+SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
+MAX_WORDS = 4  # motions in words
+
+
+@dataclass(frozen=True)
+class Stretch:
+    """Stable orbits of one law between two values of the parameter, and the bifurcation at either end, if any.
+
+    points : indices of the points, with increasing parameter
+    """
+
+    values: np.ndarray
+    amplitudes: np.ndarray
+    speeds: np.ndarray
+    law: str
+    words: str
+    over: float
+    ends: tuple[str, str]
+    from_rest: np.ndarray
+    means: np.ndarray
+    points: np.ndarray
+
+    def reaches(self, value: float) -> bool:
+        """Return whether a value of the parameter lies on the stretch or at its ends."""
+        return bool(self.values[0] <= value <= self.values[-1])
+
+    def amplitude(self, value: float) -> float:
+        """Return the first harmonic at a value of the parameter."""
+        return float(np.interp(value, self.values, self.amplitudes))
+
+    def speed(self, value: float) -> float:
+        """Return the largest impact velocity at a value of the parameter."""
+        return float(np.interp(value, self.values, self.speeds))
+
+
+def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
+    """Yield the stable stretches of all branches, with increasing parameter."""
+    along = dataset[followed(dataset)].values
+    amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
+    speed = np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
+    mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
+    points = dataset["bifurcation_point"].values
+    kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
+    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
+    over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
+    gap = SAME * float(along.max() - along.min())
+
+    def beside(index: int) -> str:
+        """Return the bifurcation of another branch at which this one ends: a grazing is stored with one of them."""
+        is_there = (np.abs(along[points] - along[index]) <= gap) & (over[points] == over[index])
+        return kinds[int(is_there.argmax())] if is_there.any() else ""
+
+    for piece in pieces_of(dataset):
+        first, last = piece.points.start, piece.points.stop - 1
+        # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
+        is_first_alone = (
+            last == first + 1 and not stable[last] and branches[first - 1] < branches[first]
+        )
+        if not piece.is_stable or (is_first_alone and moduli[first] > 1.0 - SAME):
+            continue
+        ends = []
+        for index, is_first in ((first, True), (last, False)):
+            near = {
+                point: kind
+                for point, kind in zip(points.tolist(), kinds, strict=True)
+                if abs(point - index) <= 1 and branches[point] == branches[first]
+            }
+            # Next to a bifurcation that ends stability, pieces may change without consequence.
+            kind = min(near.values(), key=lambda each: each == "change", default="")
+            before = index - 1
+            if is_first and not near and before >= 0 and branches[before] == branches[index]:
+                kind = (
+                    beside(before) if before == 0 or branches[before - 1] < branches[before] else ""
+                )
+                first -= bool(kind)
+            ends.append(kind or beside(index))
+            # stability ends at the bifurcation itself, which is a point, maybe the one before or after the piece
+            if near and is_first:
+                first = max(near)
+            elif near:
+                last = min(near)
+        if last <= first:
+            continue
+        order = slice(None) if along[last] > along[first] else slice(None, None, -1)
+        yield Stretch(
+            np.maximum.accumulate(along[first : last + 1][order]),
+            amplitude[first : last + 1][order],
+            speed[first : last + 1][order],
+            piece.law,
+            words_of(dataset.isel(point=piece.points.start)),
+            piece.value,
+            (ends[0], ends[1]) if order.step is None else (ends[1], ends[0]),
+            from_rest_of(dataset, slice(first, last + 1))[order],
+            mean[first : last + 1][order],
+            np.arange(first, last + 1)[order],
+        )
+
+
+def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
+    """Return the codes of `from_rest` of some points, of which those at the ends may not be stable."""
+    n = points.stop - points.start
+    if "from_rest" not in dataset:
+        return np.full(n, FLAGS["settled_same"]["unknown"])
+    stable = dataset["stable"].values[points] == 1
+    return np.where(stable, dataset["from_rest"].values[points], NOT_STABLE)
+
+
+def rest_text(alike: Sequence[Stretch]) -> str:
+    """Write whether the mass settles on a stretch, or one of its mirror images, from rest."""
+    first, known = alike[0], FLAGS["settled_same"]
+    codes = first.from_rest
+    for other in alike[1:]:
+        nearest = np.abs(first.values[:, None] - other.values).argmin(axis=1)
+        codes = np.maximum(codes, other.from_rest[nearest])
+    codes = codes[codes != NOT_STABLE]
+    told = np.flatnonzero(codes != known["unknown"])
+    # What is not known of the ends alone, which are borders, leaves all between them.
+    codes = codes[told[0] : told[-1] + 1] if told.size else codes
+    if not (codes == known["same"]).any():
+        return "no" if codes.size and (codes == known["other"]).all() else UNKNOWN
+    return "yes" if (codes == known["same"]).all() else "in part"
+
+
+def image_groups(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
+    """Return stretches with their mirror images: of the same ends but for rounding, with supports exchanged."""
+    groups: dict[tuple[object, ...], list[Stretch]] = {}
+    for each in stretches:
+        first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
+        image = re.sub("support ([12])", lambda found: f"support {3 - int(found[1])}", each.words)
+        groups.setdefault((each.over, min(each.words, image), first, last), []).append(each)
+    return list(groups.values())
+
+
+def group_words(alike: Sequence[Stretch]) -> str:
+    """Write the motion of a stretch and its mirror image, if it has one, in words."""
+    return alike[0].words + (" (mirror images)" if len(alike) > 1 else "")
+
+
+def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
+    """Write the motions that are stable in all of an interval, and how many are in parts of it."""
+    near = SAME_END * (high - low)
+    inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
+    whole = [s for s in inside if s.values[0] <= low + near and s.values[-1] >= high - near]
+    texts = [group_words(alike) for alike in image_groups(whole)]
+    left_out = len(texts[MAX_WORDS:])
+    texts = texts[:MAX_WORDS] + ([f"{number_word(left_out)} more"] if left_out else [])
+    parts = len(inside) - len(whole)
+    if not texts:
+        return f"{amount_text(parts, 'motion')}, each in a part of it"
+    return "; ".join(texts + ([f"{number_word(parts)} more in parts of it"] if parts else []))
+
+
+def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:
+    """Return the intervals that at least two stretches have in common."""
+    ends = sorted({float(v) for s in stretches for v in (s.values[0], s.values[-1])})
+    least = SAME * (ends[-1] - ends[0]) if ends else 0.0
+    intervals: list[tuple[float, float]] = []
+    for low, high in pairwise(ends):
+        middle = (low + high) / 2
+        if high - low <= least or sum(s.reaches(middle) for s in stretches) < 2:
+            continue
+        if intervals and low - intervals[-1][1] <= least:
+            low = intervals.pop()[0]
+        intervals.append((low, high))
+    return intervals
+
+
+def united(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
+    """Return the union of intervals, as intervals in order."""
+    joined: list[tuple[float, float]] = []
+    for low, high in sorted(intervals):
+        if joined and low <= joined[-1][1]:
+            joined[-1] = joined[-1][0], max(high, joined[-1][1])
+        else:
+            joined.append((low, high))
+    return joined
+
+
+@dataclass(frozen=True)
+class Jump:
+    """Where a followed motion has no stable neighbour, the motions beyond, and the change of impact velocity."""
+
+    stretch: Stretch
+    is_up: bool
+    targets: tuple[Stretch, ...]
+    size: float
+
+    @property
+    def kind(self) -> str:
+        """The bifurcation at which it jumps."""
+        return self.stretch.ends[1 if self.is_up else 0]
+
+    @property
+    def value(self) -> float:
+        """Where it jumps."""
+        return float(self.stretch.values[-1 if self.is_up else 0])
+
+
+def jumps_of(dataset: xr.Dataset, stretches: list[Stretch]) -> list[Jump]:
+    """Return where motions jump that are followed upwards or downwards, the largest jumps first."""
+    along = dataset[followed(dataset)].values
+    gap = SAME * float(along.max() - along.min())
+    found: dict[tuple[float, bool, str, float], Jump] = {}
+    for stretch in stretches:
+        for is_up, kind in ((False, stretch.ends[0]), (True, stretch.ends[1])):
+            if kind not in CAUSES:
+                continue
+            value = float(stretch.values[-1 if is_up else 0])
+            before = stretch.amplitude(value)
+            beyond = value + (gap if is_up else -gap)
+            others = [s for s in stretches if s.over == stretch.over and s.reaches(beyond)]
+            steps = [abs(s.amplitude(beyond) - before) for s in others]
+            # The amplitude changes as a square root beside a grazing: by the root of the gap.
+            if steps and min(steps) <= np.sqrt(SAME) * 10 * max(before, gap):
+                continue
+            if not steps and kind != "fold":
+                continue  # it may go on with another impact sequence
+            speed = stretch.speed(value)
+            size = min((abs(s.speed(beyond) - speed) for s in others), default=speed)
+            jump = Jump(stretch, is_up, tuple(others), size)
+            found.setdefault((stretch.over, is_up, stretch.law, round(value / gap)), jump)
+    return sorted(found.values(), key=lambda jump: -jump.size)
+
+
+class Arrow(NamedTuple):
+    """A jump in a panel: the parameter, the heights between which it leads, and the motion that it leaves."""
+
+    value: float
+    start: float
+    end: float
+    stretch: Stretch
+
+
+MIN_ARROW = 0.04  # of the heights of a panel: a shorter jump has no arrow
+
+
+def arrows_of(jumps: Sequence[Jump], heights: np.ndarray) -> list[Arrow]:
+    """Return the jumps in a panel of one height a point, (points, 1), that lead to one height."""
+    if heights.shape[1] != 1 or not np.isfinite(heights).any():
+        return []
+    least = MIN_ARROW * float(np.nanmax(heights) - np.nanmin(heights))
+    found = []
+    for jump in jumps:
+        start, *ends = (
+            float(np.interp(jump.value, each.values, heights[each.points, 0]))
+            for each in (jump.stretch, *jump.targets)
+        )
+        if ends and np.ptp(ends) < SAME * least and abs(ends[0] - start) > least:
+            found.append(Arrow(jump.value, start, ends[0], jump.stretch))
+    return found

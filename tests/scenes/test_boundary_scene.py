@@ -110,9 +110,20 @@ def test_the_table_lists_each_curve(datasets):
     one = dataset.isel(point=dataset["curve_id"].values == dataset["curve_id"].values[0])
     n = one.sizes["point"]
     back = one.isel(point=[*range(n), *range(n - 2, -1, -1)])
-    turned = f"({float(one['nu'][-1]):.4g}, {float(one['f'][-1]):.4g}) and back"
-    assert far_text(back, 0, 2 * n - 2) == turned
-    assert far_text(one, 0, n - 1) == turned.removesuffix(" and back")
+    turned = f"({float(one['nu'][-1]):.4g}, {float(one['f'][-1]):.4g})"
+    assert far_text(back, 0, 2 * n - 2) == f"back, turning at {turned}"
+    assert far_text(one, 0, n - 1) == turned
+
+
+def test_the_table_has_what_a_curve_meets_between_its_ends(datasets):
+    dataset = datasets["borders"]
+    kind = FLAGS["meeting_kind"]["grazing_fold"]
+    at = np.flatnonzero(dataset["meeting_ends"].values)[-1]
+    inside = dataset.copy(deep=True)
+    inside["meeting_ends"][at], inside["meeting_kind"][at] = 0, kind
+    (table,) = tables({"borders": inside})
+    place = ", ".join(f"{float(inside[f'meeting_{name}'][at]):.4g}" for name in ("nu", "f"))
+    assert f"grazing and fold at ({place})" in table.note
 
 
 def test_a_closed_curve_ends_where_it_begins(datasets):

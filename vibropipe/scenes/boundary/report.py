@@ -5,16 +5,22 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import amount_text, motion_words, regime_by, rests_of
+from vibropipe.figures.motion_words import (
+    amount_text,
+    motion_words,
+    number_word,
+    regime_by,
+    rests_of,
+)
 from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
 from vibropipe.scenes.boundary.levels import shown_levels
-from vibropipe.scenes.boundary.text import boundary_answers, change_text, plane
+from vibropipe.scenes.boundary.text import boundary_answers, change_text, marks, plane
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 
-MAX_ROWS = 12
+MAX_ROWS, MAX_PASSED = 12, 3  # curves of the table; meetings of its note
 # Distance of both ends of a curve that turns back, as a share of the plane.
 SAME_PLACE = 1e-6
 # Of the largest value of a parameter: what is nearer to 0 is rounding.
@@ -48,7 +54,7 @@ def curve_table(scene: str, dataset: xr.Dataset) -> Table | None:
         )
     where = f"({in_brackets(symbol_text(dataset[x]), dataset[x])}, {in_brackets(symbol_text(dataset[y]), dataset[y])})"
     note = f"Places: {where}. Motion: at the first point. Ends: the range that was searched, or what the curve meets"
-    note += f"{change_text(dataset)}."
+    note += f"{change_text(dataset)}.{passed_text(dataset)}"
     if len(lengths) > len(longest):
         note += f" Left out: {amount_text(len(lengths) - len(longest), 'shorter curve')}."
     head = ["curve of", "motion", "from", "where it meets", "to", "where it meets"]
@@ -77,22 +83,33 @@ def kind_text(dataset: xr.Dataset, point: int) -> str:
     return shown_levels(dataset)[number].text if number >= 0 else kind
 
 
-def place_text(dataset: xr.Dataset, point: int) -> str:
-    """Write the parameters of a point of a curve; what rounding leaves beside 0 is 0."""
+def place_text(dataset: xr.Dataset, point: int, of: str = "") -> str:
+    """Write the parameters of a point of a curve, or `of` a meeting; what rounding leaves beside 0 is 0."""
     texts = []
     for name in plane(dataset):
-        value, size = float(dataset[name][point]), float(np.abs(dataset[name].values).max())
+        value, size = float(dataset[of + name][point]), float(np.abs(dataset[name].values).max())
         texts.append(format_number(value if abs(value) > ROUNDING * size else 0.0))
     return f"({', '.join(texts)})"
 
 
 def far_text(dataset: xr.Dataset, first: int, last: int) -> str:
-    """Write the place of the last point of a curve; of one that turns and ends where it began, where it turns."""
+    """Write the place of the last point of a curve; of one that turns back to where it began, where it turns."""
     points = plotted(dataset)[:, first : last + 1]
     away = np.hypot(*(points - points[:, :1]))
     if first == last or away[-1] > SAME_PLACE:
         return place_text(dataset, last)
-    return f"{place_text(dataset, first + int(away.argmax()))} and back"
+    return f"back, turning at {place_text(dataset, first + int(away.argmax()))}"
+
+
+def passed_text(dataset: xr.Dataset) -> str:
+    """Write what curves meet between their ends, and where, after a note; empty if nothing."""
+    passed = np.flatnonzero(marks(dataset) & (dataset["meeting_ends"].values == 0))
+    texts = [
+        f"{end_text(MEETINGS[int(dataset['meeting_kind'][n])])} at {place_text(dataset, n, 'meeting_')}"
+        for n in passed[:MAX_PASSED].tolist()
+    ]
+    more = f" and {number_word(passed.size - MAX_PASSED)} more" * (passed.size > MAX_PASSED)
+    return f" Met between ends: {'; '.join(texts)}{more}." if texts else ""
 
 
 def end_text(name: str) -> str:

@@ -19,7 +19,7 @@ from vibropipe.scenes.branch.answers import (
     velocity_answer,
 )
 from vibropipe.scenes.branch.answers import together_answer as branch_together
-from vibropipe.scenes.branch.curves import REACHED, draw_branches
+from vibropipe.scenes.branch.curves import REACHED, draw_branches, drawn_pieces, enlarged
 from vibropipe.scenes.branch.lines import velocities_of
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
@@ -234,14 +234,18 @@ def test_steps_of_a_cascade_are_seen_in_its_places():
     at = [1.1, 1.6, 1.7, 1.72, 1.7204]
     dataset = mirrored().drop_dims("bifurcation")
     dataset["period_multiple"][:5] = [1, 2, 4, 8, 16]
-    table = cascade_table(
-        "s",
-        dataset.assign(
-            bifurcation_nu=("bifurcation", at),
-            bifurcation_kind=("bifurcation", np.full(5, Bifurcation.FLIP)),
-            bifurcation_point=("bifurcation", np.arange(5)),
-        ),
+    dataset = dataset.assign(
+        bifurcation_nu=("bifurcation", at),
+        bifurcation_kind=("bifurcation", np.full(5, Bifurcation.FLIP)),
+        bifurcation_point=("bifurcation", np.arange(5)),
     )
+    table = cascade_table("s", dataset)
+    assert stable_table("s", dataset) is None  # it would repeat the flips
+    low, high = enlarged(dataset)
+    assert at[1] < low < at[2] < at[4] < high < at[4] + 0.01
+    dataset["stable"][:6] = 0
+    drawn = {int(dataset["period_multiple"][each.points.start]) for each in drawn_pieces(dataset)}
+    assert drawn == {1, 2}  # of many periods, unstable orbits lie on others
     assert [row[1] for row in table.rows] == [
         "1.100000", "1.600000", "1.700000", "1.720000", "1.720400"
     ]  # fmt: skip

@@ -25,7 +25,9 @@ from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, parameter_line, value_text
 from vibropipe.scenes.branch.lines import (
+    Panel,
     Piece,
+    cascade_of,
     followed,
     kinds_present,
     panels_of,
@@ -57,6 +59,9 @@ BESIDE_STYLE: dict[str, Any] = {
 LETTER_CM = 0.125  # of such a text
 LINE_CM = 0.4  # of a line of it, with its distance from the curve
 MANY_MARKS = 16  # bifurcations beyond which their marks shrink
+TICKS = 0.3  # cm for the ticks of every panel, where one is enlarged
+PLAIN_FLIPS = 3  # of a cascade, that the whole range tells apart
+UNSTABLE_MULTIPLES = 2  # of the shortest period: unstable orbits of a cascade that are drawn
 MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
 
@@ -70,45 +75,73 @@ def draw_branches(
     backbone : backbone over amplitude, drawn under the branches
     """
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
-    bars, pieces = coexistence(dataset), list(pieces_of(dataset))
-    names = line_names(dataset, pieces)
-    colours = colours_of(dataset, pieces)
-    reached, jumps = is_reached(dataset)[:, None], jumps_of(dataset, list(stretches_of(dataset)))
-    settled = [piece for piece in pieces if reached[piece.points].any()]
-    number = max(len(panels), 1)
-    high = float(np.clip((PANELS_CM - BETWEEN * (number - 1)) / number, LEAST_CM, MOST_CM))
+    bars, pieces = coexistence(dataset), drawn_pieces(dataset)
+    limits = float(dataset[along].min()), float(dataset[along].max())
+    close = enlarged(dataset)
+    shown = [(each, limits) for each in panels] + [(each, close) for each in panels if close]
+    number = max(len(shown), 1)
+    between = BETWEEN + TICKS * bool(close)
+    high = float(np.clip((PANELS_CM - between * (number - 1)) / number, LEAST_CM, MOST_CM))
     base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
     note = parameter_line(dataset)
-    figure = noted_canvas(base + number * (high + BETWEEN) + TOP, note, LEFT)
-    limits = float(dataset[along].min()), float(dataset[along].max())
-    drawn = []
-    for position, each in enumerate(panels):
-        bottom = base + (number - 1 - position) * (high + BETWEEN)
+    figure = noted_canvas(base + number * (high + between) + TOP, note, LEFT)
+    colours, drawn = colours_of(dataset, pieces), []
+    for position, (each, ends) in enumerate(shown):
+        bottom = base + (number - 1 - position) * (high + between)
         ax = axes(figure, LEFT, bottom, WIDTH, high)
         drawn.append(ax)
         if backbone is not None and each.backbone is not None:
             ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
-        draw_pieces(ax, dataset[along].values, each.values, pieces, colours)
-        # of a motion from rest whose mirror image has the line of the other support
-        wide = np.where(reached, each.values if each.both is None else each.both, np.nan)
-        draw_pieces(ax, dataset[along].values, wide, settled, colours, REACHED)
-        draw_bifurcations(ax, dataset, each.values)
-        for to in arrows_of(jumps, each.values):
-            jump(
-                ax, to.value, to.start, to.end, colour_of(colours, to.stretch.law, to.stretch.over)
-            )
-        ax.margins(y=0.08)
-        ax.set_xlim(*limits)
+        draw_panel(ax, dataset, each, pieces, colours)
+        ax.set_xlim(*ends)
+        draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
         if swept(dataset) or position == 0:
+            names = line_names(dataset, pieces)
             write_names(ax, dataset[along].values, each.values, pieces, names)
-        panel(ax, "abcdefgh"[position % 8] if number > 1 else "", each.label, indent=-1.1)
-        ax.tick_params(labelbottom=position == number - 1 and not bars)
+        title = each.label + (", enlarged" if ends is close else "")
+        panel(ax, "abcdefgh"[position % 8] if number > 1 else "", title, indent=-1.1)
+        ax.tick_params(labelbottom=bool(close) or (position == number - 1 and not bars))
     if bars:
         drawn.append(draw_bars(figure, bars, colours, limits))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
     legend_above(figure, handles_of(dataset, backbone), note, LEFT)
     return figure
+
+
+def draw_panel(
+    ax: Axes, dataset: xr.Dataset, each: Panel, pieces: Sequence[Piece], colours: Mapping[Any, str]
+) -> None:
+    """Draw the lines and jumps of a panel, wide where the mass settles on them from rest."""
+    along, reached = dataset[followed(dataset)].values, is_reached(dataset)[:, None]
+    settled = [piece for piece in pieces if reached[piece.points].any()]
+    draw_pieces(ax, along, each.values, pieces, colours)
+    # of a motion from rest whose mirror image has the line of the other support
+    wide = np.where(reached, each.values if each.both is None else each.both, np.nan)
+    draw_pieces(ax, along, wide, settled, colours, REACHED)
+    for to in arrows_of(jumps_of(dataset, list(stretches_of(dataset))), each.values):
+        jump(ax, to.value, to.start, to.end, colour_of(colours, to.stretch.law, to.stretch.over))
+    ax.margins(y=0.08)
+
+
+def enlarged(dataset: xr.Dataset) -> tuple[float, float] | None:
+    """Return the range of the later flips of a cascade, which lie close together; None without them."""
+    places = cascade_of(dataset)
+    if len(places) <= PLAIN_FLIPS:
+        return None
+    first, last = places[PLAIN_FLIPS - 1], places[-1]
+    low, high = sorted((first - 0.15 * (last - first), last + 0.05 * (last - first)))
+    values = dataset[followed(dataset)]
+    return max(low, float(values.min())), min(high, float(values.max()))
+
+
+def drawn_pieces(dataset: xr.Dataset) -> list[Piece]:
+    """Return the pieces of all branches; of a cascade without unstable orbits of many periods, which lie on others."""
+    pieces, multiples = list(pieces_of(dataset)), dataset["period_multiple"].values
+    if not enlarged(dataset):
+        return pieces
+    most = UNSTABLE_MULTIPLES * int(multiples.min())
+    return [each for each in pieces if each.is_stable or multiples[each.points.start] <= most]
 
 
 def is_reached(dataset: xr.Dataset) -> np.ndarray:
@@ -248,13 +281,20 @@ def write_beside(
     ax.annotate(text, (at, high if is_above else low), **{**BESIDE_STYLE, **place})
 
 
-def draw_bifurcations(ax: Axes, dataset: xr.Dataset, y: np.ndarray) -> None:
-    """Draw a mark at each bifurcation, on every line."""
+def draw_bifurcations(
+    ax: Axes, dataset: xr.Dataset, y: np.ndarray, close: tuple[float, float] | None = None
+) -> None:
+    """Draw a mark at each bifurcation in the range of the axes, on every line, but those enlarged elsewhere."""
     at = dataset[f"bifurcation_{followed(dataset)}"].values
     height = y[dataset["bifurcation_point"].values]
     size = 4.5 if at.size <= MANY_MARKS else 3.0
+    low, high = ax.get_xlim()
+    is_here = (at >= low) & (at <= high)
+    if close:
+        is_here &= (at < close[0]) | (at > close[1])
     for name, mask in kinds_present(dataset).items():
-        ax.plot(at[mask], height[mask], **mark_style(name, size), clip_on=False)
+        shown = mask & is_here
+        ax.plot(at[shown], height[shown], **mark_style(name, size), clip_on=False)
 
 
 def mark_style(name: str, size: float = 4.5) -> dict[str, Any]:

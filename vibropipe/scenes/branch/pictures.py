@@ -11,7 +11,7 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.curves import coexistence, draw_branches, is_reached
+from vibropipe.scenes.branch.curves import coexistence, draw_branches, enlarged, is_reached
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     cascade_of,
@@ -77,6 +77,7 @@ def describe_branches(
         f"Marks: {bifurcations_text(dataset)}{once_text(dataset)}"
         if kinds_present(dataset)
         else "",
+        "Unstable orbits of many periods are not drawn" if enlarged(dataset) else "",
         "Arrows: jumps" if any(arrows_of(jumps, each.values) for each in panels) else "",
         "Bars below: where at least two of these motions are stable"
         if coexistence(dataset)

@@ -82,6 +82,10 @@ def test_a_folder_that_cannot_be_written_is_reported_and_another_one_created(tmp
         NotWrittenError, match=r"file/results: cannot be written \(Not a directory\): change"
     ):
         check_writable(str(tmp_path / "file" / "results"))
+    with pytest.raises(
+        NotWrittenError, match=r"file/mine: cannot be written \(Not a directory\): change"
+    ):
+        check_writable(str(tmp_path), ["file/mine"])
 
 
 @pytest.mark.parametrize("refused", [".", "logs"])

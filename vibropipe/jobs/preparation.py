@@ -83,17 +83,18 @@ def check_working_folder() -> None:
             ) from None
 
 
-def check_writable(results: str) -> None:
-    """Create the folder of results, and raise NotWrittenError unless files can be written there."""
-    try:
-        Path(results).mkdir(parents=True, exist_ok=True)
-        with tempfile.TemporaryFile(dir=results):
-            pass
-    except OSError as error:
-        raise NotWrittenError(
-            f"{results}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
-            f" another folder under `results` in config/config.yaml"
-        ) from None
+def check_writable(results: str, studies: Iterable[str] = ()) -> None:
+    """Create the folders of results of studies, and raise NotWrittenError unless files can be written there."""
+    for folder in (Path(results), *(Path(results, study) for study in studies)):
+        try:
+            folder.mkdir(parents=True, exist_ok=True)
+            with tempfile.TemporaryFile(dir=folder):
+                pass
+        except OSError as error:
+            raise NotWrittenError(
+                f"{folder}: cannot be written ({error.strerror}): change its permissions, free disk space, or name"
+                " another folder of results, by --results or under `results` in config/config.yaml"
+            ) from None
 
 
 def check_whole(paths: Iterable[str]) -> None:

@@ -88,7 +88,7 @@ def kept(study, name):
 def prepare():
     """Check, before any job, what is read and written, lock it, and remove leftovers."""
     studies = RUN.at_work()
-    exit_on_error(check_writable, RESULTS)
+    exit_on_error(check_writable, RESULTS, studies)
     exit_on_error(lock_results, RESULTS, studies)
     made = [path for name in studies for path in RUN.datasets(name)]
     exit_on_error(check_whole, [path for path in made if path not in RUN.stale])

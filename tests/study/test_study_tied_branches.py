@@ -111,3 +111,17 @@ def test_branches_with_units_are_those_without_in_si(tmp_path):
 def test_ties_that_cannot_hold_are_refused(tmp_path, along, over, told):
     found = faults(text(along, over), tmp_path)
     assert any(line.startswith(told) for line in found), found
+
+
+def test_a_name_of_ones_own_is_a_pure_number_also_where_a_study_has_units(tmp_path):
+    units = STUDY.replace(
+        "exciter: {l: 0.5, R1: 0.7}",
+        "physical: {m: 1 kg, C: 4 N/mm, l: 5 mm, omega: 11 Hz}\nexciter: {R1: 0.7}",
+    )
+    tied = units.replace("f: 0.3 * nu**2, ", "f: 0.3, ").replace(
+        "nu: {from: 1.05, to: 1.6}", "zeta: {from: 0.02, to: 0.3}"
+    )
+    scene = study_of(
+        tied.replace("    over: {zeta: [0.08, 0.1]}\n    start: {v0: 0.1}\n", ""), tmp_path
+    ).scenes["s"]
+    assert kind_of(scene).plan(scene).size == "zeta from 0.02 to 0.3"

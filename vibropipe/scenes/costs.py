@@ -11,6 +11,7 @@ import numpy as np
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.in_si import convert
+from vibropipe.words.parameters import PARAMETERS
 from vibropipe.words.vocabulary import STEADY, physical_name, physical_quantity
 
 # Bytes of the error of a number.
@@ -93,7 +94,7 @@ def stored_name(scene: BaseScene, name: str) -> str:
 def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple[list[str], str]:
     """Return values of a parameter in the units of the study, as texts, and the unit with a blank before it."""
     numbers, unit = np.array([*values]), "1"
-    if scene.mass_and_stiffness is not None:
+    if scene.mass_and_stiffness is not None and name in PARAMETERS:
         m, C = scene.mass_and_stiffness
         numbers = convert(name, numbers, {"m": m, "C": C})
         unit = physical_quantity(name).units

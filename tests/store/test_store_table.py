@@ -215,6 +215,11 @@ def test_sections_that_are_not_there_are_refused(sweep):
         table(sweep, impacts=True, sections=True)
 
 
+def test_designs_are_numbered_as_in_reports():
+    designs = xr.Dataset({"f": ("design", [0.8, 0.9])})
+    assert vp.table(designs).to_dict("list") == {"design": [1, 2], "f": [0.8, 0.9]}
+
+
 def test_a_table_is_written_in_the_units_that_are_asked_for(tmp_path, monkeypatch, capsys):
     monkeypatch.chdir(tmp_path)
     exciter = vp.Exciter.from_physical(

@@ -60,7 +60,8 @@ def table(
         names. A quantity over support, harmonic or multiplier has a column for each of them, `impact_velocity_max_1`; a
         complex one has two, `_re` and `_im`. Samples of the orbits of a sweep are left out, and of basins the starts,
         the states at the section, and attractors at values of the parameter where they are not. Empty, or NaN, are the
-        numbers of impacts where a mass comes to rest, and `stable` of a motion without an orbit. With `impacts`, a row
+        numbers of impacts where a mass comes to rest, and `stable` of a motion without an orbit. Designs are numbered
+        from 1, as in reports. With `impacts`, a row
         for each impact, at its point of the grid, with `sections` for each state at the section. Of a dataset in SI,
         `attrs["units"]` has the unit of each column.
 
@@ -188,6 +189,8 @@ def _point_columns(dataset: xr.Dataset, grid: tuple[str, ...]) -> list[tuple[str
         # Read once: every component of a lazy quantity would be read from the file anew.
         spread = values.compute().set_dims({**sizes, **{dim: dataset.sizes[dim] for dim in inner}})
         spread = spread.transpose(*grid, *inner)
+        if name == "design":
+            spread = spread + 1
         for index in np.ndindex(*(dataset.sizes[dim] for dim in inner)):
             labels = [str(dataset[dim].values[at]) for dim, at in zip(inner, index, strict=True)]
             part = spread.isel(dict(zip(inner, index, strict=True)))

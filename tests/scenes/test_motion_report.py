@@ -9,7 +9,13 @@ from vibropipe.figures.text import format_number
 from vibropipe.report.exciter import side_of
 from vibropipe.scenes.motion.captions import steady_text
 from vibropipe.scenes.motion.findings import answers, exponent_answers, orbit_text
-from vibropipe.scenes.motion.report import MAX_COLUMNS, fitting, steady_columns, steady_tables
+from vibropipe.scenes.motion.report import (
+    MAX_COLUMNS,
+    fitting,
+    parameter_symbol,
+    steady_columns,
+    steady_tables,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -95,7 +101,7 @@ def test_the_hardest_impact_is_that_of_the_data(datasets):
 def test_effects_of_some_scenes_stand_in_the_table(datasets):
     with_friction = datasets["symmetric"].assign_coords(friction=((), 0.15))
     columns = steady_columns({"one": datasets["symmetric"], "other": with_friction})
-    assert columns["friction"] == ["0", "0.15"]
+    assert columns[parameter_symbol([with_friction], "friction")] == ["0", "0.15"]
 
 
 def test_forces_of_soft_supports_stand_in_the_table(datasets):
@@ -135,3 +141,12 @@ def test_a_motion_without_a_force_has_no_forcing_period():
     assert steady_columns({"a": still, "b": chaotic})["exponent"] == ["−0.05", "0.12 ± 0.004"]
     unknown = still.assign(lyapunov_exponent=np.nan)
     assert exponent_answers({"s": unknown})[0].lead == "The Lyapunov exponent is not known."
+
+
+def test_a_frequency_in_cycles_is_one():
+    scene = xr.Dataset({"omega": ((), 18.0, {"units": "Hz"}), "R1": ((), 0.7)})
+    assert [parameter_symbol([scene], name) for name in ("omega", "R1", "R2")] == [
+        "ω/2π",
+        "R₁",
+        "R₂",
+    ]

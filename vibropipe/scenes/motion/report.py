@@ -16,6 +16,7 @@ from vibropipe.figures.text import (
     departure,
     format_number,
     in_brackets,
+    plain_symbol_of,
     regime_name,
     scalar_parameters,
     with_units,
@@ -30,6 +31,7 @@ from vibropipe.scenes.motion.findings import (
     multiplier_text,
     struck_text,
 )
+from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import series
 
@@ -107,7 +109,7 @@ def steady_columns(datasets: Datasets) -> dict[str, list[str]]:
         alike.setdefault(tuple(values), []).append(name)
     for numbers, names in list(alike.items())[:MAX_PARAMETERS]:
         # one column for what both supports share
-        head = names[0] if len(names) == 1 else ", ".join(map(symbol, names))
+        head = ", ".join(parameter_symbol(scenes, name) for name in names)
         columns[with_unit(head, scenes, names[0])] = [format_number(v, DIGITS) for v in numbers]
     columns["regime"] = [REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes]
     columns["multiple"] = [str(int(d["period_multiple"]) or DASH) for d in scenes]
@@ -142,6 +144,12 @@ def contact_columns(scenes: Sequence[xr.Dataset]) -> dict[str, list[str]]:
         if np.isfinite(values).any():
             columns[with_unit(text, scenes, name)] = [cell(value) for value in values]
     return columns
+
+
+def parameter_symbol(scenes: Sequence[xr.Dataset], name: str) -> str:
+    """Return the symbol of a parameter, of a frequency in cycles ω/2π."""
+    in_cycles = [d[name] for d in scenes if name in d.variables and shows_cycles(d[name])]
+    return plain_symbol_of(in_cycles[0]) if in_cycles else symbol(name)
 
 
 def with_unit(text: str, scenes: Sequence[xr.Dataset], name: str = "") -> str:

@@ -388,6 +388,8 @@ scenes:
          "one that another draws together with itself, got 'b'"),
         (("title: One", "title: One\ntable: {title: T, head: [a, b], rows: [[x]]}"),
          "table.rows[0]: must have a text for each of the 2 columns, got 1 text"),
+        (("title: One", "title: One\nanswers: [a, b, c, d]"),
+         "answers: must have at most 3 entries, got a list of 4"),
         (("title: One", f"title: One\nanswers: [{'a' * 251}]"),
          "answers[0]: must be one line of text, at most 250 characters, got"),
     ],

@@ -21,6 +21,7 @@ from vibropipe.scenes.keys.values import REFUSED, Rule
 from vibropipe.scenes.registry import kinds
 from vibropipe.study.models import study_model
 from vibropipe.words.spelling import did_you_mean
+from vibropipe.words.wording import count
 
 _GRIDS: dict[str, type[BaseModel]] = {
     "<values>": ValueGrid,
@@ -205,7 +206,11 @@ def problem_of(error: Any, root: type[BaseModel]) -> Problem:
     context = error.get("ctx", {})
     path = plain_path(loc)
     found = describe(value)
-    if kind in ("too_short", "too_long") and isinstance(value, dict) and value:
+    if kind in ("too_short", "too_long") and value:
+        if isinstance(value, list):
+            side, n = ("least", "min_length") if kind == "too_short" else ("most", "max_length")
+            must = f"must have at {side} {count(context[n], 'entry', 'entries')}"
+            return Problem(path, found, must=must)
         found = f"a mapping of {len(value)}"
     if kind == REFUSED:
         return Problem(path, **{**context, "found": context["found"] or found})

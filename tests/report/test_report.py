@@ -209,7 +209,10 @@ def test_data_is_json_without_loss(data):
         ("newmark, 64 steps per forcing period", "Newmark's method with 64 steps per forcing period"),
         ("exact, newmark 8, newmark 60 steps per forcing period",
          "exact, Newmark's method with 8, with 60 steps per forcing period"),
-        ("crude, newmark, exact", "an impact at the end of a step, Newmark's method, exact"),
+        (
+            "crude, newmark, exact",
+            "Newmark's method with impacts at the ends of steps, Newmark's method, exact",
+        ),
     ],
 )  # fmt: skip
 def test_methods_are_written_in_words(stored, words):
@@ -218,7 +221,7 @@ def test_methods_are_written_in_words(stored, words):
 
 def test_a_method_is_named_once():
     datasets = {n: xr.Dataset(attrs={"method": m}) for n, m in enumerate(("exact", "crude, exact"))}
-    assert solved_line(datasets).text == "an impact at the end of a step, exact"
+    assert solved_line(datasets).text == "Newmark's method with impacts at the ends of steps, exact"
 
 
 def test_the_model_has_the_force_that_there_is():

@@ -21,12 +21,12 @@ def share(part: int, whole: int, noun: str) -> str:
     return f"{part:,} of {count(whole, noun)} {'is' if 1 in (part, whole) else 'are'}"
 
 
-def series(words: Iterable[str]) -> str:
-    """Join a list for a sentence: `a`, `a and b`, `a, b and c`."""
+def series(words: Iterable[str], last: str = "and") -> str:
+    """Join a list for a sentence: `a`, `a and b`, `a, b and c`; `last` stands before the last."""
     listed = list(words)
     if len(listed) < 2:
         return "".join(listed)
-    return f"{', '.join(listed[:-1])} and {listed[-1]}"
+    return f"{', '.join(listed[:-1])} {last} {listed[-1]}"
 
 
 def method_text(method: str, steps_per_period: int | None = None) -> str:

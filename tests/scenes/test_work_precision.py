@@ -9,6 +9,7 @@ from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import CM_PER_INCH, MIN_TYPE, WIDE
 from vibropipe.figures.style import save
+from vibropipe.figures.text import format_number
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.accuracy.report import REPORT, answers_of_scene, asked_answer
 from vibropipe.scenes.accuracy.text import answers, times_table, title_of
@@ -46,7 +47,7 @@ def lines_of(ax, marker):
 def test_one_motion_has_every_method_with_its_name_at_its_line(one):
     figure = draw("accuracy", one)
     written = words(figure)
-    for name in ("exact", "Newmark, impacts located", "RK45", "impact at the\nend of a step"):
+    for name in ("exact", "Newmark,\nimpacts located", "RK45", "impact at the\nend of a step"):
         assert name in written
     ax = figure.axes[0]
     (newmark,) = lines_of(ax, "s")
@@ -66,12 +67,14 @@ def test_steps_whose_force_is_in_no_table_are_drawn_apart(one):
     assert [line.get_xdata().tolist() for line in hollow] == [[5 / 256**2]]
     caption = picture_of("accuracy", one).describe(one, None, {})
     assert "Hollow (*): above 64 steps a period" in caption
-    told = "Times of this program are without the checks and labels of a call of simulate"
+    told = "Times of this program are without the checks and labels of a call"
     assert told in caption
     others = one.sel({"method": ["RK45"]})
     assert told not in picture_of("accuracy", others).describe(others, None, {})
     # the price of a digit is that of steps from the table
-    assert answers(one)[1].rest == "The most accurate of these runs leaves 0.0013."
+    steps = answers(one)[1]
+    assert steps.lead.startswith("Newmark's method, its force read from a table: ")
+    assert steps.rest == "The most accurate of these runs leaves 0.0013."
 
 
 def test_several_motions_have_a_panel_each_and_what_fails_is_a_cross(work_precision):
@@ -80,12 +83,25 @@ def test_several_motions_have_a_panel_each_and_what_fails_is_a_cross(work_precis
     first, second, key = figure.axes
     crosses = [line.get_ydata().tolist() for line in lines_of(first, "x") if line.get_xdata().size]
     assert crosses == [pytest.approx([320e-9, 1280e-9, 5120e-9])]
-    assert any("no run ends:\nRK45" in text.get_text() for text in second.texts)
-    assert not any("no run ends" in text.get_text() for text in first.texts)
+    assert any("no run finishes:\nRK45" in text.get_text() for text in second.texts)
+    assert not any("no run finishes" in text.get_text() for text in first.texts)
     assert "4 periods, 2 impacts a period" in words(figure)
-    assert {text.get_text() for text in key.texts} == {
-        "impact at step's end", "Newmark", "exact", "RK45", "failed",
-    }  # fmt: skip
+    methods = {"impact at step's end", "Newmark", "exact", "RK45"}
+    assert {text.get_text() for text in key.texts} == {*methods, "failed"}
+    told = "In the grey band, hollow and with a cross"
+    assert told in picture_of("accuracy", work_precision).describe(work_precision, None, {})
+    whole = work_precision.isel(motion=[0, 0], method=[0, 2, 3])
+    assert "failed" not in words(draw("accuracy", whole))
+    assert told not in picture_of("accuracy", whole).describe(whole, None, {})
+
+
+def test_runs_without_a_point_are_named(one):
+    told = "Without a point, since failed or stopped: "
+    assert told not in picture_of("accuracy", one).describe(one, None, {})
+    one["outcome"][0, 3, 2] = Outcome.DID_NOT_END
+    one["outcome"][0, 2, 0] = Outcome.MISSED_IMPACT
+    text = picture_of("accuracy", one).describe(one, None, {})
+    assert f"{told}exact; RK45 at {format_number(float(one['setting_value'][3, 2]), 6)}." in text
 
 
 @pytest.mark.parametrize("amount", [1, 2, 4, 7, 8])
@@ -127,13 +143,13 @@ def test_answers_say_what_accuracy_costs(one):
     assert packages.rest == "That run leaves an error of 0.001."
     one["time_per_period"][0, 2, 0] = 170.0
     assert answers(one)[0].rest == (
-        "In that time, an impact at the end of a step leaves an error of 3.2 %."
+        "In that time, Newmark's method with impacts at the ends of steps leaves an error of 3.2 %."
     )
 
 
 def test_another_race_has_another_answer(work_precision):
     lost, exact = answers(work_precision)
-    assert lost.lead == "On 1 of 2 motions, no run of scipy's RK45 ends."
+    assert lost.lead == "On 1 of 2 motions, no run of scipy's RK45 finishes."
     assert exact.lead == "Exact: 0.1 µs a period on all motions."
     work_precision["time_per_period"][1, 2, 0] = 250.0
     assert answers(work_precision)[1].lead == "Exact: 0.1 µs to 0.25 µs a period on all motions."
@@ -173,6 +189,10 @@ def test_what_is_asked_is_drawn_beside_what_is_estimated_and_reached(asked):
     )
     assert (kept, refused) == ([[1e-3, 1e-6, 1e-9]], [[1e-15]])
     assert [line.get_ydata().tolist() for line in lines_of(times, "D")] == [[5.0] * 3, [5.0]]
+    # the call without an accuracy, and the march without the call
+    levels = [line.get_ydata()[0] for line in times.lines if line.get_linestyle() == "--"]
+    assert levels == [2.0, float(asked["time_per_period"].sel({"method": "exact"})[0, 0]) / 1e3]
+    assert "its march alone" in words(times.figure)
     assert picture.title(asked, None, {}) == "What is asked for is reached, or refused"
     assert "Hollow: refused" in picture.describe(asked, None, {})
     answer = asked_answer(asked)

@@ -13,6 +13,7 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import (
     BODY,
     SMALL,
+    TIGHT_GROUND,
     arrow,
     axes,
     crosses,
@@ -20,6 +21,7 @@ from vibropipe.figures.canvas import (
     missed_band,
     new_canvas,
     note,
+    open_mark,
     power_ticks,
 )
 from vibropipe.figures.palette import EXACT, GREY, INK
@@ -30,6 +32,7 @@ from vibropipe.scenes.accuracy.summary import (
     STYLES,
     curve,
     error_axis,
+    failed,
     motion_title,
     multiple_text,
     of_errors,
@@ -42,15 +45,17 @@ from vibropipe.scenes.accuracy.text import describe_work_precision, title_of
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Outcome
 
+FAILED = "failed"  # in the legend, beside the methods
 HERO_CM = 9.6
 COLUMNS = 4
 PITCH_CM = 4.2  # of rows of panels
 WORST = 3.0  # left end of the axis of errors
 BAND = 3e3  # left end of the band of failed runs
 MARK_AT, CROSS_AT = 400.0, 20.0  # in that band: whose run, and that it failed
+PRICE_AT = 1e-9  # error at which the line of the exact method is named
 COMPARED_DIGITS = 1e-12  # error at which an arrow compares with the exact method
 NO_ROOM = 3e-15  # error right of which no name has room
-LONG_NAMES = {"crude": "impact at the\nend of a step", "newmark": "Newmark, impacts located"}
+LONG_NAMES = {"crude": "impact at the\nend of a step", "newmark": "Newmark,\nimpacts located"}
 MIN_GAP = 0.36  # cm between labels above each other
 
 
@@ -89,6 +94,8 @@ def draw_one(dataset: xr.Dataset) -> Figure:
         line: dict[str, Any] = {"color": style.colour, "marker": style.marker, "zorder": 3}
         if method == "exact":
             ax.plot([WORST, error[0]], [time[0]] * 2, color=EXACT, lw=0.6, ls=(0, (4, 2)), zorder=1)
+            ax.text(PRICE_AT, time[0] / 1.25, "whatever the error",
+                    color=EXACT, va="top", ha="center", fontsize=SMALL)  # fmt: skip
         ax.plot(error[:last], time[:last], **line, ms=7 if method == "exact" else 3.6)
         if last < error.size:
             dotted = slice(max(0, last - 1), None)
@@ -148,8 +155,8 @@ def compare(ax: Axes, dataset: xr.Dataset, error: float, time: float) -> None:
     if not others or error > COMPARED_DIGITS:
         return
     name, slow = min(others.items(), key=lambda item: item[1])
-    x = max(error, LEAST_ERROR)
-    arrow(ax, (x, time * NS * 1.8), (x, slow * NS), INK, arrowstyle="<|-|>")
+    x = COMPARED_DIGITS
+    arrow(ax, (x, time * NS), (x, slow * NS), INK, arrowstyle="<|-|>")
     text = f"{STYLES[name].label},\n12 digits:\n{multiple_text(slow / time)} times"
     ax.text(
         x * 2.2, np.sqrt(slow * time) * NS, text, ha="right", va="center", fontsize=SMALL,
@@ -175,6 +182,8 @@ def draw_several(dataset: xr.Dataset) -> Figure:
         ax.set_xlabel("error reached" if below else "", labelpad=2)
         ax.tick_params(labelleft=column == 0)
     methods = [str(m) for m in dataset["method"].values]
+    has_late = failed(dataset) & np.isfinite(dataset["time_per_period"])
+    methods += [FAILED] if has_late.any() else []
     if legend_apart:
         key = axes(figure, 1.55, height - 0.85, 14.25, 0.7)
         draw_key(key, methods, columns=4)
@@ -200,8 +209,7 @@ def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None
             ms=5 if method == "exact" else 2.8, zorder=3,
         )  # fmt: skip
         times = one["time_per_period"].values
-        failed = np.isfinite(times) & ~succeeded(one).values
-        late = times[failed] * NS
+        late = times[np.isfinite(times) & failed(one).values] * NS
         marks: dict[str, Any] = {"mfc": "white", "mec": style.colour, "ms": 2.8, "mew": 0.7}
         ax.plot(np.full(late.size, MARK_AT), late, style.marker, **marks)
         crosses(ax, np.full(late.size, CROSS_AT), late, style.colour)
@@ -216,26 +224,28 @@ def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None
     ax.text(0, 1.03, f"{periods} periods, {impacts}", color=GREY, va="bottom", **texts)
     if lost:
         lines = [", ".join(lost[:2]), *([", ".join(lost[2:])] if len(lost) > 2 else [])]
-        text = "no run ends:\n" + ",\n".join(lines)
-        note(ax, 0.98, 0.98, text, ha="right", color=INK, linespacing=1.1)
+        text = "no run finishes:\n" + ",\n".join(lines)
+        note(ax, 0.98, 0.98, text, ha="right", color=INK, linespacing=1.1, bbox=TIGHT_GROUND)
 
 
 def draw_key(ax: Axes, methods: list[str], columns: int) -> None:
-    """Draw line and marker of each method with its name, and what a cross means."""
+    """Draw line and marker of each method with its name, and what a hollow mark with a cross means."""
     ax.set_axis_off()
-    rows = -(-(len(methods) + 1) // columns)
+    rows = -(-len(methods) // columns)
     ax.set(xlim=(0, columns), ylim=(rows - 0.5, -0.5))
     wide = 0.1 if columns > 1 else 0.12
-    for k, method in enumerate([*methods, ""]):
+    for k, method in enumerate(methods):
         x, y = k // rows, k % rows
-        if method:
+        if method != FAILED:
             style = STYLES[method]
             ends = [x + 0.02, x + wide] if method != "exact" else [x + 0.02 + wide / 2]
-            ax.plot(ends, [y] * len(ends), color=style.colour, marker=style.marker, ms=3.6, lw=1.0)
+            ax.plot(ends, [y] * len(ends), color=style.colour, marker=style.marker, ms=3.6, lw=1.0,
+                    clip_on=False)  # fmt: skip
             text = {"crude": "impact at step's end"}.get(method, style.label)
         else:
-            crosses(ax, [x + 0.02 + wide / 2], [y], INK)
-            text = "failed"
+            ax.plot([x + 0.02], [y], **open_mark("o", 2.8, markeredgecolor=GREY), clip_on=False)
+            crosses(ax, [x + 0.02 + wide], [y], GREY)
+            text = FAILED
         ax.text(x + wide + 0.06, y, text, va="center", fontsize=BODY)
 
 

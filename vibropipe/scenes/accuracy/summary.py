@@ -25,7 +25,7 @@ STYLES: Mapping[str, MethodStyle] = {
 }
 # Names in sentences and tables.
 NAMES = {
-    "crude": "an impact at the end of a step",
+    "crude": "Newmark's method with impacts at the ends of steps",
     "newmark": "Newmark's method",
     "exact": "the exact method",
     "RK45": "scipy's RK45",
@@ -91,6 +91,12 @@ def motion_title(name: object) -> str:
     return f"figure {number} of the paper" if number != text and number.isdigit() else text
 
 
+def motion_subject(name: object) -> str:
+    """Return the same as the beginning of a sentence: The motion of figure 6 of the paper."""
+    title = motion_title(name)
+    return f"The motion of {title}" if title.startswith("figure ") else capitalised(title)
+
+
 ERRORS = drawn_by("accuracy")
 # Largest error of a run that counts as having solved its motion at all.
 LARGEST_ERROR = 1.0
@@ -126,6 +132,11 @@ def worst_error(dataset: xr.Dataset) -> xr.DataArray:
 def succeeded(dataset: xr.Dataset) -> xr.DataArray:
     """Return which runs finished with all impacts, and no error as large as the motion."""
     return (dataset["outcome"] == int(Outcome.OK)) & (worst_error(dataset) < LARGEST_ERROR)
+
+
+def failed(dataset: xr.Dataset) -> xr.DataArray:
+    """Return which of the runs that were tried did not succeed."""
+    return (dataset["outcome"] != int(Outcome.NOT_TRIED)) & ~succeeded(dataset)
 
 
 def curve(dataset: xr.Dataset, method: str) -> tuple[Floats, Floats]:

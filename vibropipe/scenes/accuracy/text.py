@@ -8,14 +8,17 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.canvas import power
-from vibropipe.figures.text import sentences
+from vibropipe.figures.text import format_number, sentences
 from vibropipe.report.parts import DASH, Answer, Table
 from vibropipe.scenes.accuracy.summary import (
     NAMES,
+    STYLES,
     capital,
     curve,
     error_text,
     errors_in,
+    failed,
+    motion_subject,
     motion_title,
     multiple_text,
     of_errors,
@@ -27,7 +30,7 @@ from vibropipe.scenes.accuracy.summary import (
 from vibropipe.words.measurements import OWN_METHODS, Outcome
 from vibropipe.words.parameters import FORCES
 from vibropipe.words.vocabulary import quantity
-from vibropipe.words.wording import capitalised, count, series
+from vibropipe.words.wording import count, series
 
 # Errors of the table of times.
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
@@ -61,24 +64,37 @@ def describe_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> 
     of = "of" if len(texts) == 1 else "the largest of"
     error = f"Error: {of} {series(texts)}, against a solution of 40 digits"
     if shown.sizes["motion"] == 1:
-        motion = motion_title(shown["motion"].values[0])
         periods = count(int(shown["periods_run"][0]), "forcing period")
         has_own = any(method in OWN_METHODS for method in shown["method"].values.tolist())
-        called = "Times of this program are without the checks and labels of a call of simulate"
-        first = f"The motion of {motion}" if motion.startswith("figure") else capitalised(motion)
+        called = "Times of this program are without the checks and labels of a call"
+        motion = motion_subject(shown["motion"].values[0])
         return sentences(
-            f"{first}, {periods} for every method; each point is a step or a tolerance",
-            error, steps_text(shown), called if has_own else "", left_out,
+            f"{motion}, {periods} for every method; each point is a step or a tolerance",
+            error, steps_text(shown), undrawn_text(shown.isel(motion=0)),
+            called if has_own else "", left_out,
         )  # fmt: skip
     return sentences(
         "Every method runs the same number of periods of a motion, and every motion strikes"
         if bool((shown["impacts_per_period"] > 0).all())
         else "Every method runs the same number of periods of a motion",
-        "Grey, with a cross: runs that miss an impact, pass through a support, or leave an error as large as the "
-        "motion, at the time that they took",
+        "In the grey band, hollow and with a cross: runs that miss an impact, pass through a support, or leave an "
+        "error as large as the motion, at the time that they took"
+        if (failed(shown) & np.isfinite(shown["time_per_period"])).any()
+        else "",
         closed_text(shown),
         error, left_out,
     )  # fmt: skip
+
+
+def undrawn_text(one: xr.Dataset) -> str:
+    """Write which runs on one motion have no point, since they failed or were stopped."""
+    texts = []
+    for method in one["method"].values[failed(one).any("setting").values]:
+        row = one.sel({"method": method})
+        settings = row["setting_value"].values[failed(row).values]
+        values = series(format_number(value, 6) for value in settings if np.isfinite(value))
+        texts.append(STYLES[str(method)].label + (f" at {values}" if values else ""))
+    return f"Without a point, since failed or stopped: {'; '.join(texts)}" if texts else ""
 
 
 def closed_text(dataset: xr.Dataset) -> str:
@@ -93,8 +109,8 @@ def closed_text(dataset: xr.Dataset) -> str:
     if not is_closed.any():
         return ""
     return (
-        "Without losses and force the exact method evaluates a closed form, whose setting up is shared by the periods "
-        "of a motion alone"
+        "Without losses and force the exact method evaluates a closed form; its preparation is spread over the "
+        "periods of a motion"
     )
 
 
@@ -172,7 +188,9 @@ def price_of_steps(one: xr.Dataset) -> Answer:
     factor = price_of_digit(error, time)
     if not np.isfinite(factor):
         return Answer("")
-    lead = f"Newmark's method: {multiple_text(factor)} times the time for the last digit."
+    has_more = cheap.sizes["setting"] < one.sizes["setting"]
+    these = ", its force read from a table" if has_more else ""
+    lead = f"Newmark's method{these}: {multiple_text(factor)} times the time for the last digit."
     return Answer(lead, f"The most accurate of these runs leaves {error_text(error.min())}.")
 
 
@@ -193,14 +211,14 @@ def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
 
 
 def names_text(methods: Iterable[str]) -> str:
-    """Write the names of packages: scipy's once, for all its methods."""
+    """Write the names of packages, of which none does something: scipy's once, for all its methods."""
     names = [NAMES[m] for m in methods]
     seen = False
     for k, name in enumerate(names):
         if name.startswith("scipy's "):
             names[k] = name.removeprefix("scipy's ") if seen else name
             seen = True
-    return series(names)
+    return series(names, "or")
 
 
 def exact_times_text(dataset: xr.Dataset) -> str:
@@ -231,7 +249,7 @@ def accurate_text(dataset: xr.Dataset) -> str:
 
 
 def lost_text(dataset: xr.Dataset) -> str:
-    """Write on how many motions no run of another package ends."""
+    """Write on how many motions no run of another package finishes."""
     peers = [str(m) for m in dataset["method"].values if m not in OWN_METHODS]
     if not peers:
         return ""
@@ -240,7 +258,7 @@ def lost_text(dataset: xr.Dataset) -> str:
     has_ended = (tried & (outcome != Outcome.DID_NOT_END)).any(axis=(1, 2))
     lost = int((tried.any(axis=(1, 2)) & ~has_ended).sum())
     amount = dataset.sizes["motion"]
-    return f"On {lost} of {amount} motions, no run of {names_text(peers)} ends." if lost else ""
+    return f"On {lost} of {amount} motions, no run of {names_text(peers)} finishes." if lost else ""
 
 
 def packages_of(datasets: Iterable[xr.Dataset]) -> str:

@@ -26,7 +26,9 @@ ROW_CM = 0.29
 MARGIN_CM = 0.65
 LEFT_CM, WIDTH_CM = 6.2, 7.7  # of the axes; words stand left of them, columns right
 DEARER, CHEAPER = SUPPORT_COLOURS[1], METHODS["newmark"].colour
-COLUMNS = (("impacts", 8.6), ("bytes", 9.8))  # right edges, in cm of the axes
+COLUMNS = (("impacts", 8.5), ("bytes", 9.65))  # right edges, in cm of the axes
+ROW = (0.1 - LEFT_CM) / WIDTH_CM, 9.7 / WIDTH_CM  # ends of a row, in widths of the axes
+STRIPE = "#F4F4F4"  # of every second row, to be followed from its words to its numbers
 
 
 def draw_effects(dataset: xr.Dataset) -> Figure:
@@ -38,12 +40,14 @@ def draw_effects(dataset: xr.Dataset) -> Figure:
     ax = axes(figure, LEFT_CM, 0.1, WIDTH_CM, rows * ROW_CM)
     drawn = [price for entries in by_group.values() for price in entries]
     scale(ax, drawn, rows)
-    times, y = base_times(dataset), 0.45
+    times, y, written = base_times(dataset), 0.45, ""
     for group, entries in by_group.items():
-        write_group(ax, y, group, *times[group])
+        unit = unit_text(*times[group])
+        write_group(ax, y, group, unit if unit != written else "")
+        written = unit
         y += 1.0
-        for price in entries:
-            draw_price(ax, y, price)
+        for number, price in enumerate(entries):
+            draw_price(ax, y, price, has_stripe=number % 2 == 0)
             y += 1.0
         y += 0.4
     for title, right in COLUMNS:
@@ -73,25 +77,30 @@ def scale(ax: Axes, drawn: list[Price], rows: float) -> None:
         ax.axvline(10.0**n, color=BAND if n else INK, lw=0.5 if n else 0.6, zorder=0 if n else 5)
 
 
-def write_group(ax: Axes, y: float, group: str, time: float, unit: str) -> None:
-    """Write the title of a group over a line, with the time that a ratio of 1 stands for."""
-    beside: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"}
-    ax.text(-LEFT_CM / WIDTH_CM, y, group, weight="bold", fontsize=BODY, zorder=7,
-            bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.1"}, **beside)  # fmt: skip
+def unit_text(time: float, unit: str) -> str:
+    """Write the time (ns) that a ratio of 1 stands for."""
     size = f"{format_number(float(f'{time / 1e3:.2g}'))} µs" if time >= 100 else f"{time:.2g} ns"
-    ax.text(
-        1.15, y, f"1 = {size} a {unit}", va="center", fontsize=SMALL, color=GREY,
-        bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.15"}, zorder=6,
-    )  # fmt: skip
-    ax.plot(
-        [-LEFT_CM / WIDTH_CM, COLUMNS[-1][1] / WIDTH_CM], [y + 0.5] * 2, color=HAIRLINE, lw=0.5,
-        transform=ax.get_yaxis_transform(), clip_on=False, zorder=1,
-    )  # fmt: skip
+    return f"1 = {size} a {unit}"
 
 
-def draw_price(ax: Axes, y: float, price: Price) -> None:
+def write_group(ax: Axes, y: float, group: str, unit: str) -> None:
+    """Write the title of a group over a line, and what a ratio of 1 stands for where the group before has another."""
+    beside: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"}
+    ax.text(ROW[0], y, group, weight="bold", fontsize=BODY, zorder=7,
+            bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.1"}, **beside)  # fmt: skip
+    if unit:
+        ax.text(1.15, y, unit, va="center", fontsize=SMALL, color=GREY, zorder=6,
+                bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.15"})  # fmt: skip
+    ax.plot(ROW, [y + 0.5] * 2, color=HAIRLINE, lw=0.5, transform=ax.get_yaxis_transform(),
+            clip_on=False, zorder=1)  # fmt: skip
+
+
+def draw_price(ax: Axes, y: float, price: Price, has_stripe: bool) -> None:
     """Draw the bar of an entry with its quartiles, what it costs in words, and its impacts and bytes."""
     beside: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "va": "center"}
+    if has_stripe:
+        ax.fill_between(ROW, y - 0.5, y + 0.5, color=STRIPE, lw=0, zorder=-1, clip_on=False,
+                        transform=ax.get_yaxis_transform())  # fmt: skip
     ax.text(-0.02, y, price.label, ha="right", fontsize=BODY, **beside)
     for (_title, right), value in zip(COLUMNS, (price.impacts, price.bytes), strict=True):
         text = f"{value:,.0f}" if value >= 100 else format_number(value, 2)
@@ -115,12 +124,12 @@ def describe_effects(dataset: xr.Dataset) -> str:
     """Return the caption: what the bars are relative to, and what counts as nothing."""
     found = prices(dataset)
     references = [price.label for price in found if price.is_reference]
-    limit = math.ceil(100 * max([LEAST, *(price.limit for price in found)]))
+    limit = math.ceil(100 * max([LEAST, *(price.limit for price in found)]) - 1e-9)
     return sentences(
         f"Time of each entry over that of {' and of '.join(references)}: medians, and quartiles as lines"
         if references
         else "Time of each entry",
-        f"“nothing”: within {limit} %, of which the scatter of two times of the same is a part",
+        f"“nothing”: within {100 * LEAST:.0f} % and the scatter of repeated timings, together at most {limit} %",
         "Where the number of impacts differs, the motion is another one",
         "Impacts: per forcing period; bytes: stored for a period, or for a row, before compression",
     )

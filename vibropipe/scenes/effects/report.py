@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import xarray as xr
 
@@ -12,25 +12,24 @@ from vibropipe.report.parts import Answer, Datasets, Line, Side, of_each
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.wording import capitalised, series
 
-# Groups that are answered, the dearest first, and dear entries that are named in each.
-MAX_ANSWERS, MAX_NAMED = 3, 2
+# Groups that are answered, the dearest, and dear entries that are named in each.
+MAX_GROUPS, MAX_NAMED = 2, 2
+LEFT_OUT = "What a scene does not call for costs no time: its code is left out."
 
 
 def answers(dataset: xr.Dataset) -> list[Answer]:
-    """Return what costs most in the groups that cost most, and what costs nothing there.
-
-    One more group is named with the last of them, where that has a single number.
-    """
+    """Return what costs most in the groups that cost most, what costs nothing there, and that the rest is left out."""
     by_group = groups(prices(dataset))
     dear = {group: dearest(each) for group, each in by_group.items()}
     ranked = sorted(by_group, key=lambda group: -max((p.ratio for p in dear[group]), default=1.0))
-    chosen = [group for group in by_group if group in ranked[:MAX_ANSWERS]]
+    chosen = [group for group in by_group if group in ranked[:MAX_GROUPS]]
+    more = [
+        f"{group}: up to {ratio_text(dear[group][0].ratio)} times as long."
+        for group in ranked[MAX_GROUPS : MAX_GROUPS + 1]
+        if dear[group]
+    ]
     found = [group_answer(group, by_group[group]) for group in chosen]
-    for group in ranked[MAX_ANSWERS : MAX_ANSWERS + 1]:
-        if dear[group] and len(dear[chosen[-1]]) < MAX_NAMED:
-            more = f"{group}: up to {ratio_text(dear[group][0].ratio)} times."
-            found[-1] = replace(found[-1], rest=f"{found[-1].rest} {more}".strip())
-    return found
+    return [*found, Answer(LEFT_OUT, "".join(more))]
 
 
 def group_answer(group: str, entries: list[Price]) -> Answer:
@@ -39,9 +38,12 @@ def group_answer(group: str, entries: list[Price]) -> Answer:
     free = [name(price) for price in entries if price.is_nothing]
     more = max((price.ratio for price in entries), default=0.0)
     alike = dear and more > dear[0].ratio
-    title = f"{group}{', with as many impacts' * bool(alike)}: " if group else ""
+    title = f"{group}{', at equal impacts' * bool(alike)}: " if group else ""
     if dear:
-        lead = f"{title}{series(f'{ratio_text(p.ratio)} times for {name(p)}' for p in dear)}."
+        first, *others = (f"{ratio_text(p.ratio)} times" for p in dear)
+        texts = [f"{first} as long", *others]
+        both = zip(texts, dear, strict=True)
+        lead = f"{title}{series(f'{text} with {name(price)}' for text, price in both)}."
     else:
         lead = f"{title}{'nothing costs anything' if len(free) == len(entries) else 'nothing costs more'}."
     cheap = series(free)
@@ -62,7 +64,7 @@ def title_of(dataset: xr.Dataset) -> str:
     if not dear:
         return "Price list: nothing costs more than what it is compared with"
     whole = max(price.ratio for price in found) <= dear[0].ratio
-    among = "" if whole else "with as many impacts, "
+    among = "" if whole else "at equal impacts, "
     return f"Price list: {among}{series(name(price) for price in dear)} cost{'s' * (len(dear) == 1)} most"
 
 

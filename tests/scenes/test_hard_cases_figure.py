@@ -8,6 +8,7 @@ from figures.sample_datasets import failures, hard_cases
 from sentence_numbers import missing, numbers_in
 
 from vibropipe.figures.canvas import MIN_TYPE
+from vibropipe.report.exciter import drawing_of
 from vibropipe.scenes.hard_cases.keys import HardCasesFigure
 from vibropipe.scenes.hard_cases.pictures import shares, title_of_margins
 from vibropipe.scenes.hard_cases.report import answers_of, groups_table, side
@@ -43,7 +44,7 @@ def test_caption_and_title_say_what_is_not_passed():
     picture = picture_of("hard_cases", hard_cases(), "margins")
     text = picture.describe(hard_cases(), ALL, {})
     assert text.startswith(
-        "A mark for each of 4 cases and method (Newmark, 8 steps, in 3 and Newmark, 60 steps, in"
+        "A mark for each case and method (Newmark, 8 steps, in 3 and Newmark, 60 steps, in"
     )
     assert "Cross: grazing free exceeds its bound." in text
     assert title_of_margins(hard_cases()) == "One case of 4 exceeds its bound"
@@ -86,7 +87,7 @@ def test_what_fails_is_a_cross_in_the_band():
 def test_the_answers_say_where_common_methods_fail():
     found = answers_of(failures())
     assert [answer.lead for answer in found] == [
-        "Grazing: the exact method finds all 3 impacts.",
+        "Grazing: vibropipe's exact method finds all 3 impacts.",
         "Chatter: the time of its end is off by at most 2.3 × 10⁻¹⁴ of it, for a restitution up to 0.9.",
         "A million impacts: the energy is off by at most 4.3 × 10⁻¹⁰ of it if marched.",
     ]
@@ -108,7 +109,7 @@ def test_the_answers_follow_the_data():
     title = picture_of("hard_cases", worse).title(failures(), None, {})
     assert title == "Some common methods miss impacts, or do not end; the exact one does neither"
     leads = [answer.lead for answer in answers_of(worse)]
-    assert leads[0] == "Grazing: the exact method misses 1 of 3 impacts."
+    assert leads[0] == "Grazing: vibropipe's exact method misses 1 of 3 impacts."
     assert leads[1] == "Chatter: its end is not found for every restitution."
     assert answers_of(worse)[2].rest == ""
     title = picture_of("hard_cases", worse).title(worse, None, {})
@@ -117,7 +118,7 @@ def test_the_answers_follow_the_data():
 
 def test_an_error_of_0_is_said_to_stand_at_the_edge():
     picture = picture_of("hard_cases", failures())
-    told = "Below 3 × 10⁻¹⁷, 0 included, errors stand there."
+    told = "Errors below 3 × 10⁻¹⁷ are drawn there."
     assert told in picture.describe(failures(), None, {})
     above = failures()
     above["energy_error"] = above["energy_error"].clip(min=1e-15)
@@ -153,3 +154,11 @@ def test_some_questions_alone_can_be_drawn(questions):
     for ax in figure.axes:
         for text in ax.texts:
             assert text.get_fontsize() >= MIN_TYPE
+
+
+def test_the_drawing_has_the_force_of_cases_whose_parameters_are_not_held():
+    effects = {"effects": "damping, forcing, support_1, support_2"}
+    assert drawing_of({"hard": failures().assign_attrs(effects)})["symbols"]["force"] == "f(τ)"
+    assert (
+        drawing_of({"hard": failures().assign_attrs(effects="damping")})["symbols"]["force"] == ""
+    )

@@ -6,6 +6,7 @@ import string
 from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
 from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
@@ -128,8 +129,16 @@ def sentences_of(datasets: Datasets) -> list[str]:
     ]
 
 
+def is_of_many_exciters(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset has forced motions of exciters whose parameters it does not hold."""
+    effects = str(dataset.attrs.get("effects", "")).split(", ")
+    return "forcing" in effects and not any(name in dataset.variables for name in WORDS)
+
+
 def force_text(datasets: Datasets, has_units: bool) -> str:
     """Write the force of the drawing: its formula if that is one sine of a stated size; empty without a force."""
+    if any(is_of_many_exciters(data) for data in datasets.values()):
+        return "f(τ)"
     if not any(is_forced(data) for data in datasets.values()):
         return ""
     others = (*of_calls("second_harmonic"), *of_calls("shaker"))

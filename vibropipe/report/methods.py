@@ -12,7 +12,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.exciter import WORDS, drawing_of, sentences_of
+from vibropipe.report.exciter import drawing_of, is_of_many_exciters, sentences_of
 from vibropipe.report.parts import Datasets, Line
 from vibropipe.words.wording import count, series
 
@@ -93,12 +93,6 @@ def model_line(datasets: Datasets) -> Line:
     ends += sentences_of(datasets)
     more = "an exciter may have further terms; " if has_many else ""
     return Line("Model", f"{text}; {series(ends)}; {more}`docs/theory.md`")
-
-
-def is_of_many_exciters(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset has forced motions of exciters whose parameters it does not hold."""
-    effects = str(dataset.attrs.get("effects", "")).split(", ")
-    return "forcing" in effects and not any(name in dataset.variables for name in WORDS)
 
 
 def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) -> Line:

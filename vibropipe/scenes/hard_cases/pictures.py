@@ -16,7 +16,7 @@ from vibropipe.figures.text import sentences
 from vibropipe.scenes.hard_cases.failures import FAILURES
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import series
 
 LEAST = 6e-8  # share below which a deviation is drawn as none
 FIRST, STEP = 1.2e-8, 1.19  # place of the first mark without deviation, and from one to the next
@@ -106,9 +106,7 @@ def marks_text(dataset: xr.Dataset) -> str:
     held = (dataset["passed"] != Passed.NOT_ASKED).sum("case")
     total, amounts = dataset.sizes["case"], zip(dataset["solver"].values, held.values, strict=True)
     fewer = series([f"{SOLVERS[str(each)][2]}, in {n}" for each, n in amounts if n < total])
-    return f"A mark for each of {count(total, 'case')} and method" + (
-        f" ({fewer} of them)" if fewer else ""
-    )
+    return "A mark for each case and method" + (f" ({fewer} of {total:,} cases)" if fewer else "")
 
 
 def describe_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

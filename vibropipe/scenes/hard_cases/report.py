@@ -44,9 +44,9 @@ def on_grazing(dataset: xr.Dataset) -> Answer:
     """Return which grazing impacts are found, and how many an integrator misses."""
     outcome = errors_of(dataset, "grazing", "exact")[1]
     missed = int((outcome != Outcome.OK).sum())
-    lead = f"Grazing: the exact method finds all {outcome.size} impacts."
+    lead = f"Grazing: vibropipe's exact method finds all {outcome.size} impacts."
     if missed:
-        lead = f"Grazing: the exact method misses {missed} of {outcome.size} impacts."
+        lead = f"Grazing: vibropipe's exact method misses {missed} of {outcome.size} impacts."
     losses = {m: n_missed(dataset, m) for m in ("DOP853", "DOP853_short", "newmark")}
     if missed or not losses["DOP853"]:
         return Answer(lead)

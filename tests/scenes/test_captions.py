@@ -27,6 +27,16 @@ def test_motion_counts_impacts_and_names_grazing(made):
     assert text.startswith("Displacement and velocity")
 
 
+def test_the_marks_are_those_of_the_supports_that_are_struck(made):
+    whole = made["conservative"][1]
+    assert "velocity before an impact, up (orange) on support 1, down (blue) on" in describe_motion(
+        whole
+    )
+    one = whole.isel(impact=whole["impact_support"].values == 2)
+    assert "velocity before an impact, down (blue) on support 2; hatched" in describe_motion(one)
+    assert "Triangles" not in describe_motion(whole.isel(impact=slice(0)))
+
+
 def test_a_motion_that_stays_on_a_soft_support_strikes_nothing():
     held = motion().isel(impact=slice(0, 1))
     held["impact_velocity"] = 0.0 * held["impact_velocity"]

@@ -21,6 +21,7 @@ def test_an_unforced_motion_has_no_force_panel(figures):
 def test_grazing_is_named_and_its_own_mark(figures, made):
     dataset = made["conservative"][1]
     assert "grazing" in words(figures["conservative"])
+    assert "ring: grazing" not in words(figures["conservative"])
     assert "grazing" not in words(figures["forced"])
     upper = figures["conservative"].axes[0]
     rings = [line for line in upper.lines if line.get_markerfacecolor() == "none"]

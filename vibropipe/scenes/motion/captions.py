@@ -54,7 +54,7 @@ def describe_motion(
         rest_text(dataset, is_shaded=True),
         steady_text(dataset),
         exact_text(dataset),
-        MARKS if dataset.sizes.get("impact") else "",
+        marks_text([dataset]),
         parameters_text(dataset),
     )
 
@@ -67,14 +67,19 @@ def describe_together(datasets: Sequence[xr.Dataset]) -> str:
     return sentences(
         f"All: {parameters_text(first, differ)}",
         "Above each column: in which parameters it differs",
-        MARKS,
+        marks_text(datasets),
     )
 
 
-MARKS = (
-    "Triangles: velocity before an impact, up (orange) on support 1, down (blue) on support 2; hatched: beyond the "
-    "supports"
-)
+def marks_text(datasets: Sequence[xr.Dataset]) -> str:
+    """Write which mark is an impact on which support, of those that some motions strike."""
+    struck = {
+        int(s) for each in datasets if "impact_support" in each for s in each["impact_support"]
+    }
+    marks = {1: "up (orange) on support 1", 2: "down (blue) on support 2"}
+    ways = ", ".join(marks[support] for support in sorted(struck))
+    hatched = "hatched: beyond the supports"
+    return f"Triangles: velocity before an impact, {ways}; {hatched}" if ways else ""
 
 
 def seen_text(dataset: xr.Dataset) -> str:

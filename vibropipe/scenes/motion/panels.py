@@ -183,7 +183,7 @@ def draw_over_time(
 
 
 def draw_supports(ax: Axes, dataset: xr.Dataset, is_labelled: bool) -> None:
-    """Hatch what is beyond the supports within the limits of the vertical axis, and name them."""
+    """Hatch what is beyond the supports within the limits of the vertical axis, and name them below any marks."""
     low, high = ax.get_ylim()
     walls = walls_of(dataset)
     support_bands(ax, max(walls[2], low), min(walls[1], high))
@@ -192,7 +192,7 @@ def draw_supports(ax: Axes, dataset: xr.Dataset, is_labelled: bool) -> None:
             middle = (walls[support] + edge) / 2
             label_region(
                 ax, 0.985, middle, f"support {support}", transform=ax.get_yaxis_transform(), ha="right",
-                bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.1"},
+                bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.02"}, zorder=1,
             )  # fmt: skip
 
 
@@ -263,5 +263,4 @@ def shade_rests(ax: Axes, dataset: xr.Dataset, view: tuple[float, float]) -> Non
 def marks_in(dataset: xr.Dataset, view: tuple[float, float]) -> list[str]:
     """Return what the marks are that not every motion has."""
     texts = ["pale: exact"] if "displacement_exact" in dataset else []
-    texts += ["ring: grazing"] if events(dataset, "grazing", view) else []
     return texts + (["shaded: rest on a support"] if rests_in(dataset, view) else [])

@@ -6,15 +6,28 @@ from pathlib import Path
 import numpy as np
 import pytest
 
+from vibropipe.jobs.reporting import _groups, scene_labels
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import load_study
 
 STUDY = load_study(Path(__file__).parents[2] / "config" / "paper.yaml")
-SEEN = {row[0]: row[3] for row in STUDY.table.rows}
+SEEN = {row[0]: row[4] for row in STUDY.table.rows}
 FORCED = {
     "6": "forced_symmetric", "9": "forced_offset", "10": "forced_unequal", "11": "forced_both",
     "12": "forced_both_swapped",
 }  # fmt: skip
+
+
+def test_no_figure_stands_under_the_heading_of_another_scene():
+    names = ("free_response_0", "backbone", "free_response_offset", "forced_symmetric")
+    figures = [
+        {"scene": name, "picture": "", "heading": "", "title": STUDY.scenes[name].title or name}
+        for name in names
+    ]
+    figures[1]["title"] = "Shorter periods have harder impacts"
+    groups = _groups(STUDY, scene_labels(STUDY), figures, {}, {}, figures[0])
+    headings = [group.heading for group in groups]
+    assert headings == ["Period and frequency of the free motion", "Free motion", "Motions"]
 
 
 def numbers(text: str) -> list[float]:
@@ -102,7 +115,7 @@ def test_the_drop_of_the_first_harmonic_is_that_told():
     first = data["displacement_amplitude"].sel(harmonic=1).values
     at = int(np.abs(np.diff(first)).argmax())
     assert float(data["nu"][at]) > 1.0
-    assert numbers(STUDY.answers[2]) == pytest.approx(first[at : at + 2], abs=5e-3)
+    assert numbers(STUDY.answers[2]) == pytest.approx([0.5, *first[at : at + 2]], abs=5e-3)
     # along the free motion of the same frequency, up to the drop
     free = STUDY.scenes["free_response_0"]
     backbone = kind_of(free).solve(free)

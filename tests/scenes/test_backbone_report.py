@@ -7,7 +7,7 @@ from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
 from vibropipe.scenes.backbone.curves import longest_period
-from vibropipe.scenes.backbone.overlay import FAMILIES, jumps_of, lines_of
+from vibropipe.scenes.backbone.overlay import FAMILIES, draw_overlay, jumps_of, lines_of
 from vibropipe.scenes.backbone.pictures import describe_characteristics, free_and_forced
 from vibropipe.scenes.backbone.report import answers
 
@@ -17,7 +17,7 @@ def test_findings_of_a_backbone_over_the_period():
     # (1 - d) + (1 + d) cos(period / 2) is positive up to period = 2 arccos(-(1 - d) / (1 + d))
     low, high = (2 * np.arccos(-(1 - d) / (1 + d)) for d in (0.3, 0.0))
     assert answer.lead == "Free motions strike both supports up to a longest period."
-    assert answer.rest.startswith(f"It falls from τ̄ = {high:.4g} to {low:.4g} with the offset ")
+    assert answer.rest.startswith(f"It falls from τ̄ = {high:.4g} to {low:.4g} as the offset ")
 
 
 @pytest.mark.parametrize("delta_over_l", [0.0, 0.1, -0.3, 0.8])
@@ -41,6 +41,14 @@ def test_findings_of_a_backbone_over_amplitude():
     assert second.rest == "That is at the largest amplitude."
     (both, _) = answers({"free": amplitude_frequency(0.0)})["free"]
     assert both.lead == "Free motions strike both supports from amplitude 0.5 on."
+
+
+def test_of_free_motions_alone_the_harmonic_in_which_they_differ_is_large():
+    free = [amplitude_frequency(0.0), amplitude_frequency(0.01)]
+    figure = draw_overlay(free, [], "displacement")
+    assert figure.axes[0].get_ylabel().startswith("second harmonic of the displacement")
+    assert any(text.get_text().startswith("first harmonic") for text in figure.axes[2].texts)
+    assert draw_overlay(free[:1], []).axes[0].get_ylabel().startswith("first harmonic")
 
 
 def sweep_of(y: np.ndarray, impacts: np.ndarray) -> xr.Dataset:

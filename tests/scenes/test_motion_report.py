@@ -74,7 +74,7 @@ def test_answers_name_orbits_velocities_and_means(datasets):
     assert (
         orbits.lead == "In the steady state both supports are struck once in each forcing period."
     )
-    assert orbits.rest == "This is known of “symmetric”, “offset” and “very_unequal_scene”."
+    assert orbits.rest == "It was computed for “symmetric”, “offset” and “very_unequal_scene”."
     assert hardest.lead.startswith("The hardest impact recorded is on support ")
     assert (means.lead, means.rest) == (
         "The mean displacement is largest in size in the motion “offset”.",

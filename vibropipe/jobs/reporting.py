@@ -236,7 +236,11 @@ def _groups(
         for figure in own_figures:
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]
-                if (heading := _heading(study, figure, begins)) and (heading != group.heading):
+                heading = _heading(study, figure, begins)
+                if begins and not heading and any(other.heading for other in groups):
+                    # not to stand under the heading of another scene
+                    heading = kind_of(study.scenes[scene]).report.noun
+                if heading and heading != group.heading:
                     group = group if not group.items else Group()
                     group.heading = heading
                     if group not in groups:

@@ -51,7 +51,13 @@ FAMILIES = (BLUES, ORANGES)
 BREAK, STEEP = 0.05, 2.5
 LAW = ("period_multiple", "impacts_per_orbit")
 MAX_ORDER = 3
-LABEL_AT = 0.36  # of the height of the axes
+ROOM = {
+    True: 1.08,
+    False: 1.25,
+}  # height of axes over the largest value, of the large ones and of others
+LABEL_AT = 0.36  # of the largest value
+RAISED = (1.0, 1.3, 1.6)  # of that height, where the name of a line may stand
+LABEL_ROOM = 0.05  # of the range, from the middle of a name to a jump
 
 
 class Line(NamedTuple):
@@ -70,7 +76,9 @@ class Line(NamedTuple):
 def draw_overlay(
     free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str = "displacement"
 ) -> Figure:
-    """Draw the first harmonic of free and forced motions, and beside it mean and further harmonics.
+    """Draw one harmonic of free and forced motions large, and beside it the mean and the other harmonics.
+
+    The large one is the first; of free motions alone, the one in which they differ most.
 
     free : backbones over amplitude
     forced : sweeps over the frequency, at most one more parameter and the direction
@@ -80,13 +88,15 @@ def draw_overlay(
     figure = new_canvas(height)
     high = height - BOTTOM - TOP
     orders = shown_orders([*free, *forced], name)
+    large = 1 if forced else most_different(free, name, (1, *(order for order in orders if order)))
+    orders = [order for order in sorted({1, *orders}) if order != large]
     main = axes(figure, LEFT, BOTTOM, WIDTH if orders else WIDE - LEFT - 0.3, high)
     small_high = (high - GAP * (len(orders) - 1)) / max(len(orders), 1)
     bottoms = [BOTTOM + n * (small_high + GAP) for n in reversed(range(len(orders)))]
     small = [axes(figure, SMALL_LEFT, bottom, SMALL_WIDTH, small_high) for bottom in bottoms]
     limits = x_limits(free, forced)
-    for ax, order in zip((main, *small), (1, *orders), strict=True):
-        draw_order(ax, free, forced, name, order, limits)
+    for ax, order in zip((main, *small), (large, *orders), strict=True):
+        draw_order(ax, free, forced, name, order, limits, ROOM[ax is main])
         if ax is not main:
             ax.tick_params(labelbottom=ax is small[-1])
             array = free[0][f"{name}_mean" if order == 0 else f"{name}_amplitude"]
@@ -96,14 +106,14 @@ def draw_overlay(
             label(ax, 0.99, 0.99, text, transform=ax.transAxes, ha="right", va="top", zorder=6,
                   bbox=TIGHT_GROUND)  # fmt: skip
     amplitude = free[0][f"{name}_amplitude"]
-    words = f"first harmonic of the {name}, {symbol_of(amplitude, 1)}"
+    words = f"{ORDINALS[large - 1]} harmonic of the {name}, {symbol_of(amplitude, large)}"
     main.set(xlabel=x_label(free, forced), ylabel=in_brackets(words, amplitude))
     panel(main, "a", indent=-0.95)
     if small:
         panel(small[0], "b", indent=-0.95)
         axis = forced[0][frequency(forced[0])] if forced else free[0]["eigenfrequency"]
         small[-1].set_xlabel(axis_label(axis))
-    if name == "displacement":
+    if name == "displacement" and large == 1:
         draw_distance(main, free[0])
     write_key(figure, forced)
     return figure
@@ -121,6 +131,15 @@ def shown_orders(datasets: Sequence[xr.Dataset], name: str) -> list[int]:
     return [order for order in tops if order != 1 and tops[order] > ROUNDING * max(tops.values())]
 
 
+def most_different(free: Sequence[xr.Dataset], name: str, orders: Sequence[int]) -> int:
+    """Return the harmonic whose largest values differ most between free motions, relative to the larger one."""
+    tops = {
+        k: [float(np.nanmax(np.abs(of_order(d, name, k).values), initial=0.0)) for d in free]
+        for k in orders
+    }
+    return max(orders, key=lambda k: 1.0 - min(tops[k]) / (max(tops[k]) or 1.0))
+
+
 def draw_distance(ax: Axes, dataset: xr.Dataset) -> None:
     """Draw the half distance of the supports, if it lies within the axes."""
     distance = dataset["l"] if "l" in dataset.coords else None
@@ -131,16 +150,16 @@ def draw_distance(ax: Axes, dataset: xr.Dataset) -> None:
     ):
         return
     ax.axhline(float(distance), color=INK, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
-    text = f"half the distance of the supports, {value_text(distance)}"
+    text = f"half the distance between the supports, {value_text(distance)}"
     at_right: dict[str, Any] = {"transform": ax.get_yaxis_transform(), "ha": "right"}
     ax.text(0.995, float(distance), text, va="bottom", fontsize=SMALL, **at_right)
 
 
 def draw_order(
     ax: Axes, free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset], name: str, order: int,
-    limits: tuple[float, float],
+    limits: tuple[float, float], room: float,
 ) -> None:  # fmt: skip
-    """Draw one harmonic (0: the mean) of all motions within limits of the frequency."""
+    """Draw one harmonic (0: the mean) of all motions within limits of the frequency; `room` is over the largest."""
     top = 0.0
     families = [list(lines_of(data, name, order, FAMILIES[n % 2])) for n, data in enumerate(forced)]
     for number, dataset in enumerate(free):
@@ -162,8 +181,8 @@ def draw_order(
             if order == 1 and number == 0:
                 draw_jumps(ax, line, BREAK * top)
     if order == 1 and families:
-        label_lines(ax, families[0], LABEL_AT * top)
-    ax.set(xlim=limits, ylim=(0.0, (1.08 if order == 1 else 1.25) * top or 1.0))
+        label_lines(ax, families[0], top)
+    ax.set(xlim=limits, ylim=(0.0, room * top or 1.0))
 
 
 def of_order(dataset: xr.Dataset, name: str, order: int) -> xr.DataArray:
@@ -214,8 +233,12 @@ def draw_jumps(ax: Axes, line: Line, least: float) -> None:
         jump(ax, float(line.x[index : index + 2].mean()), float(start), float(end), line.colour)
 
 
-def label_lines(ax: Axes, lines: Sequence[Line], height: float) -> None:
-    """Write the other coordinate of each line where the lowest of its values last passes a height, else at its end."""
+def label_lines(ax: Axes, lines: Sequence[Line], top: float) -> None:
+    """Write the other coordinate of each line where the lowest of its values last passes a height, else at its end.
+
+    The height is raised where a jump would run through the text.
+    """
+    jumped = np.concatenate([line.x[jumps_of(line, BREAK * top)] for line in lines])
     by_value: dict[float, list[Line]] = {}
     for line in lines:
         if line.coordinate is not None:
@@ -224,8 +247,11 @@ def label_lines(ax: Axes, lines: Sequence[Line], height: float) -> None:
         x, coordinate = own[0].x, own[0].coordinate
         assert coordinate is not None
         low = np.fmin.reduce([line.y for line in own])
-        above = np.flatnonzero(low >= height)
-        at = min(int(above[-1]) + 1 if above.size else x.size - 1, x.size - 1)
+        places = [min(int(np.flatnonzero(low >= h)[-1]) + 1, x.size - 1) if (low >= h).any() else x.size - 1
+                  for h in LABEL_AT * top * np.array(RAISED)]  # fmt: skip
+        room = LABEL_ROOM * np.ptp(x)
+        clear = [each for each in places if (np.abs(jumped - x[each]) > room).all()]
+        at = (clear or places)[0]
         if not np.isfinite(low[at]):
             continue
         label(ax, float(x[at]), float(low[at]), value_text(coordinate), own[0].colour, ha="center", va="center",

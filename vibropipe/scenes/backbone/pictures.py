@@ -88,7 +88,7 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
         for width, data in zip(("wide", *["thin"] * len(free)), free, strict=False)
     )
     texts = [
-        "a: first harmonic; b: mean by its modulus and further harmonics",
+        "Amplitudes of harmonics, and the mean by its modulus where it is not 0",
         f"Grey: free motions without losses, {widths}"
         if len(free) > 1
         else "Grey: free motion without losses",

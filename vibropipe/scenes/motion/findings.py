@@ -228,7 +228,7 @@ def steady_answer(datasets: Datasets) -> Answer | None:
         differ = "The motions have different steady states."
         return Answer(differ if len(known) > 1 else "Not all motions have one steady state.", rest)
     if len(steady) < len(datasets):
-        return Answer(f"{text}.", f"This is known of {names_text(steady)}.")
+        return Answer(f"{text}.", f"It was computed for {names_text(steady)}.")
     words = {stability_text(data) for data in steady.values()}
     word = words.pop() if len(words) == 1 else ""
     return Answer(f"{text}.", f"All motions are {word}." if word else "")

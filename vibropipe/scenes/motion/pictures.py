@@ -11,7 +11,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, WIDE, axes, new_canvas, ticks
+from vibropipe.figures.canvas import (
+    BODY,
+    CM_PER_INCH,
+    SMALL,
+    WIDE,
+    axes,
+    new_canvas,
+    plain_ticks,
+    ticks,
+)
 from vibropipe.figures.palette import INK, SUPPORT_TEXT
 from vibropipe.figures.phase_plane import Impacts, walls_of
 from vibropipe.figures.style import ROUNDING
@@ -95,7 +104,8 @@ def draw_together(
         if math.isfinite(mean_of(dataset)):
             x.axhline(mean_of(dataset), color=INK, linewidth=0.6, linestyle=(0, (5, 3)), zorder=1)
         for ax, name in ((x, "displacement"), (v, "velocity"), (plane, "velocity")):
-            ax.set_ylabel("" if column else axis_label(dataset[name], width=14))
+            ax.set_ylabel("" if column else axis_label(dataset[name], width=16))
+            plain_ticks(ax.yaxis, 4)
             ax.tick_params(labelleft=not column)
         x.tick_params(labelbottom=False)
         v.set_xlabel(
@@ -110,20 +120,20 @@ def draw_together(
 def head_lines(
     name: str, dataset: xr.Dataset, motions: Sequence[xr.Dataset], width: float
 ) -> list[str]:
-    """Return the texts above a column: name, the parameters in which it differs from others, mean displacement."""
+    """Return the texts above a column: name, the parameters in which the motions differ, mean displacement."""
     own = scalar_parameters(dataset)
     every = [scalar_parameters(each) for each in motions]
-    first = every[0]
     names = [n for n in own if any(own[n] != or_default(each, n) for each in every)]
-    if dataset is not motions[0]:
-        names = [n for n in names if own[n] != or_default(first, n)]
-    lines = [name]
-    for text in (value_text(dataset[n]) for n in names):
+    lines, before = [name], ""
+    for each in names:
+        text = value_text(dataset[each])
         joined = f"{lines[-1]}, {text}"
-        if len(lines) > 1 and width_in_digits(joined) * DIGIT <= width:
+        # of both supports in one line
+        if each[:-1] == before[:-1] and width_in_digits(joined) * DIGIT <= width:
             lines[-1] = joined
         else:
             lines.append(text)
+        before = each
     if math.isfinite(mean_of(dataset)):
         mean = format_number(mean_of(dataset), 3)
         lines.append(f"mean {with_units(dataset['displacement_mean'], mean)}")

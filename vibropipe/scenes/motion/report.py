@@ -62,7 +62,7 @@ def steady_tables(datasets: Datasets) -> list[Table]:
     }
     shown = fitting(shown, min(len(differing(steady)), MAX_PARAMETERS))
     title = "The steady state" if len(steady) == 1 else "Steady states of the motions"
-    labels = [label.removeprefix("the motion of ") for label in steady]
+    labels = [label.removeprefix("the motion of ").removeprefix("the ") for label in steady]
     rows = [list(cells) for cells in zip(labels, *shown.values(), strict=True)]
     return [Table(["motion", *shown], rows, note_text(shown, common), title=title)]
 
@@ -211,7 +211,7 @@ def accuracy_lines(datasets: Datasets) -> list[Line]:
     worst = max(departures, key=lambda name: departures[name])
     number = with_units(datasets[worst]["displacement"], at_most(departures[worst], 2))
     where = f", in {worst}" if len(departures) > 1 else ""
-    text = f"displacements computed in steps differ from the exact motion of the same start by at most {number}{where}"
+    text = f"the exact motion of the same start; displacements computed in steps differ by at most {number}{where}"
     return [Line("Compared with", text)]
 
 

@@ -139,9 +139,7 @@ def test_parameters_in_si_have_their_units(solved):
 def test_methods_and_provenance(data):
     lines = {line["name"]: line["text"] for line in data["methods"]}
     assert list(lines) == ["About", "", "Compared with", "Known by", "Solved by", "Model", "Again"]
-    assert (
-        "differ from the exact motion of the same start by at most 0.001" in lines["Compared with"]
-    )
+    assert "computed in steps differ by at most 0.001" in lines["Compared with"]
     assert "accuracy asked: 1 × 10⁻⁸; orbits close to 1 × 10⁻¹⁴" in lines["Solved by"]
     assert "vibropipe 0.1.0 (commit 0123456789ab)" in lines["Again"]
     assert lines["Again"].startswith("`vibropipe run small.yaml`; data: 7 files in `results/small`")

@@ -7,8 +7,10 @@ from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.figures.palette import SUPPORT_COLOURS
+from vibropipe.figures.text import value_text
 from vibropipe.scenes.motion.curves import curve, jumps
 from vibropipe.scenes.motion.keys import MotionFigure
+from vibropipe.scenes.motion.pictures import head_lines
 from vibropipe.words.vocabulary import quantity
 
 
@@ -26,6 +28,17 @@ def test_grazing_is_named_and_its_own_mark(figures, made):
     upper = figures["conservative"].axes[0]
     rings = [line for line in upper.lines if line.get_markerfacecolor() == "none"]
     assert np.array_equal(rings[0].get_xdata(), dataset["grazing_tau"].values)
+
+
+def test_heads_of_columns_have_every_parameter_that_differs_and_both_supports_in_a_line(made):
+    one = made["forced"][1].drop_vars("displacement_mean", errors="ignore")
+    other = one.assign_coords(f=float(one["f"]) - 1.0, R2=0.35)
+    assert [head_lines("one", each, (one, other), 2.6) for each in (one, other)] == [
+        ["one", value_text(each["f"]), value_text(each["R2"])] for each in (one, other)
+    ]
+    third = other.assign_coords(R1=0.2)
+    _, _, supports = head_lines("third", third, (one, third), 2.6)
+    assert supports == f"{value_text(third['R1'])}, {value_text(third['R2'])}"
 
 
 def test_impacts_stand_on_the_support_they_strike(figures, made):

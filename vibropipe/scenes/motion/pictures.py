@@ -129,7 +129,7 @@ def head_lines(
         text = value_text(dataset[each])
         joined = f"{lines[-1]}, {text}"
         # of both supports in one line
-        if each[:-1] == before[:-1] and width_in_digits(joined) * DIGIT <= width:
+        if before and each[:-1] == before[:-1] and width_in_digits(joined) * DIGIT <= width:
             lines[-1] = joined
         else:
             lines.append(text)

@@ -25,7 +25,7 @@ def law_answers(dataset: xr.Dataset) -> list[Answer]:
         "Free motions strike both supports up to a longest period.",
         dataset["delta_over_l"],
     )
-    falls = f"It falls from {symbol} = {high} to {low} as the offset {symbol_text(offset)} grows in size."
+    falls = f"It falls from {symbol} = {high} to {low} as {symbol_text(offset)} grows in size."
     return [Answer(lead, falls)]
 
 

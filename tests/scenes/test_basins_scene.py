@@ -71,7 +71,7 @@ def test_a_motion_that_does_not_repeat_is_known_in_a_window(dataset):
     assert "window" not in describe_basins(dataset)
     chaos = dataset.copy(deep=True)
     chaos["regime"][0], chaos["window_periods"][0] = Regime.APERIODIC, 128
-    told = "Aperiodic motions are so in a window of at least 128 forcing periods: whether one settles later is not"
+    told = "Aperiodic: without repetition in a window of at least 128 forcing periods"
     assert told in describe_basins(chaos)
 
 

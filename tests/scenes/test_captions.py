@@ -87,19 +87,19 @@ def test_sweep_counts_what_is_no_plain_orbit(made):
 
 def test_captions_of_maps_name_what_has_no_label_and_the_largest_values(made):
     kind, dataset = made["map"]
-    assert "without a label" not in picture_of(kind, dataset).describe(dataset, None, {})
+    assert "Not labelled" not in picture_of(kind, dataset).describe(dataset, None, {})
     rare = dataset.copy(deep=True)
     rare["regime"] = rare["regime"].where(rare["regime"] != Regime.ONE_SIDED_1, Regime.NO_IMPACT)
     rare["regime"][30, 20] = Regime.ONE_SIDED_1
     text = picture_of(kind, rare).describe(rare, None, {})
-    assert "Of this map, without a label: only support 1 struck under 0.1 %." in text
+    assert "Not labelled: only support 1 struck, under 0.1 %." in text
     assert "at 60 × 50 points of ν and f" in text
     text = picture_of(kind, dataset, "quantities").describe(dataset, None, {})
     assert (dataset["regime"] == Regime.APERIODIC).any()  # which is no maximum beside orbits
     orbits = dataset["regime"] < Regime.APERIODIC
     top = float(dataset["impact_velocity_max"].where(orbits).max())
     assert (
-        f"Largest in size of orbits: {format_number(top, 3)} (largest velocity before impact"
+        f"Largest in size of each map, in orbits: {format_number(top, 3)} (largest velocity before impact"
         in text
     )
 

@@ -15,11 +15,11 @@ from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
-from vibropipe.scenes.sweep.captions import largest_title, sweep_title
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer
 from vibropipe.scenes.sweep.quantities import panels_of
+from vibropipe.scenes.sweep.titles import largest_title, sweep_title
 from vibropipe.study import study_of_text
 
 ROBOT = vp.Exciter.from_physical(
@@ -60,7 +60,7 @@ def test_a_sweep_tells_the_largest_speed_and_its_way(sweep):
     told = format_number(float(speeds[2]), 3)
     assert (
         found.lead
-        == f"In the orbits on which the starts settle the housing creeps with at most {told}, along x."
+        == f"In the orbits reached from rest, the fastest creep of the housing is {told}, along x."
     )
     assert found.rest == "Its speed still rises at the end of the range of ν."
 
@@ -71,7 +71,7 @@ def test_a_sweep_tells_both_ways(sweep):
     found = progress_answer(turned)
     assert (
         found.lead
-        == "In the orbits on which the starts settle the housing creeps with at most 0.02, against x."
+        == "In the orbits reached from rest, the fastest creep of the housing is 0.02, against x."
     )
     assert (
         found.rest == "Its speed still rises at the end of the range of ν; along x it reaches 0.01."
@@ -80,6 +80,9 @@ def test_a_sweep_tells_both_ways(sweep):
     found = progress_answer(sweep.assign(housing_velocity_mean=inner))
     assert found.rest == "It reaches 0.01 along x."
     still = sweep.assign(housing_velocity_mean=speeds.copy(data=[1e-17, 0.0, -1e-17]))
+    between = "On the grid, the housing creeps against x only below ν = 1.2"
+    assert sweep_title(sweep.assign(housing_velocity_mean=inner)) == between
+    assert sweep_title(turned).endswith("creeps against x only below ν = 0.9")
     assert progress_answer(still).lead == "In no orbit does the housing creep."
     (panel,) = (each for each in panels_of(still) if each.series[0].name == "housing_velocity_mean")
     assert largest_title(still, panel.series[0]) == "In no orbit does the housing creep"

@@ -202,7 +202,7 @@ def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
     assert "m>1" not in said
     text = caption(study.scenes[name], dataset, datasets)
     assert "outputs include neither harmonics nor impacts" in text
-    assert "a stable orbit of m > 1 forcing periods" in text
+    assert "a stable orbit of several forcing periods" in text
     assert "(circles)" not in text
 
 

@@ -20,8 +20,6 @@ from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
     describe_sweep,
-    map_title,
-    quantities_title,
 )
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
@@ -31,6 +29,7 @@ from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.neighbours import jump_steps
 from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
 from vibropipe.scenes.sweep.report import tables
+from vibropipe.scenes.sweep.titles import map_title, quantities_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -244,6 +243,14 @@ def test_titles_of_maps_say_what_is_seen():
     everywhere = kept.copy(deep=True)  # as of many starts that settle on one motion
     everywhere["impact_velocity_max"].values[:] = 1.0 + 1e-15 * np.arange(f.size)[:, None]
     assert "at" not in quantities_title(everywhere)
+    beside = kept.copy(deep=True)
+    beside["regime"].loc[at] = Regime.TWO_SIDED
+    beside["regime"][row[0], row[1] - 1] = Regime.APERIODIC
+    assert quantities_title(beside) == "On the grid, orbits strike hardest beside aperiodic motion"
+    tongue = island.copy(deep=True)
+    tongue["regime"][10:20, 30:] = Regime.APERIODIC
+    where = "between ν = 0.7118 and 1.216 and above f = 1.204"  # rounded outwards
+    assert map_title(tongue) == f"The largest aperiodic region lies {where}"
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][0, 0, 0] = 9.0
@@ -275,13 +282,15 @@ def test_maps_say_what_is_shown_of_motions_without_an_orbit():
     assert quantities_title(orbits, show).startswith("On the grid, mean displacement is largest")
     chaos = orbits.copy(deep=True)
     chaos["regime"][3, 4] = Regime.APERIODIC
+    assert "Lines" not in describe_quantities(chaos, show)  # a point alone has no outline
+    chaos["regime"][3, 5] = Regime.APERIODIC
     told = describe_quantities(chaos, show)
     assert "Lines: borders of aperiodic motion (under 1 %). " in told
     assert "A motion without an orbit is shown by its average in a window" in told
     assert quantities_title(chaos, show).startswith("On the grid, mean displacement of orbits is")
-    chaos["displacement_mean"][3, 4] = np.nan
+    chaos["displacement_mean"][3, 4:6] = np.nan
     told = describe_quantities(chaos, show)
-    assert "borders of aperiodic motion (under 1 %) and of hatched points without a value" in told
+    assert "Lines: borders of hatched points without a value" in told
     assert "without an orbit" not in told
     assert "from the equilibrium without velocity" in describe_quantities(
         orbits.assign_attrs(start="x0 = 0 m, v0 = 0 m/s"), show

@@ -9,10 +9,11 @@ from figures.sample_datasets import sweep
 
 from vibropipe.scenes.sweep.answers import impacts_answer, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
-from vibropipe.scenes.sweep.captions import energy_title, starts_text
+from vibropipe.scenes.sweep.captions import starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
 from vibropipe.scenes.sweep.report import answers, tables
+from vibropipe.scenes.sweep.titles import energy_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -163,7 +164,7 @@ def test_no_jump_is_taken_from_a_followed_sweep():
     for follow in ("nu up", "nu down"):
         texts = said(line.assign_attrs(follow=follow))
         assert not any("jumps" in text or "Impacts begin" in text for text in texts)
-        assert "no border of a motion" in starts_text(line.assign_attrs(follow=follow))
+        assert "no border of it" in starts_text(line.assign_attrs(follow=follow))
     assert starts_text(line) == ""
 
 
@@ -347,7 +348,7 @@ def test_the_fastest_creep_is_told_with_its_power():
         )
     )
     assert said(creeps)[:2] == [
-        "In the orbits on which the starts settle the housing creeps with at most 0.3, against x. "
+        "In the orbits on which the starts settle, the fastest creep of the housing is 0.3, against x. "
         "It reaches 0.2 along x.",
         "With the fastest creep of an orbit, the mean power of the force is 1.",
     ]

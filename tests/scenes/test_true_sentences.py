@@ -18,10 +18,10 @@ from vibropipe.scenes.sweep.answers import (
     impacts_answer,
     unresolved_answer,
 )
-from vibropipe.scenes.sweep.captions import largest_title
 from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
 from vibropipe.scenes.sweep.quantities import Series, strikes
 from vibropipe.scenes.sweep.report import lines_table, motions_table
+from vibropipe.scenes.sweep.titles import largest_title
 from vibropipe.words.regimes import Regime
 
 

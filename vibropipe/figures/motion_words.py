@@ -196,7 +196,4 @@ def aperiodic_text(dataset: xr.Dataset) -> str:
     if not aperiodic.any() or "window_periods" not in dataset:
         return ""
     periods = dataset["window_periods"].transpose(*dataset["regime"].dims).values[aperiodic].min()
-    return (
-        f"Aperiodic motions are so in a window of at least {count(int(periods), 'forcing period')}: "
-        "whether one settles later is not known"
-    )
+    return f"Aperiodic: without repetition in a window of at least {count(int(periods), 'forcing period')}"

@@ -182,7 +182,7 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     exponent = "its largest Lyapunov exponent" if "lyapunov_exponent" in names else ""
     aperiodic = int((dataset["regime"] == Regime.APERIODIC).sum())
     if "displacement_strobe" in names:
-        section += ", of which an orbit of m > 1 periods has one drawn"
+        section += ", of which an orbit of several periods has one drawn"
     drawn = series(filter(None, [impacts, section, exponent]))
     return sentences(
         f"Bifurcation diagram over {plain_symbol_of(dataset[along])}: {drawn}",

@@ -16,7 +16,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibropipe.figures.canvas import LEGEND_LINE, colour_bar, legend_below, plain_ticks
-from vibropipe.figures.map_shapes import label_regions
+from vibropipe.figures.map_shapes import borders, label_regions
 from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import (
@@ -57,6 +57,7 @@ HIGHEST_SHARE = 0.995
 PANEL_CM, LOW_PANEL_CM, BAR_CM = 3.2, 2.5, 1.15
 MAX_PANELS, MANY_PANELS = 12, 8
 NO_VALUE = 1
+MISSING = -1
 # Negative values from this share of the scale on are striped, so that grey tells them from positive ones.
 STRIPED_FROM = 0.2
 ROUNDING = 1e-9  # of the largest value
@@ -195,15 +196,21 @@ def draw_values(
     if is_signed:  # which only their hue tells from positive ones
         striped = values < -STRIPED_FROM * (norm.vmax or 1.0)
         draw_hatch(ax, part[x].values, part[y].values, striped, "-----", HAIRLINE)
-    missing = ~np.isfinite(values)
-    regime = part["regime"].transpose(y, x).values
+    codes = outlined(part, series, x, y)
+    missing, regime = codes == MISSING, part["regime"].transpose(y, x).values
     draw_hatch(ax, part[x].values, part[y].values, missing, "////", HAIRLINE)
-    outline(ax, np.where(missing, -1, (regime == Regime.APERIODIC).astype(int)), edges, 0.3)
+    outline(ax, codes, edges, 0.3)
     if missing.any() and missing.mean() > 0.05:
         is_quiet = bool((regime[missing] == Regime.NO_IMPACT).all())
         text = "no impact" if is_quiet else "no value"
         label_regions(ax, missing.astype(int), edges, {NO_VALUE: [text]})
     return drawn
+
+
+def outlined(part: xr.Dataset, series: Series, x: str, y: str) -> np.ndarray:
+    """Return what the lines on a map of a quantity tell apart: MISSING values, aperiodic motion, and all else."""
+    is_aperiodic = (part["regime"] == Regime.APERIODIC).astype(int)
+    return is_aperiodic.where(series.of(part).notnull(), MISSING).transpose(y, x).values
 
 
 def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
@@ -252,13 +259,27 @@ def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:
 
 def without_orbit_texts(dataset: xr.Dataset, shown: Sequence[Series]) -> tuple[str, str]:
     """Write what the lines on maps of quantities border, and what is shown of a motion without an orbit."""
-    regime = dataset["regime"].values
-    values = [each.of(dataset).transpose(*dataset["regime"].dims).values for each in shown]
-    has_value = [np.isfinite(each) for each in values]
+    x, y, _ = map_axes(dataset)
+    regime = dataset["regime"]
     chaos = int((regime == Regime.APERIODIC).sum())
-    lines = [f"aperiodic motion ({share_text(chaos, regime.size)})"] if chaos else []
-    lines += ["hatched points without a value"] if not np.all(has_value) else []
-    in_window = any(mask[regime >= Regime.APERIODIC].any() for mask in has_value)
+    of_code = {
+        1: f"aperiodic motion ({share_text(chaos, regime.size)})",
+        MISSING: "hatched points without a value",
+    }
+    maps = [
+        (outlined(part, each, x, y), edges_of(part, x, y))
+        for _, part in by_combination(dataset.sortby([x, y]), MAX_PANELS // max(1, len(shown)))
+        for each in shown
+    ]
+    # points that lie alone have no outline
+    lines = [
+        text
+        for code, text in of_code.items()
+        if any(borders((codes == code).astype(int), *edges) is not None for codes, edges in maps)
+    ]
+    in_window = any(
+        bool(each.of(dataset).where(regime >= Regime.APERIODIC).notnull().any()) for each in shown
+    )
     what = {"largest impact" if each.name == "impact_velocity_max" else "average" for each in shown}
     told = " and ".join(f"its {each}" for each in sorted(what, reverse=True))
     return (

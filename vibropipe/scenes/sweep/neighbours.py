@@ -168,8 +168,7 @@ DIGITS = 6
 # Quantities that tell orbits of one regime and period multiple apart, as far as a sweep has them.
 COMPARED = ("impacts_per_period", "displacement_amplitude", "displacement_mean")
 LEFT_EARLY = (
-    "Each step starts a transient, which may leave a motion a step before it ends, and the first row of each line "
-    "starts anew: a change between rows is no border of a motion"
+    "A followed motion may be left before it ends: a change between rows is no border of it"
 )
 
 

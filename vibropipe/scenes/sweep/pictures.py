@@ -30,10 +30,6 @@ from vibropipe.scenes.sweep.captions import (
     describe_map,
     describe_quantities,
     describe_sweep,
-    energy_title,
-    map_title,
-    quantities_title,
-    sweep_title,
 )
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
@@ -49,6 +45,7 @@ from vibropipe.scenes.sweep.quantities import (
     row_at,
     swept,
 )
+from vibropipe.scenes.sweep.titles import energy_title, map_title, quantities_title, sweep_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series
 

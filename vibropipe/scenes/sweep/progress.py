@@ -4,12 +4,12 @@ from __future__ import annotations
 
 import xarray as xr
 
-from vibropipe.figures.claims import at_most, rising_text
+from vibropipe.figures.claims import rising_text
 from vibropipe.figures.motion_words import way_of
-from vibropipe.figures.text import with_units
 from vibropipe.report.findings import largest, point_text, value_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.neighbours import NO_ORBIT, is_followed
+from vibropipe.scenes.sweep.quantities import is_from_rest
 
 DIGITS = 3
 
@@ -31,9 +31,10 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
     way, dims = way_of(float(top), float(speed)), dataset["regime"].dims
     if way is None:
         return Answer("In no orbit does the housing creep.")
-    orbits = "that are followed" if is_followed(dataset) else "on which the starts settle"
-    most = with_units(top, at_most(abs(float(top)), DIGITS))
-    lead = f"In the orbits {orbits} the housing creeps with at most {most}, {way}."
+    orbits = "reached from rest" if is_from_rest(dataset) else "on which the starts settle"
+    orbits = "that are followed" if is_followed(dataset) else orbits
+    most = value_text(top, abs(top), DIGITS)
+    lead = f"In the orbits {orbits}, the fastest creep of the housing is {most}, {way}."
     back = largest(values.where(values * float(top) < 0))
     rises = rising_text(values, top, dims)
     other = None if back is None else way_of(float(back), float(speed))

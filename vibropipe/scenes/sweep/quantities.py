@@ -151,6 +151,11 @@ def with_impacts_per_period(dataset: xr.Dataset) -> xr.Dataset:
     return dataset.assign(impacts_per_period=rate.where(solved).assign_attrs(attrs))
 
 
+def of_orbits(dataset: xr.Dataset, own: Series) -> xr.DataArray:
+    """Return an element of a quantity in the rows with an orbit: that of a window is no maximum."""
+    return own.of(with_impacts_per_period(dataset)).where(dataset["regime"] < Regime.APERIODIC)
+
+
 def series_of(dataset: xr.Dataset, name: str) -> list[Series]:
     """Return the series of a quantity: one for each support, multiplier or of the first harmonics."""
     array, rows = dataset[name], dataset["regime"].dims

@@ -104,7 +104,7 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
     between = (
-        "A followed motion may change a row before it ends."
+        "A followed motion may be left before it ends."
         if is_followed(dataset)
         else "A border lies between two rows."
     )
@@ -165,7 +165,7 @@ def together_table(label: str, dataset: xr.Dataset) -> Table | None:
         for each in found
     ]
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
-    note = "The widest ranges first. A followed motion may be left a row before it ends."
+    note = "The widest ranges first. A followed motion may be left before it ends."
     title = "Rows in which the two directions are on different stable motions"
     return Table(
         ["line"] * has_lines + [f"from {symbol}", f"to {symbol}"], rows[:MAX_ROWS], note, title=title, scene=label,

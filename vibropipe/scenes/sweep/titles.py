@@ -1,0 +1,209 @@
+"""Titles of the pictures of a sweep: what is seen, written from its data."""
+
+from __future__ import annotations
+
+from collections.abc import Collection, Sequence
+
+import numpy as np
+import xarray as xr
+
+from vibropipe.figures.claims import only_between_text
+from vibropipe.figures.motion_words import number_word, way_of
+from vibropipe.figures.text import plain_symbol_of
+from vibropipe.report.findings import largest, place_texts
+from vibropipe.scenes.sweep.laws import regions_of, share_text
+from vibropipe.scenes.sweep.map_layout import map_axes
+from vibropipe.scenes.sweep.maps import drawn_panels, has_negative
+from vibropipe.scenes.sweep.neighbours import differing_rows
+from vibropipe.scenes.sweep.quantities import (
+    Series,
+    axis_and_others,
+    of_orbits,
+    panels_of,
+    series_words,
+    strikes,
+    with_impacts_per_period,
+)
+from vibropipe.solve.sweep.sweep_grid import DIRECTION
+from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import capitalised
+
+MAX_TITLE = 85  # letters
+SAME_VALUE = 1e-9  # relative difference of values that are one
+MANY = 0.05  # share of the points from which the place of aperiodic motion is told
+
+
+def sweep_title(
+    dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
+) -> str:
+    """Return which way a housing creeps, that the direction of following matters, or where a quantity is largest."""
+    along, others = axis_and_others(dataset)
+    panels = panels_of(with_impacts_per_period(dataset), show, joined=not others)
+    if panels and (way := creep_title(dataset, panels[0].series[0], [along])):
+        return way
+    if differing_rows(dataset, along):
+        return f"Which motion settles depends on the direction in which {plain_symbol_of(dataset[along])} changes"
+    return largest_title(dataset, panels[0].series[0]) if panels else ""
+
+
+def largest_title(dataset: xr.Dataset, own: Series) -> str:
+    """Return at which point an element of a quantity is largest among orbits; without one, or room, what it is."""
+    values = of_orbits(dataset, own)
+    top = largest(values)
+    words = series_words(dataset, own)
+    plain = capitalised(words)
+    if top is None or not float(top) or dataset["regime"].size == 1:
+        return plain
+    if own.name == "lyapunov_exponent":
+        exponent = own.of(dataset)
+        return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
+    is_creep = own.name == "housing_velocity_mean"
+    if is_creep and way_of(float(top), float(dataset["housing_velocity_max"].max())) is None:
+        return "In no orbit does the housing creep"
+    alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
+    places = {*dataset["regime"].dims} - {DIRECTION}
+    if int(alike.any(dim=[dim for dim in values.dims if dim not in places]).sum()) > 1:
+        return plain  # many starts, one motion
+    subject = plain.removeprefix("Largest ")
+    if own.name == "displacement_amplitude":
+        subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
+    size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
+    # what has no orbit may have larger values in its window
+    all_repeat = bool((dataset["regime"] < Regime.APERIODIC).all())
+    of, among = ("", "") if all_repeat else (" of orbits", "in orbits ")
+    seen = f"{capitalised(subject)}{of} {size}"
+    if own.name == "impact_velocity_max":
+        on = "" if own.position is None else f" support {own.position + 1}"
+        seen = f"Orbits strike{on} hardest"
+    if own.name == "housing_velocity_mean":
+        seen = f"{among}the housing creeps fastest"
+    # between its points a quantity may be larger
+    seen = f"On the grid, {seen[0].lower()}{seen[1:]}"
+    texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]
+    return next((text for text in texts if len(text) <= MAX_TITLE), plain)
+
+
+def exponent_title(exponent: xr.DataArray) -> str:
+    """Return whether rows in which perturbations decay lie between rows in which they grow, along a line."""
+    if exponent.ndim != 1:
+        return ""
+    signs = np.sign(exponent.sortby(str(exponent.dims[0])).values)
+    growing = np.flatnonzero(signs > 0)
+    if growing.size and (signs[growing[0] : growing[-1]] < 0).any():
+        return "Between rows in which perturbations grow lie some in which they decay"
+    return ""
+
+
+def energy_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return in how many orbits with impacts these take most of the work of the force; empty without impacts."""
+    lost = dataset["energy_impact"].sum("support")
+    struck = strikes(dataset) & (dataset["regime"] < Regime.APERIODIC)
+    most = struck & (lost > 0.5 * dataset["energy_input"])
+    total, amount = int(struck.sum()), int(most.sum())
+    if not total:
+        return ""
+    share = share_text(amount, total)
+    some = f"{share} orbits" if " of " in share else f"{share} of the orbits"
+    orbits = {total: "all orbits", 0: "no orbit"}.get(amount, some)
+    return f"Impacts take most of the work of the force in {orbits} with impacts"
+
+
+def map_title(dataset: xr.Dataset) -> str:
+    """Return on which side of one border the mass strikes, where motion is aperiodic, or what a map is over."""
+    x, y, _ = map_axes(dataset)
+    regime = dataset["regime"]
+    struck = strikes(dataset)
+    if 0 < int(struck.sum()) < struck.size and bool((regime < Regime.UNBOUNDED).all()):
+        for axis in (y, x):
+            steps = np.diff(struck.sortby(axis).transpose(axis, ...).values.astype(int), axis=0)
+            for sign, side in ((1, ("above", "below")), (-1, ("below", "above"))):
+                if steps.any(axis=0).mean() >= 0.5 and (sign * steps >= 0).all():
+                    where = f"{side[0].capitalize()} one border in {plain_symbol_of(dataset[axis])}"
+                    return f"{where} the mass strikes a support, {side[1]} it none"
+    if where := tongue_title(dataset):
+        return where
+    ways = len([each for each in regions_of(dataset)[1] if each.name != "unresolved"])
+    over = f"{plain_symbol_of(dataset[x])} and {plain_symbol_of(dataset[y])}"
+    if ways < 2:
+        return f"How the mass moves over {over}"
+    return f"{number_word(ways).capitalize()} kinds of motion share the plane of {over}"
+
+
+def tongue_title(dataset: xr.Dataset) -> str:
+    """Return between which points the largest aperiodic region of one map lies; empty where little is aperiodic."""
+    from scipy.ndimage import label  # slow to import
+
+    x, y, further = map_axes(dataset)
+    chaos = (dataset["regime"] == Regime.APERIODIC).sortby([x, y]).transpose(y, x, ...).values
+    if further or chaos.mean() < MANY:
+        return ""
+    labels, _ = label(chaos)
+    own = labels == np.bincount(labels[chaos]).argmax()
+    ends = [
+        only_between_text(dataset[name].sortby(name), own.any(axis=n))
+        for n, name in enumerate((x, y))
+    ]
+    where = " and ".join(each.removeprefix("only ") for each in ends if each)
+    title = f"The largest aperiodic region lies {where}"
+    return title if where and len(title) <= MAX_TITLE else ""
+
+
+def quantities_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return which way a housing creeps, that values beside aperiodic motion are largest, or where the first one is."""
+    found, _ = drawn_panels(dataset, show)
+    if not found:
+        return ""
+    axes = [name for name in map_axes(dataset)[:2] if dataset[name].dtype.kind == "f"]
+    return (
+        creep_title(dataset, found[0], axes)
+        or beside_title(dataset, found)
+        or largest_title(dataset, found[0])
+    )
+
+
+def creep_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> str:
+    """Return between which rows alone a housing creeps one way; empty where this is everywhere or not known."""
+    if own.name != "housing_velocity_mean":
+        return ""
+    speed, fastest = dataset[own.name], float(dataset["housing_velocity_max"].max())
+    if not bool(speed.notnull().all()):
+        return ""
+    ways = [way_of(each, fastest) for each in speed.values.ravel().tolist()]
+    for way in ("against x", "along x"):
+        goes = speed.copy(data=np.reshape([each == way for each in ways], speed.shape))
+        for axis in axes:
+            others = [dim for dim in goes.dims if dim != axis]
+            line = goes.any(others).sortby(axis)
+            where = only_between_text(line[axis], line.values)
+            title = f"On the grid, the housing creeps {way} {where}"
+            if where and len(title) <= MAX_TITLE:
+                return title
+    return ""
+
+
+def beside_title(dataset: xr.Dataset, found: Sequence[Series]) -> str:
+    """Return that orbits strike hardest, or have the largest mean displacement, in a point beside aperiodic motion."""
+    words = {
+        "impact_velocity_max": "strike hardest",
+        "displacement_mean": "have the largest mean",
+    }
+    # of one element of several, its own largest value is no largest of all
+    whole = [each for each in found if each.name in words and each.position is None]
+    told = [words[own.name] for own in whole if is_beside(dataset, own)]
+    return f"On the grid, orbits {' and '.join(told)} beside aperiodic motion" if told else ""
+
+
+def is_beside(dataset: xr.Dataset, own: Series) -> bool:
+    """Return whether the one orbit with the largest value of a quantity has an aperiodic neighbour on a map."""
+    from scipy.ndimage import binary_dilation  # slow to import
+
+    x, y, further = map_axes(dataset)
+    if further:
+        return False
+    ordered = dataset.sortby([x, y])
+    values = abs(of_orbits(ordered, own).transpose(y, x).values)
+    chaos = (ordered["regime"] == Regime.APERIODIC).transpose(y, x).values
+    if not np.isfinite(values).any():
+        return False
+    top = values >= np.nanmax(values) * (1.0 - SAME_VALUE)
+    return int(top.sum()) == 1 and bool(binary_dilation(chaos, np.ones((3, 3)))[top].all())

@@ -11,14 +11,13 @@ from matplotlib.text import Text
 from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES
-from vibropipe.figures.text import regime_name
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep import lines as sweep_lines
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.lines import BAR_NAME, Named, bar_name, isolated, label_lines
+from vibropipe.scenes.sweep.lines import BAR_NAME, Named, isolated, label_lines
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.words.regimes import Regime
@@ -33,11 +32,10 @@ def test_every_region_of_a_map_is_named(name, figures, made):
 
 @pytest.mark.parametrize("name", ["line", "lines", "columns"])
 def test_every_regime_present_is_named_in_a_bar_or_in_the_legend(name, figures, made):
-    codes = np.unique(made[name][1]["regime"].values)
     in_bars = {
         text.get_text() for text in figures[name].findobj(Text) if text.get_gid() == BAR_NAME
     }
-    names = {bar_name(regime_name(int(code))) for code in codes}
+    names = {region.words for region in regions_of(made[name][1])[1]}  # as on maps
     legends = figures[name].legends
     in_legend = {text.get_text() for legend in legends for text in legend.get_texts()}
     assert in_bars | in_legend == names
@@ -208,7 +206,7 @@ def test_negative_states_at_the_section_are_drawn(made):
 def test_a_sweep_of_one_point(made):
     figure = draw("sweep", made["line"][1].isel(nu=[30]))
     figure.draw_without_rendering()
-    assert "two-sided" in words(figure)
+    assert "each support struck once a period" in words(figure)
 
 
 def test_maps_are_pixels_and_say_where_there_is_no_value(figures, made):

@@ -66,7 +66,8 @@ def test_a_sweep_of_one_parameter_shows_what_a_design_needs():
     names = [
         text.get_text() for ax in figure.axes for text in ax.texts if text.get_gid() == BAR_NAME
     ]
-    assert "two-sided" in names
+    assert names == ["no impact", "aperiodic"]  # other bars are too short for their words
+    assert "each support struck once a period" in words(figure)
 
 
 def test_lines_are_named_where_they_are_and_names_do_not_overlap():
@@ -85,9 +86,9 @@ def test_lines_are_named_where_they_are_and_names_do_not_overlap():
     colours = {text.get_color() for text in names}
     assert len(colours) == 3
     points = [main.transData.transform(np.column_stack(line.get_data())) for line in main.lines]
-    for box in boxes:  # a name stands on a line
+    for box in boxes:  # a name stands beside a line
         at = np.array([box.x0 + box.x1, box.y0 + box.y1]) / 2
-        assert min(np.nanmin(np.hypot(*(p - at).T)) for p in points if len(p)) < 3.0
+        assert min(np.nanmin(np.hypot(*(p - at).T)) for p in points if len(p)) < 20.0
 
 
 def test_bars_are_aligned_with_the_panels():

@@ -378,5 +378,25 @@ def cascade(*multiples: int) -> xr.Dataset:
     ],
 )  # fmt: skip
 def test_a_way_to_chaos_is_told(multiples, told):
+    if not told:
+        assert "doubles" not in bifurcation_title(cascade(*multiples))
     answer = doubling_answer(cascade(*multiples), "nu")
     assert ("" if answer is None else f"{answer.lead} {answer.rest}") == told
+
+
+def test_the_rows_of_each_period_of_a_way_to_chaos_are_a_table():
+    falling = cascade(0, 8, 4, 2, -1, 1)
+    title = "As ν falls, the period doubles until the motion is aperiodic, at ν = 1.1"
+    assert bifurcation_title(falling) == title
+    (table,) = tables({"s": falling})
+    assert table.title == "How the period doubles as ν falls"
+    assert table.rows == [
+        ["1", "2.1 … 2"], ["2", "1.7 … 1.6"], ["4", "1.5 … 1.4"], ["8", "1.3 … 1.2"], ["aperiodic", "1.1"]
+    ]  # fmt: skip
+
+
+def test_that_impacts_occur_in_all_rows_is_said_last():
+    line = one_line().isel(nu=slice(0, 6))
+    line = line.assign(regime=line["regime"].copy(data=[3, 5, 3, 5, 3, 2]))
+    *others, _ = [answer.lead for answer in sweep_answers(line)]
+    assert " occur in all rows" not in " ".join(others)

@@ -73,6 +73,7 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
         mean_answer(dataset),
     ]
     told, unresolved = [each for each in found if each is not None], unresolved_answer(dataset)
+    told.sort(key=lambda answer: " occur in all rows" in answer.lead)  # which says least
     if unresolved is not None:  # few stand under the methods, where there is more to say
         is_many = float((dataset["regime"] >= Regime.UNBOUNDED).mean()) >= UNKNOWN
         told.insert(MAX_ANSWERS - 1 if is_many else MAX_ANSWERS, unresolved)

@@ -18,7 +18,14 @@ from vibropipe.figures.canvas import LEGEND_LINE, legend_below, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
-from vibropipe.figures.text import parameters_text, plain_symbol_of, sentences
+from vibropipe.figures.text import (
+    format_number,
+    in_brackets,
+    parameters_text,
+    plain_symbol_of,
+    sentences,
+    with_units,
+)
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.captions import (
     combinations_text,
@@ -26,8 +33,9 @@ from vibropipe.scenes.sweep.captions import (
     starts_text,
     unresolved_text,
 )
-from vibropipe.scenes.sweep.curves import LEGEND_COLUMNS, draw_bars, finish, legend_patches
+from vibropipe.scenes.sweep.curves import draw_bars, finish
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
+from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import (
     LEFT,
     MAX_MULTIPLES,
@@ -36,18 +44,22 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
+from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
+from vibropipe.scenes.sweep.neighbours import doublings_of
 from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
     Panel,
     Series,
     axis_and_others,
     rows_of_impacts,
+    series_words,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series, share
 
 Floats = NDArray[np.float64]
+LOW = 0.4  # of the largest impact: where none is below, the axis does not begin at zero
 DEFAULT_SHOW = ("impact_velocity", "poincare_displacement", "displacement_strobe")
 
 
@@ -107,7 +119,9 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     index = np.arange(dataset["regime"].size).reshape(dataset["regime"].shape)
     rows = dataset[["regime", along, *(name for name in dims if name in dataset.coords)]]
     rows = rows.assign(index=(dataset["regime"].dims, index)).sortby(along)
-    legend = legend_patches(dataset)
+    codes, regions = regions_of(dataset)
+    rows = rows.assign(region=codes)
+    legend = region_patches(regions)
     below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
     layout = lay_out(rows, dims, panels, 1, True, below)
     drawn = spot_axes(layout, along)
@@ -118,7 +132,7 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         draw_diagram(ax, points[spot.panel], x_of, spot.panel)
         words = title_of(dataset, spot.panel, spot.width)
         write_spot_titles(ax, spot, next(letters, ""), words)
-    finish(layout, drawn, draw_bars(layout, rows, along, None), dataset, along)
+    finish(layout, drawn, draw_bars(layout, rows, regions, along, None), dataset, along)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure
 
@@ -128,8 +142,8 @@ def title_of(dataset: xr.Dataset, panel: Panel, width: float) -> str:
     own = panel.series[0]
     if own.name != "impact_velocity":
         return panel.title(dataset, width)
-    words = Panel((Series(own.name),)).title(dataset, max(2.0, width - 1.5))
-    return f"{words}, support {(own.position or 0) + 1}"
+    words = f"{series_words(dataset, Series(own.name))}, support {(own.position or 0) + 1}"
+    return in_brackets(words, dataset[own.name])
 
 
 def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
@@ -148,11 +162,18 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
     draw_points(ax, x[kept], points.value[kept], colour)
     if is_impact:
         # Of all columns, which share the ordinate.
-        ax.set_ylim(0.0, 1.05 * float(points.value.max()))
+        low, high = float(points.value.min()), float(points.value.max())
+        margin = 0.05 * (high - low)
+        ax.set_ylim(low - margin if low > LOW * high else 0.0, high + max(margin, 0.05 * low))
 
 
 def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return after how many forcing periods the motions repeat in the rows with an orbit or aperiodic motion."""
+    """Return where doublings of the period lead to aperiodic motion, else after how many periods motions repeat."""
+    along, _ = axis_and_others(dataset)
+    if found := doublings_of(dataset, along):
+        way, symbol = "falls" if found.is_falling else "rises", plain_symbol_of(dataset[along])
+        end = with_units(dataset[along], format_number(found.end))
+        return f"As {symbol} {way}, the period doubles until the motion is aperiodic, at {symbol} = {end}"
     regime = dataset["regime"]
     left = int((regime > Regime.APERIODIC).sum())
     if left == regime.size or "period_multiple" not in dataset:

@@ -6,7 +6,7 @@ were followed in both directions are drawn in one panel.
 
 from __future__ import annotations
 
-from collections.abc import Collection
+from collections.abc import Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -27,9 +27,10 @@ from vibropipe.figures.canvas import (
     zero_line,
 )
 from vibropipe.figures.map_shapes import scale_of
-from vibropipe.figures.palette import BLUES, HAIRLINE, INK, REGIME_STYLES, SUPPORT_COLOURS, shades
+from vibropipe.figures.palette import BLUES, HAIRLINE, SUPPORT_COLOURS, shades
 from vibropipe.figures.style import keep_zero_scale, write_centred
-from vibropipe.figures.text import format_number, regime_name, symbol_of, value_text
+from vibropipe.figures.text import format_number, symbol_of, value_text
+from vibropipe.scenes.sweep.laws import Region, regions_of
 from vibropipe.scenes.sweep.layout import (
     BAR_CM,
     LEFT,
@@ -43,12 +44,12 @@ from vibropipe.scenes.sweep.layout import (
 from vibropipe.scenes.sweep.lines import (
     BAR_NAME,
     Named,
-    bar_name,
     draw_line,
     draw_strips,
     label_lines,
     lines_of,
 )
+from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
     SIGNED,
@@ -75,7 +76,6 @@ BACKBONE: dict[str, Any] = {
 # Names of both directions at their lines, where these are so far apart, as a share of the largest value.
 WAYS, APART = {"up": "upwards", "down": "downwards"}, 0.1
 BESIDE_BAR = 0.15  # cm between a bar and its name
-LEGEND_COLUMNS = 4  # entries of a line of a legend
 
 
 def draw_sweep(
@@ -88,6 +88,8 @@ def draw_sweep(
     """
     along, others = axis_and_others(dataset)
     dataset = with_impacts_per_period(dataset.sortby(along))
+    codes, regions = regions_of(dataset)
+    dataset = dataset.assign(region=codes)
     lines_dim = others[0] if others else None
     panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
     lines = len(list(lines_of(dataset, lines_dim)))
@@ -96,8 +98,8 @@ def draw_sweep(
         below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
         return lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
 
-    legend = legend_patches(dataset)
-    trial = draw_bars(layout_with(legend), dataset, along, lines_dim)
+    legend = region_patches(regions)
+    trial = draw_bars(layout_with(legend), dataset, regions, along, lines_dim)
     named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
     legend = [patch for patch in legend if patch.get_label() not in named]
     layout = layout_with(legend)
@@ -111,15 +113,21 @@ def draw_sweep(
         write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
     scale_ordinates(first, dataset)
-    finish(layout, drawn, draw_bars(layout, dataset, along, lines_dim), dataset, along)
+    finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
     if lines_dim is not None and drawn:
         name_lines(drawn[0], along, lines_dim, backbone)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
     return layout.figure
 
 
-def draw_bars(layout: Layout, dataset: xr.Dataset, along: str, lines_dim: str | None) -> list[Axes]:
-    """Draw the bars of regimes below each column, with the label of the abscissa."""
+def draw_bars(
+    layout: Layout,
+    dataset: xr.Dataset,
+    regions: Sequence[Region],
+    along: str,
+    lines_dim: str | None,
+) -> list[Axes]:
+    """Draw the bars of regions below each column, with the label of the abscissa."""
     found = []
     for bars in layout.bars:
         strips = list(lines_of(bars.part, lines_dim))
@@ -130,7 +138,7 @@ def draw_bars(layout: Layout, dataset: xr.Dataset, along: str, lines_dim: str | 
         height = BAR_CM * len(strips)
         ax = axes(layout.figure, bars.left, bars.bottom - height, bars.width, height)
         ax.set_xscale(scale_of(bars.part[along].values))
-        draw_strips(ax, strips, along, bars.is_first, bars.width)
+        draw_strips(ax, strips, regions, along, bars.is_first, bars.width)
         ax.set_xlabel(fitted_label(dataset[along], bars.width))
         plain_ticks(ax.xaxis, 7 if bars.width > 6.0 else 4)
         found.append(ax)
@@ -290,13 +298,3 @@ def backbone_curves(
         if series.name in backbone and position < backbone.sizes.get("harmonic", 1):
             found.append((backbone["eigenfrequency"].values, series.of(backbone).values))
     return found
-
-
-def legend_patches(dataset: xr.Dataset) -> list[Patch]:
-    """Return a legend entry for each regime of the bars, named as in a bar with room for the name."""
-    return [
-        Patch(facecolor=style.colour, hatch=style.hatch, linewidth=0.4, label=bar_name(name),
-              edgecolor=style.hatch_colour if style.hatch else INK)
-        for name in (regime_name(int(code)) for code in np.unique(dataset["regime"].values))
-        for style in (REGIME_STYLES[name],)
-    ]  # fmt: skip

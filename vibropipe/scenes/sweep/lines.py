@@ -1,4 +1,4 @@
-"""The lines of a panel and, below it, a bar for each line with the regime of every row.
+"""The lines of a panel and, below it, a bar for each line with how the mass moves in every row.
 
 Orbits are lines with breaks at jumps, other rows marks, jumps of followed rows arrows.
 """
@@ -18,9 +18,9 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, TIGHT_GROUND, arrow, label, size_of
 from vibropipe.figures.map_shapes import cell_edges
-from vibropipe.figures.palette import REGIME_STYLES
 from vibropipe.figures.style import BLACK, rasterise_many
-from vibropipe.figures.text import REGIME_TEXT, regime_name, value_text
+from vibropipe.figures.text import value_text
+from vibropipe.scenes.sweep.laws import Region
 from vibropipe.scenes.sweep.neighbours import jump_steps
 from vibropipe.scenes.sweep.quantities import directions, row_kinds
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
@@ -128,12 +128,18 @@ def isolated(mask: NDArray[np.bool_], broken: NDArray[np.bool_] | None = None) -
 
 
 def draw_strips(
-    ax: Axes, strips: Sequence[Line], along: str, named: bool = True, width_cm: float = 0.0
+    ax: Axes,
+    strips: Sequence[Line],
+    regions: Sequence[Region],
+    along: str,
+    named: bool = True,
+    width_cm: float = 0.0,
 ) -> None:
-    """Draw one bar per line with the regime of every row, named in the bar where the name fits.
+    """Draw one bar per line with how the mass moves in every row, named in the bar where the name fits.
 
     ax : where; its abscissa is that of the panels above
-    strips : the lines, from top to bottom
+    strips : the lines, from top to bottom, with the code of the region of each row as `region`
+    regions : those of the rows
     along : parameter of the abscissa
     named : whether the bars have the texts of their lines beside them
     width_cm : printed width of the axes (default: no names in the bars)
@@ -143,7 +149,7 @@ def draw_strips(
     margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
     ax.set_xlim(edges[0] - margin, edges[-1] + margin)
     for position, strip in enumerate(strips):
-        draw_bar(ax, strip.row["regime"].values, edges, position, width_cm)
+        draw_bar(ax, strip.row["region"].values, regions, edges, position, width_cm)
     ax.set_ylim(len(strips) - 0.4, -0.6)
     ax.spines["left"].set_visible(False)
     ax.tick_params(axis="y", length=0)
@@ -151,42 +157,41 @@ def draw_strips(
 
 
 def draw_bar(
-    ax: Axes, regime: NDArray[np.int8], edges: NDArray[np.float64], position: int, width_cm: float
+    ax: Axes,
+    codes: NDArray[np.int64],
+    regions: Sequence[Region],
+    edges: Floats,
+    position: int,
+    width_cm: float,
 ) -> None:
     """Draw the bar of one line; of very many runs, one row of each MAX_RUNS-th part stands for the part."""
-    cuts = np.concatenate([[0], np.flatnonzero(np.diff(regime)) + 1, [regime.size]])
+    cuts = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [codes.size]])
     if cuts.size > MAX_RUNS:
-        kept = np.unique(np.linspace(0, regime.size, MAX_RUNS).astype(int))
-        regime = np.repeat(regime[kept[:-1]], np.diff(kept))
-        cuts = np.concatenate([[0], np.flatnonzero(np.diff(regime)) + 1, [regime.size]])
+        kept = np.unique(np.linspace(0, codes.size, MAX_RUNS).astype(int))
+        codes = np.repeat(codes[kept[:-1]], np.diff(kept))
+        cuts = np.concatenate([[0], np.flatnonzero(np.diff(codes)) + 1, [codes.size]])
     low, high = position - 0.36, position + 0.36
     boxes: dict[int, list[list[tuple[float, float]]]] = {}
     for start, stop in pairwise(cuts.tolist()):
         left, right = float(edges[start]), float(edges[stop])
         box = [(left, low), (right, low), (right, high), (left, high)]
-        boxes.setdefault(int(regime[start]), []).append(box)
-    for code, polygons in boxes.items():
-        style = REGIME_STYLES[regime_name(code)]
+        boxes.setdefault(int(codes[start]), []).append(box)
+    for region in (region for region in regions if region.code in boxes):
+        polygons, style = boxes[region.code], region.style
         bars = PolyCollection(polygons, facecolor=style.colour, hatch=style.hatch,
                               edgecolor=style.hatch_colour if style.hatch else "black", linewidth=0.2)  # fmt: skip
         ax.add_collection(bars)
-        name_boxes(ax, code, polygons, width_cm)
+        name_boxes(ax, region, polygons, width_cm)
     if cuts.size > MANY_RUNS:
         for collection in ax.collections:
             collection.set_rasterized(True)
 
 
-def bar_name(regime: str) -> str:
-    """Return how a regime is called in a bar."""
-    return REGIME_TEXT[regime].replace(", support", "")
-
-
 def name_boxes(
-    ax: Axes, code: int, polygons: list[list[tuple[float, float]]], width_cm: float
+    ax: Axes, region: Region, polygons: list[list[tuple[float, float]]], width_cm: float
 ) -> None:
-    """Write the name of a regime into each of its boxes that is long enough."""
-    name = regime_name(code)
-    text = bar_name(name)
+    """Write the name of a region into each of its boxes that is long enough."""
+    text = region.words
     scaled = np.log if ax.get_xscale() == "log" else np.asarray
     first, last = scaled(np.array(ax.get_xlim()))
     for box in polygons:
@@ -198,8 +203,8 @@ def name_boxes(
         ax.text(
             at, 0.5 * (box[0][1] + box[2][1]), text, ha="center", va="center",
             fontsize=SMALL, clip_on=True, gid=BAR_NAME,
-            bbox=TIGHT_GROUND if REGIME_STYLES[name].hatch else None,
-            color="white" if name == "unbounded" else BLACK,
+            bbox=TIGHT_GROUND if region.style.hatch else None,
+            color="white" if region.name == "unbounded" else BLACK,
         )  # fmt: skip
 
 
@@ -209,7 +214,7 @@ MOST_PLACES = 600  # that are looked at above and below a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
-BESIDE_CM = 0.03, 0.12, 0.24, 0.36  # cm from a line to a label beside it, more where it is steep
+BESIDE_CM = 0.1, 0.18, 0.27, 0.36  # cm from a line to a label beside it, more where it is steep
 TIGHT = 0.08  # cm less around a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
@@ -228,9 +233,9 @@ class Named:
 def label_lines(
     ax: Axes, lines: Sequence[Named], obstacles: Iterable[tuple[Floats, Floats]] = ()
 ) -> None:
-    """Write the name of each line on it, with white below; lines without a place of their own have no name.
+    """Write the name of each line above or below it, on the side without others; without such a place no name.
 
-    Where other lines would pass beneath, it stands above or below its line, on the side without them.
+    Where it has no room there, it stands on its line, with white below.
 
     ax : where the lines are drawn, with their scales and limits
     lines : the lines; the first ones choose first
@@ -248,20 +253,19 @@ def label_lines(
         inside = own[((own > half) & (own < size - half)).all(axis=1)]
         if not inside.size:
             continue
-        tried = _evenly(inside, PLACES)
         rest = [
             *(p for n, p in enumerate(drawn) if n != number),
             *others,
             _seen(_jumps(all_points)),
         ]
-        tried = tried[_is_free(tried, half, boxes)]
-        clearance = _distance(tried, half, rest)
-        if not (clearance >= CLEAR).any():
-            beside = _beside(half - TIGHT, size, own, rest)
-            beside = beside[_is_free(beside, half - TIGHT, boxes)]
-            if len(beside):
-                tried, clearance = beside, _distance(beside, half - TIGHT, rest)
-            else:  # over as little of the others as can be
+        tried = _beside(half - TIGHT, size, own, rest)
+        tried = tried[_is_free(tried, half - TIGHT, boxes)]
+        clearance = _distance(tried, half - TIGHT, rest)
+        if not len(tried):
+            tried = _evenly(inside, PLACES)
+            tried = tried[_is_free(tried, half, boxes)]
+            clearance = _distance(tried, half, rest)
+            if not (clearance >= CLEAR).any():  # over as little of the others as can be
                 clearance = -_covered(tried, half, rest)
         if not len(tried):
             continue

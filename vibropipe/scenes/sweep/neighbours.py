@@ -236,15 +236,22 @@ def range_text(dataset: xr.Dataset, axis: str, rows: Rows) -> str:
     return f"{symbol} = {low} to {high}" if rows.low < rows.high else f"{symbol} = {high}"
 
 
-def doubling_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
-    """Write how often the period doubles along one line before the motion is aperiodic; None for fewer than twice.
+class Doublings(NamedTuple):
+    """Runs of rows whose period doubles (period, first and last value), up to the first aperiodic row `end`."""
+
+    runs: list[tuple[int, float, float]]
+    end: float
+    is_falling: bool
+
+
+def doublings_of(dataset: xr.Dataset, axis: str) -> Doublings | None:
+    """Return the longest way of doublings along one line to aperiodic motion; None with fewer than two.
 
     Rows without a result are passed over.
     """
     if dataset["regime"].ndim > 1 or "period_multiple" not in dataset:
         return None
-    best: list[tuple[int, float, float]] = []
-    is_falling = False
+    best: Doublings | None = None
     for falls in (False, True):
         line = dataset.sortby(axis, ascending=not falls)
         regime, values = line["regime"].values, line[axis].values
@@ -255,13 +262,20 @@ def doubling_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
             zip(multiples.tolist(), values[known].tolist(), strict=True), key=itemgetter(0)
         ):
             inside = [value for _, value in found]
-            if not m and len(runs) > max(MIN_DOUBLINGS, len(best)):
-                best, is_falling = runs, falls
+            if not m and len(runs) > max(MIN_DOUBLINGS, len(best.runs) if best else 0):
+                best = Doublings(runs, inside[0], falls)
             runs = [*(runs if runs and m == 2 * runs[-1][0] else []), (m, inside[0], inside[-1])]
-    if not best:
+    return best
+
+
+def doubling_answer(dataset: xr.Dataset, axis: str) -> Answer | None:
+    """Write how often the period doubles along one line before the motion is aperiodic; None for fewer than twice."""
+    found = doublings_of(dataset, axis)
+    if found is None:
         return None
-    way = f"With {'falling' if is_falling else 'rising'} {symbol_text(dataset[axis])}"
+    runs = found.runs
+    way = f"With {'falling' if found.is_falling else 'rising'} {symbol_text(dataset[axis])}"
     return Answer(
-        f"{way} the period doubles {times_word(len(best) - 1)} before aperiodic motion.",
-        f"First {between_text(dataset[axis], best[0][2], best[1][1])}.",
+        f"{way} the period doubles {times_word(len(runs) - 1)} before aperiodic motion.",
+        f"First {between_text(dataset[axis], runs[0][2], runs[1][1])}.",
     )

@@ -21,7 +21,7 @@ from vibropipe.scenes.sweep.answers import (
     sweep_answers,
 )
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
-from vibropipe.scenes.sweep.neighbours import differing_rows, is_followed
+from vibropipe.scenes.sweep.neighbours import Doublings, differing_rows, doublings_of, is_followed
 from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown, strikes
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
@@ -39,6 +39,8 @@ def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
         return None
     if is_map(dataset):
         return orbits_table(label, dataset)
+    if doubles := doublings_of(dataset, axis_of(dataset)):
+        return doublings_table(label, dataset, doubles)
     return (ranges_table if n_lines(dataset) == 1 else lines_table)(label, dataset)
 
 
@@ -68,6 +70,28 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
     which = f"The most frequent orbits with impacts{resting}"
     title = f"{which}, and after how many periods they repeat"
     return Table(head, rows, note, title=title, scene=label, left=0)
+
+
+def doublings_table(label: str, dataset: xr.Dataset, doubles: Doublings) -> Table:
+    """Return the rows of each period on a way of doublings to aperiodic motion."""
+    axis = dataset[axis_of(dataset)]
+    symbol, way = symbol_text(axis), "falls" if doubles.is_falling else "rises"
+    rows = [
+        [str(m), " … ".join(dict.fromkeys(format_number(end, 5) for end in ends))]
+        for m, *ends in doubles.runs
+    ]
+    rows.append(["aperiodic", format_number(doubles.end, 5)])
+    note = (
+        f"First and last row of each period, and the first aperiodic row. {between_rows(dataset)}"
+    )
+    head = ["repeats after periods", in_brackets(symbol, axis)]
+    return Table(head, rows, note, title=f"How the period doubles as {symbol} {way}", scene=label)
+
+
+def between_rows(dataset: xr.Dataset) -> str:
+    """Write what is known of a border between rows."""
+    followed = "A followed motion may be left before it ends."
+    return followed if is_followed(dataset) else "A border lies between two rows."
 
 
 def ranges_table(label: str, dataset: xr.Dataset) -> Table:
@@ -103,12 +127,7 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
             cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
-    between = (
-        "A followed motion may be left before it ends."
-        if is_followed(dataset)
-        else "A border lies between two rows."
-    )
-    note = f"First and last row of each range{longest}. {between}"
+    note = f"First and last row of each range{longest}. {between_rows(dataset)}"
     head = [in_brackets(symbol_text(line[axis]), line[axis]), "how the mass moves"]
     head += ["repeats after periods"] if has_period else []
     head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []

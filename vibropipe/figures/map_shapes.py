@@ -3,10 +3,11 @@
 from __future__ import annotations
 
 from collections.abc import Mapping, Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.patheffects import withStroke
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
@@ -15,10 +16,20 @@ from vibropipe.figures.palette import INK
 
 STEP = 0.1  # cm between the points at which a map is looked at
 WIDE_ENOUGH = 0.97  # share of a label within its region at which no narrower text is tried
-IN_PLACE = 0.7  # share from which a label stands in its region: a region of speckles is never full
+IN_PLACE = 0.85  # share from which a label stands in its region: a region of speckles is never full
 AROUND = 6  # steps around a label that count for its place
 GAP = 3  # steps between labels
 
+# From a dot in a region to a label beside it, seen on light and dark.
+LEADER: Mapping[str, Any] = {
+    "color": INK,
+    "linewidth": 0.6,
+    "marker": "o",
+    "markersize": 2.4,
+    "markevery": [0],
+    "zorder": 4,
+    "path_effects": [withStroke(linewidth=2.0, foreground="white")],
+}
 Integers = NDArray[np.integer]
 Spot = tuple[float, int, int]  # score, lowest row, first column
 
@@ -134,9 +145,9 @@ def _write_beside(
     row, column = (int(n) for n in np.unravel_index(int(np.argmin(cost)), cost.shape))
     if not np.isfinite(cost[row, column]):
         return
-    end = (np.clip(at[1], column, column + size[1]), np.clip(at[0], row, row + size[0]))
-    points = np.array([[at[1] + 0.5, at[0] + 0.5], end]) / [own.shape[1], own.shape[0]]
-    ax.plot(*points.T, transform=ax.transAxes, color=INK, linewidth=0.6, zorder=4)
+    middle = (column + size[1] / 2, row + size[0] / 2)  # the line passes under the label
+    points = np.array([[at[1] + 0.5, at[0] + 0.5], middle]) / [own.shape[1], own.shape[0]]
+    ax.plot(*points.T, **LEADER, transform=ax.transAxes)
     _write(ax, own.shape, (row, column, *size), text, taken)
 
 

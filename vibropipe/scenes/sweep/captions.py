@@ -21,6 +21,7 @@ from vibropipe.scenes.sweep.laws import Region, regions_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import (
+    CONTOUR,
     LABELLED,
     MAX_MAPS,
     drawn_panels,
@@ -170,6 +171,8 @@ def shares_text(dataset: xr.Dataset, regions: Sequence[Region]) -> str:
     """Write the shares of the regions of a map that have no label there; empty if all have one."""
     is_one = len(combinations(dataset, map_axes(dataset)[2])) == 1
     small = [r for r in regions if not is_one or r.amount < LABELLED * r.total]
+    told = unresolved_text(dataset)  # which counts them
+    small = [r for r in small if not (told and r.name == "unresolved")]
     shares = series(f"{region.words}, {region.share}" for region in small)
     where = "Not labelled" if is_one else "Of all points"
     return f"{where}: {shares}" if small else ""
@@ -207,8 +210,8 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         starts_text(dataset),
         f"Largest{in_size} of each map{among}: {series(largest_values)}" if largest_values else "",
         "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
-        f"White is 0, orange positive{sides[0] if has_side else ''}, blue and striped negative"
-        f"{sides[1] if has_side else ''}"
+        f"White is 0, orange positive{sides[0] if has_side else ''}, blue negative"
+        f"{sides[1] if has_side else ''} (dashed: from {100 * CONTOUR:.0f}\u00a0% of the scale on)"
         if signed
         else "",
         *without_orbit_texts(dataset, found),

@@ -97,7 +97,7 @@ def map_panel(figure: Figure, place: Place, part: xr.Dataset, x: str, y: str) ->
     if place.is_low:
         ax.set_xlabel(fitted_label(part[x], place.width))
     if place.is_left:
-        ax.set_ylabel(fitted_label(part[y], place.height + 0.4))
+        ax.set_ylabel(fitted_label(part[y], place.height + 0.8))
     return ax
 
 
@@ -135,17 +135,15 @@ def draw_hatch(
     mask: np.ndarray,
     hatch: str,
     colour: str,
-    is_map: bool = True,
 ) -> None:
-    """Hatch a region, on a map up to its frame; of a fine grid, every n-th cell gives the shape."""
+    """Hatch a region of a map up to its frame; of a fine grid, every n-th cell gives the shape."""
     if not hatch or min(mask.shape) < 2:
         return
     rows, columns = (max(1, size // HATCH_CELLS) for size in mask.shape)
     shape, x, y = mask[::rows, ::columns].astype(float), x[::columns], y[::rows]
-    if is_map:
-        ends = [sorted(ax.get_xlim()), sorted(ax.get_ylim())]
-        x, y = (np.array([a, *v, b]) for v, (a, b) in zip((x, y), ends, strict=True))
-        shape = np.pad(shape, 1, mode="edge")
+    ends = [sorted(ax.get_xlim()), sorted(ax.get_ylim())]
+    x, y = (np.array([a, *v, b]) for v, (a, b) in zip((x, y), ends, strict=True))
+    shape = np.pad(shape, 1, mode="edge")
     hatched = ax.contourf(x, y, shape, levels=[0.5, 1.5], colors="none", hatches=[hatch])
     hatched.set_edgecolor(colour)
     hatched.set_linewidth(0.0)

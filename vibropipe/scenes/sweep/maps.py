@@ -7,6 +7,8 @@ Magnitudes go from dark to light, signed quantities away from white.
 from __future__ import annotations
 
 from collections.abc import Collection, Sequence
+from string import ascii_lowercase
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -16,6 +18,7 @@ from matplotlib.figure import Figure
 from matplotlib.patches import Patch
 
 from vibropipe.figures.canvas import LEGEND_LINE, colour_bar, legend_below, plain_ticks
+from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import borders, label_regions
 from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
@@ -58,8 +61,9 @@ PANEL_CM, LOW_PANEL_CM, BAR_CM = 3.2, 2.5, 1.15
 MAX_PANELS, MANY_PANELS = 12, 8
 NO_VALUE = 1
 MISSING = -1
-# Negative values from this share of the scale on are striped, so that grey tells them from positive ones.
-STRIPED_FROM = 0.2
+# A line round negative values from this share of the scale on, so that grey tells them from positive ones.
+CONTOUR = 0.2
+NEGATIVE: dict[str, Any] = {"colors": INK, "linewidths": 0.5, "linestyles": [(0, (3, 2))]}
 ROUNDING = 1e-9  # of the largest value
 
 
@@ -169,7 +173,7 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
     height = PANEL_CM if len(panels) <= MANY_PANELS else LOW_PANEL_CM
     lines = 2 if has_rows else 1
     figure, found = places(len(panels), 2, height, lines, beside=BAR_CM)
-    for place, (title, part, each) in zip(found, panels, strict=True):
+    for letter, place, (title, part, each) in zip(ascii_lowercase, found, panels, strict=False):
         ax, norm = map_panel(figure, place, part, x, y), norms[each.name]
         drawn = draw_values(ax, part, each, norm, x, y)
         right = place.left + place.width
@@ -177,8 +181,12 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
         plain_ticks(bar.ax.yaxis, 5)
         extend(bar.ax, each.of(part).values, norm)
         if has_both_signs(norm):
-            stripe(bar.ax, norm)
-        write_titles(ax, fitted_title(dataset, each, place.width + BAR_CM - 0.2), title)
+            bar.ax.axhline(-CONTOUR * (norm.vmax or 1.0), color=INK, lw=0.5, ls=(0, (3, 2)))
+        words = fitted_title(dataset, each, place.width + BAR_CM - 0.5)
+        if title:
+            write_titles(ax, words, title)
+        else:
+            write_title(ax, letter if len(panels) > 1 else "", words)
     return figure
 
 
@@ -193,9 +201,9 @@ def draw_values(
     drawn = ax.pcolormesh(
         *edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, rasterized=True
     )
-    if is_signed:  # which only their hue tells from positive ones
-        striped = values < -STRIPED_FROM * (norm.vmax or 1.0)
-        draw_hatch(ax, part[x].values, part[y].values, striped, "-----", HAIRLINE)
+    if is_signed and min(values.shape) > 1:  # which only their hue tells from positive ones
+        level = -CONTOUR * (norm.vmax or 1.0)
+        ax.contour(part[x].values, part[y].values, values, levels=[level], **NEGATIVE)
     codes = outlined(part, series, x, y)
     missing, regime = codes == MISSING, part["regime"].transpose(y, x).values
     draw_hatch(ax, part[x].values, part[y].values, missing, "////", HAIRLINE)
@@ -237,13 +245,6 @@ def has_both_signs(norm: Normalize) -> bool:
 def has_negative(dataset: xr.Dataset, name: str) -> bool:
     """Return whether the scale of a quantity has a negative part."""
     return has_both_signs(value_norm(dataset, name))
-
-
-def stripe(ax: Axes, norm: Normalize) -> None:
-    """Hatch the negative part of a scale as on its map."""
-    high = norm.vmax or 1.0
-    ends = (np.array([0.0, 1.0]), np.array([-high, -STRIPED_FROM * high]))
-    draw_hatch(ax, *ends, np.ones((2, 2), bool), "-----", HAIRLINE, is_map=False)
 
 
 def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:

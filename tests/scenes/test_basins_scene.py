@@ -1,5 +1,7 @@
 """A scene of basins, from its keys to its picture and table."""
 
+from itertools import combinations
+
 import numpy as np
 import pytest
 import xarray as xr
@@ -9,6 +11,7 @@ from figures.figure_text import words
 
 import vibropipe as vp
 from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
+from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins.attractors import (
@@ -18,13 +21,15 @@ from vibropipe.scenes.basins.attractors import (
     distinct_colours,
     knocks_of,
     letters_of,
+    ordered,
     reach,
     states_of,
     step_of,
 )
-from vibropipe.scenes.basins.basin_map import draw_basins, spot_beside_mark
+from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure, plan
+from vibropipe.scenes.basins.motions_beside import motion_texts
 from vibropipe.scenes.basins.report import answers, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,
@@ -32,8 +37,9 @@ from vibropipe.scenes.basins.text import (
     knock_answers,
     knock_text,
     safety_table,
-    title_basins,
+    steps_text,
 )
+from vibropipe.scenes.basins.titles import title_basins
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, write
@@ -189,7 +195,8 @@ def test_one_map_alone(dataset, name):
     assert "Below" not in caption
     assert bool(picture.title(dataset, options, {})) == has_basins
     both = picture.describe(dataset, BasinsFigure(show=["attractor", "periods_to_attractor"]), {})
-    assert "Below: forcing periods until" in both
+    assert "Below: displacement of the motions" in both
+    assert "The slowest start takes" in both
 
 
 def test_picture_of_starts_without_an_attractor():
@@ -476,15 +483,66 @@ def test_pictures_where_attractors_are_absent(over):
         assert found[1].lead == "Motions appear or vanish at one value of h or more."
 
 
-def test_the_letter_of_a_narrow_basin_stands_beside_its_mark_and_not_on_it():
-    basin = np.zeros((40, 40), bool)
-    basin[18:22] = True
-    rows, columns = np.indices(basin.shape)
-    away = np.hypot(rows - 20, columns - 10) * 0.05
-    row, column = spot_beside_mark(basin, away)
-    assert basin[row, column]
-    assert 0.3 < away[row, column] < 0.6
-    assert spot_beside_mark(np.zeros_like(basin), away) is None
+@pytest.mark.parametrize("n", [0, 1])
+def test_letters_keep_off_marks_the_frame_and_each_other(dataset, n):
+    # of a motion whose basin is narrow the letter stands beside its mark, with a line to it
+    narrow = dataset.copy(deep=True)
+    narrow["attractor"][:] = n
+    figure = draw_basins(narrow)
+    figure.draw_without_rendering()
+    ax = figure.axes[0]
+    discs = [text.get_window_extent() for text in ax.texts if len(text.get_text()) == 1]
+    marks = np.concatenate([states_of(narrow, index) for index in letters_of(narrow)])
+    points = ax.transData.transform(marks)
+    assert len(discs) == narrow.sizes["attractor_id"]
+    frame = ax.get_window_extent()
+    for disc in discs:
+        assert not any(disc.contains(*point) for point in points)
+        assert frame.x0 < disc.x0 < disc.x1 < frame.x1
+        assert frame.y0 < disc.y0 < disc.y1 < frame.y1
+    assert not any(a.overlaps(b) for a, b in combinations(discs, 2))
+
+
+def test_titles_say_what_the_start_decides(dataset):
+    assert title_basins(dataset) == "The start decides whether the mass strikes a support"
+    struck = dataset.copy(deep=True)
+    struck["impacts_per_orbit"][:] = 1
+    struck["regime"][:] = Regime.TWO_SIDED
+    n = struck.sizes["attractor_id"]
+    amount = {2: "two", 3: "three"}[n]
+    struck["border"][:] = 0
+    assert title_basins(struck) == f"The start decides which of {amount} motions settles"
+    chaos = struck.copy(deep=True)
+    chaos["regime"][0] = Regime.APERIODIC
+    assert title_basins(chaos) == "The start decides whether the motion repeats itself"
+    share = np.full(n, 0.0012)
+    share[0] = 1.0 - share[1:].sum()
+    rare = struck.assign(basin_share=("attractor_id", share))
+    assert title_basins(rare).startswith("Few starts settle on B")
+    assert "at most 0.2\u00a0%" in title_basins(rare)
+    rare["border"][:] = 1
+    assert title_basins(rare) == "Most starts have a neighbour that settles elsewhere"
+    speeds = {
+        "housing_velocity_mean": np.linspace(-0.1, 0.2, n),
+        "housing_velocity_max": np.ones(n),
+    }
+    creeps = rare.assign({name: ("attractor_id", each) for name, each in speeds.items()})
+    assert title_basins(creeps) == "The start decides which way the housing creeps"
+
+
+def test_the_steps_of_a_map_are_told_where_they_are_alike(dataset):
+    step_x, step_v = (format_number(float(np.diff(dataset[name])[0]), 2) for name in ("x0", "v0"))
+    assert steps_text(dataset) == f", {step_x} or {step_v} away,"
+    assert steps_text(dataset.isel(x0=[0, 1, 5])) == ""
+
+
+def test_a_mirror_image_is_told_as_one(dataset):
+    exciter = vp.Exciter(l=0.5, nu=1.24, f=1.29, h=0.05, R1=0.9, R2=0.9)
+    pair = vp.basins(exciter, np.linspace(-0.5, 0.5, 5), np.linspace(-2, 2, 5), starts=32)
+    texts = motion_texts(pair, ordered(pair))
+    assert texts[1] == "mirror image of A"
+    assert "mirror" not in texts[0]
+    assert not any("mirror" in text for text in motion_texts(dataset, ordered(dataset)))
 
 
 PROVED_STUDY = """

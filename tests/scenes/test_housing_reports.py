@@ -106,7 +106,7 @@ def test_basins_tell_how_fast_each_motion_creeps():
     assert speeds.size == 2
     first, second = (digits(float(value)) for value in speeds)
     told = [each.lead for each in basin_answers(found)]
-    assert told[1] == f"The housing creeps on A with {first} and B with {second}, along x."
+    assert told[1] == f"The housing creeps at {first} along x on A and at {second} along x on B."
     table = safety_table("s", found)
     assert [row[2] for row in table.rows] == [first, second]
 
@@ -171,4 +171,4 @@ def test_a_housing_that_stays_is_not_said_to_creep():
     moving = maps.assign(housing_velocity_mean=("attractor_id", [-1e-17, -0.02], {"units": "1"}))
     moving["housing_velocity_max"][1] = 0.4
     (told,) = creep_answers(moving)
-    assert told.lead == "The housing creeps on B with 0.02, against x."
+    assert told.lead == "The housing creeps at 0.02 against x on B."

@@ -2,8 +2,7 @@
 
 from __future__ import annotations
 
-import textwrap
-from collections.abc import Collection, Sequence
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -14,44 +13,40 @@ from matplotlib.figure import Figure
 from matplotlib.patheffects import withStroke
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
-from scipy.ndimage import uniform_filter
 
 from vibropipe.figures.canvas import (
-    CM_PER_INCH,
-    LETTER,
-    SMALL,
     axes,
     colour_bar,
     noted_canvas,
+    panel,
     size_of,
-    support_bands,
 )
-from vibropipe.figures.map_shapes import cell_edges, frame, widest_spot
+from vibropipe.figures.map_shapes import LEADER, cell_edges, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
-from vibropipe.figures.text import axis_label, in_brackets, is_forced, parameter_line
+from vibropipe.figures.text import axis_label, is_forced, parameter_line
 from vibropipe.scenes.basins.attractors import (
-    attractor_words,
     colours_of,
     letters_of,
     marker_of,
-    ordered,
     states_of,
     swept_name,
 )
-from vibropipe.scenes.basins.text import MAX_BORDER, percent
-from vibropipe.solve.rebuild import Motion, motion_of
-from vibropipe.words.parameters import PARAMETERS, PHYSICAL
+from vibropipe.scenes.basins.motions_beside import (
+    ACROSS_CM,
+    LEFT,
+    LETTER_STYLE,
+    LINE_CM,
+    TALL_CM,
+    draw_motions,
+)
+from vibropipe.scenes.basins.text import MAX_BORDER
 
 # Forcing periods from which on only powers of ten are labelled.
 MANY_PERIODS = 30
-MAX_MOTIONS = 4  # that stand beside the map
-LEFT, LOW, GAP = 1.25, 1.05, 0.25  # cm: left of the axes, below them, above them
-MAP_CM, TALL_CM, TIMES_CM = 9.2, 7.2, 4.2
-# Left of the motions, their width, most height of one.
-BESIDE, MOTION_CM, SLOT_CM = 11.95, 3.85, 3.1
-FLAT_CM = 1.1  # height of a panel with one tick
-MARK_CM = 0.4  # from a mark to a letter beside it
-LINE_CM, LETTERS, LEAST_PERIODS, MOST_PERIODS = 0.34, 36, 2, 6
+LOW, GAP = 1.05, 0.25  # cm below axes, above them
+MAP_CM, TITLE_CM = 9.2, 0.7
+MARK_CM, DISC_CM = 0.45, 0.3  # from a mark to the middle of a letter, and the size of its disc
+PAIR_CM = 6.3  # width of each of two maps beside each other
 STABLE_SET: dict[str, Any] = {"color": INK, "linewidth": 0.35}
 CROSSES: dict[str, Any] = {
     "linestyle": "none",
@@ -62,15 +57,7 @@ CROSSES: dict[str, Any] = {
     "zorder": 5,
     "path_effects": [withStroke(linewidth=2.4, foreground="white")],
 }
-DISC = {"boxstyle": "circle,pad=0.2", "facecolor": "white", "edgecolor": INK, "linewidth": 0.5}
-LETTER_STYLE: dict[str, Any] = {
-    "ha": "center",
-    "va": "center",
-    "weight": "bold",
-    "fontsize": LETTER,
-    "bbox": DISC,
-    "zorder": 7,
-}
+Floats = NDArray[np.float64]
 Edges = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
@@ -81,25 +68,49 @@ def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """
     show = show or ("attractor",)
     has_map, has_times = "attractor" in show, "periods_to_attractor" in show
-    lower = TIMES_CM + LOW if has_map and has_times else 0.0
+    if has_map and has_times and "x0" in dataset.dims:
+        return draw_pair(dataset)
     tall = TALL_CM if has_map else TALL_CM - 1.5
-    figure = noted_canvas(LOW + lower + tall + GAP, parameter_line(dataset), LEFT)
+    figure = noted_canvas(LOW + tall + GAP, parameter_line(dataset), LEFT)
     if "x0" not in dataset.dims:
         draw_states(axes(figure, LEFT, LOW, MAP_CM, TALL_CM), dataset)
         draw_motions(figure, dataset, LOW)
-        return figure
-    edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
-    if has_map:
-        ax = axes(figure, LEFT, LOW + lower, MAP_CM, TALL_CM)
-        draw_attractor_map(ax, dataset, edges)
-        name_axes(ax, dataset, edges)
-        draw_motions(figure, dataset, LOW + lower)
-    if has_times:
-        wide, high = (MAP_CM, TIMES_CM) if has_map else (12.6, tall)
-        ax = axes(figure, LEFT, LOW, wide, high)
-        draw_periods(figure, ax, dataset, edges, (LEFT + wide + 0.25, LOW, 0.25, high))
-        name_axes(ax, dataset, edges)
+    elif has_map:
+        draw_attractor_map(axes(figure, LEFT, LOW, MAP_CM, TALL_CM), dataset)
+        draw_motions(figure, dataset, LOW)
+    else:
+        draw_periods(
+            figure, axes(figure, LEFT, LOW, 12.6, tall), dataset, (LEFT + 12.85, LOW, 0.25, tall)
+        )
     return figure
+
+
+def draw_pair(dataset: xr.Dataset) -> Figure:
+    """Draw the attractor of each start and the periods until it has settled beside each other, the motions below."""
+    low = LOW + ACROSS_CM + 0.3 + 3 * LINE_CM + LOW if dataset.sizes["attractor_id"] else LOW
+    figure = noted_canvas(low + TALL_CM + TITLE_CM, parameter_line(dataset), LEFT)
+    ax = axes(figure, LEFT, low, PAIR_CM, TALL_CM)
+    draw_attractor_map(ax, dataset)
+    panel(ax, "a", "the motion on which a start settles")
+    left = LEFT + PAIR_CM + 0.75
+    beside = axes(figure, left, low, PAIR_CM, TALL_CM)
+    draw_periods(figure, beside, dataset, (left + PAIR_CM + 0.2, low, 0.25, TALL_CM), titled=False)
+    panel(
+        beside,
+        "b",
+        "forcing periods until it has settled"
+        if is_forced(dataset)
+        else "periods until it has settled",
+    )
+    beside.set_ylabel("")
+    beside.tick_params(labelleft=False)
+    draw_motions(figure, dataset, LOW, across=True)
+    return figure
+
+
+def edges_of(dataset: xr.Dataset) -> Edges:
+    """Return the borders of the cells of a map of starts."""
+    return cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
 
 
 def name_axes(ax: Axes, dataset: xr.Dataset, edges: Edges) -> None:
@@ -120,7 +131,7 @@ def draw_states(ax: Axes, dataset: xr.Dataset) -> None:
     ax.set(ylabel=axis_label(dataset["poincare_velocity"]))
 
 
-def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | None = None) -> None:
+def draw_attractor_map(ax: Axes, dataset: xr.Dataset, at: int | None = None) -> None:
     """Draw the attractor of each start, with letters and states at the section; `at` a value of the swept parameter."""
     own, letters, n = colours_of(dataset), letters_of(dataset), dataset.sizes["attractor_id"]
     markers = {index: marker_of(dataset, index) for index in range(n)}
@@ -129,14 +140,10 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | No
     attractor = dataset["attractor"].transpose("v0", "x0").values
     colours = ListedColormap([FAILED, *(own[index] for index in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
+    edges = edges_of(dataset)
     ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
-    away = distance_to_marks(ax, dataset)
-    for index, letter in letters.items():
-        spot = widest_spot((attractor == index) & (away > MARK_CM))
-        spot = spot or spot_beside_mark(attractor == index, away)
-        if spot is not None:
-            place = dataset["x0"].values[spot[1]], dataset["v0"].values[spot[0]]
-            ax.text(*place, letter, **LETTER_STYLE)
+    name_axes(ax, dataset, edges)
+    write_letters(ax, dataset, letters)
     if float(dataset["start_phase"]) != 0.0:
         return
     if float(dataset["border"].mean()) <= MAX_BORDER and dataset.sizes.get("stable_set_point"):
@@ -149,126 +156,100 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, edges: Edges, at: int | No
         ax.plot(*states_of(dataset, index).T, **style, zorder=4 if style["marker"] == "." else 6)
 
 
-def spot_beside_mark(basin: NDArray[np.bool_], away: NDArray[np.float64]) -> tuple[int, int] | None:
-    """Return where the letter of a motion stands with a narrow basin: beside a mark, on a start of its own."""
-    near = basin & (away > 0.75 * MARK_CM) & (away < 1.5 * MARK_CM)
-    share = np.where(near, uniform_filter(basin.astype(float), max(3, basin.shape[0] // 20)), 0.0)
-    row, column = np.unravel_index(int(share.argmax()), share.shape)
-    return (int(row), int(column)) if share[row, column] > 0.0 else None
+def write_letters(ax: Axes, dataset: xr.Dataset, letters: Mapping[int, str]) -> None:
+    """Write the letter of each motion in its basin, or where this is narrow beside a mark, with a line to it.
+
+    Letters keep off marks, the frame and each other.
+    """
+    attractor = dataset["attractor"].transpose("v0", "x0").values
+    starts = dataset["x0"].values, dataset["v0"].values
+    off_centre = (np.abs(values - values.mean()) for values in starts)
+    x_gap, v_gap = (
+        size * (0.5 - gap / np.ptp(values))
+        for gap, values, size in zip(off_centre, starts, size_of(ax), strict=True)
+    )
+    away = np.minimum(x_gap, v_gap[:, None]) + MARK_CM - DISC_CM
+    for x, v in marks_of(dataset):
+        away = np.fmin(away, distance_to(ax, starts, x, v))
+    for index, letter in letters.items():
+        spot, end = widest_spot((attractor == index) & (away > MARK_CM)), None
+        if spot is None:
+            spot, end = spot_beside_mark(ax, dataset, index, away)
+        if spot is None:
+            continue
+        place = starts[0][spot[1]], starts[1][spot[0]]
+        if end is not None:
+            ax.plot(*zip(end, place, strict=True), **LEADER)
+        ax.text(*place, letter, **LETTER_STYLE)
+        away = np.fmin(away, distance_to(ax, starts, *place) - DISC_CM)
 
 
-def distance_to_marks(ax: Axes, dataset: xr.Dataset) -> NDArray[np.float64]:
-    """Return how far (cm) each start (v0, x0) is from the next mark of a state of an orbit."""
-    wide, high = size_of(ax)
-    x0, v0 = dataset["x0"].values, dataset["v0"].values
+def spot_beside_mark(
+    ax: Axes, dataset: xr.Dataset, index: int, away: Floats
+) -> tuple[tuple[int, int] | None, Floats | None]:
+    """Return where the letter of a motion with a narrow basin stands: beside one of its marks, and this mark.
+
+    Without a mark on the map it stands beside a start of its own.
+    """
+    starts = dataset["x0"].values, dataset["v0"].values
+    own = np.argwhere(dataset["attractor"].transpose("v0", "x0").values == index)
+    ends = states_of(dataset, index) if float(dataset["start_phase"]) == 0.0 else np.empty((0, 2))
+    seen = [(x, v) for x, v in ends if np.isfinite(distance_to(ax, starts, x, v)).all()]
+    inside = [
+        end
+        for end in seen
+        if all(a.min() <= c <= a.max() for a, c in zip(starts, end, strict=True))
+    ]
+    if not inside and len(own):
+        row, column = own[len(own) // 2]
+        inside = [(starts[0][column], starts[1][row])]
+    found = [
+        (np.where(away > MARK_CM, distance_to(ax, starts, *end), np.inf), end) for end in inside
+    ]
+    if not found or not np.isfinite(min(gap.min() for gap, _ in found)):
+        return None, None
+    gap, end = min(found, key=lambda pair: float(pair[0].min()))
+    row, column = np.unravel_index(int(gap.argmin()), gap.shape)
+    return (int(row), int(column)), np.array(end)
+
+
+def marks_of(dataset: xr.Dataset) -> list[Floats]:
+    """Return the states of orbits that are marked on a map, and the points of unstable ones on the borders."""
+    if float(dataset["start_phase"]) != 0.0:
+        return []
     marks = [
         states_of(dataset, index)
         for index in range(dataset.sizes["attractor_id"])
         if marker_of(dataset, index)["marker"] != "."
     ]
-    nearest = np.full((v0.size, x0.size), np.inf)
-    for x, v in np.concatenate([np.empty((0, 2)), *marks]):
-        across, up = (x0 - x) * wide / np.ptp(x0), (v0 - v) * high / np.ptp(v0)
-        nearest = np.fmin(nearest, np.hypot(across, up[:, None]))
-    return nearest
+    if "border_orbit" in dataset.dims:
+        points = [dataset[f"border_point_{name}"].values for name in ("displacement", "velocity")]
+        crosses = np.stack([each.ravel() for each in points], axis=1)
+        marks.append(crosses[np.isfinite(crosses).all(axis=1)])
+    return [point for each in marks for point in each]
 
 
-def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float) -> None:
-    """Draw the displacement of the motions of the largest basins between the supports, one below the other."""
-    drawn = [(index, row_motion(dataset, index)) for index in ordered(dataset)[:MAX_MOTIONS]]
-    if not drawn:
-        return
-    periods = periods_of([motion for _, motion in drawn if motion is not None])
-    slot = min(SLOT_CM, TALL_CM / len(drawn))
-    letters, shares = letters_of(dataset), dataset["basin_share"]
-    limits = limits_of([motion for _, motion in drawn if motion is not None])
-    words = {
-        index: textwrap.wrap(attractor_words(dataset, index), LETTERS)[:2] for index, _ in drawn
-    }
-    text_cm = 0.3 + LINE_CM * (1 + max(map(len, words.values())))
-    for position, (index, motion) in enumerate(drawn):
-        low, high = bottom + TALL_CM - (position + 1) * slot, slot - text_cm
-        ax = axes(figure, BESIDE, low, MOTION_CM, high)
-        if motion is not None:
-            ax.plot(*displacement_over(motion, periods), color=INK, linewidth=0.9)
-            ax.set(xlim=(0, periods), ylim=limits)
-            support_bands(ax, motion.walls[2], motion.walls[1])
-        heading = f"{percent(float(shares[index]))} of the starts"
-        for line, text in enumerate(reversed([heading, *words[index]])):
-            y = 1 + (0.2 + line * LINE_CM) / high
-            style: dict[str, Any] = {
-                "weight": "bold" if text is heading else "normal",
-                "va": "center",
-            }
-            ax.text(-0.05, y, text, transform=ax.transAxes, fontsize=SMALL, **style)
-        top = 1 + (0.2 + LINE_CM * len(words[index])) / high
-        ax.text(-0.17, top, letters[index], transform=ax.transAxes, **LETTER_STYLE)
-        is_last = position == len(drawn) - 1
-        ax.tick_params(labelsize=SMALL, labelbottom=is_last)
-        if high > FLAT_CM:
-            ax.locator_params(axis="y", nbins=3)
-        else:
-            ax.set_yticks([0.0])
-        ax.locator_params(axis="x", integer=True)
-        if is_last:
-            ax.set_xlabel(f"time, in {'forcing ' if is_forced(dataset) else ''}periods")
-    middle = bottom + TALL_CM - slot * len(drawn) / 2
-    place = (BESIDE - 1.28) / 16.0, middle / (figure.get_figheight() * CM_PER_INCH)
-    text = in_brackets("displacement", dataset["displacement_strobe"])
-    figure.text(*place, text, rotation=90, ha="center", va="center")
-
-
-def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
-    """Return the motion of an attractor, marched on from its section."""
-    row = dataset.sel(attractor_id=index)
-    needed = ("displacement_strobe", "velocity_strobe", "base_frequency", "period_multiple")
-    names = [name for name in (*PARAMETERS, *PHYSICAL, *needed) if name in row.variables]
-    return motion_of(row[names])
-
-
-def periods_of(motions: Sequence[Motion]) -> int:
-    """Return how many forcing periods are drawn: the longest orbit, within limits; all if there is none."""
-    longest = max((int(motion.row["period_multiple"]) for motion in motions), default=1)
-    has_chaos = any(not motion.is_orbit for motion in motions)
-    return min(max(longest, MOST_PERIODS if has_chaos else LEAST_PERIODS), MOST_PERIODS)
-
-
-def limits_of(motions: Sequence[Motion]) -> tuple[float, float]:
-    """Return the limits of the displacement: a little beyond the supports."""
-    if not motions:
-        return -1.0, 1.0
-    ends = [motions[0].walls[support] for support in (2, 1)]
-    seen = [motion.curves["displacement"].values for motion in motions]
-    low, high = min(ends[0], *map(np.nanmin, seen)), max(ends[1], *map(np.nanmax, seen))
-    return float(low - 0.15 * (high - low)), float(high + 0.15 * (high - low))
-
-
-def displacement_over(motion: Motion, periods: int) -> tuple[np.ndarray, np.ndarray]:
-    """Return time in forcing periods and displacement of a motion, with its impacts; an orbit is repeated."""
-    plain, period = motion.plain, motion.exciter.period
-    wall = np.where(plain["impact_support"].values == 1, motion.walls[1], motion.walls[2])
-    hard = ~np.isin(plain["impact_support"].values, motion.soft)
-    t = np.concatenate([plain["tau"].values, plain["impact_tau"].values[hard]])
-    x = np.concatenate([motion.curves["displacement"].values, wall[hard]])
-    order = np.argsort(t, kind="stable")
-    t, x = t[order] / period, x[order]
-    times = -(-periods * period // motion.length) if motion.is_orbit else 1
-    shifts = np.arange(max(int(times), 1)) * motion.length / period
-    return (t + shifts[:, None]).ravel(), np.tile(x, shifts.size)
+def distance_to(ax: Axes, starts: tuple[Floats, Floats], x: float, v: float) -> Floats:
+    """Return how far (cm) each start (v0, x0) is from a point."""
+    (x0, v0), (wide, high) = starts, size_of(ax)
+    across, up = (x0 - x) * wide / np.ptp(x0), (v0 - v) * high / np.ptp(v0)
+    return np.hypot(across, up[:, None])
 
 
 def draw_periods(
     figure: Figure,
     ax: Axes,
     dataset: xr.Dataset,
-    edges: Edges,
     bar_at: tuple[float, float, float, float],
+    titled: bool = True,
 ) -> None:
     """Draw the forcing periods until each start has settled, on a logarithmic scale."""
     shown = np.maximum(dataset["periods_to_attractor"].transpose("v0", "x0").values, 1)
     norm = LogNorm(int(shown.min()), max(2, int(shown.max())) + int(shown.min() == shown.max()))
+    edges = edges_of(dataset)
     drawn = ax.pcolormesh(*edges, shown, cmap=MAGNITUDES, norm=norm, rasterized=True)
-    bar = colour_bar(figure, drawn, *bar_at, title="periods until settled")
+    name_axes(ax, dataset, edges)
+    bar = colour_bar(figure, drawn, *bar_at, title="periods until settled" if titled else "")
     # Whole numbers of periods, not powers of ten with one digit.
     bar.ax.yaxis.set_major_formatter(StrMethodFormatter("{x:,g}"))
     if (norm.vmax or 1.0) < MANY_PERIODS:

@@ -21,7 +21,7 @@ from vibropipe.figures.canvas import (
     panel,
 )
 from vibropipe.figures.canvas import WIDE as CANVAS
-from vibropipe.figures.map_shapes import cell_edges, frame
+from vibropipe.figures.map_shapes import cell_edges
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
@@ -49,7 +49,8 @@ from vibropipe.scenes.basins.report import (
     title_share_maps,
     title_shares,
 )
-from vibropipe.scenes.basins.text import describe_basins, title_basins
+from vibropipe.scenes.basins.text import describe_basins
+from vibropipe.scenes.basins.titles import title_basins
 from vibropipe.scenes.branch.curves import UNSTABLE
 from vibropipe.scenes.branch.lines import pieces_of
 from vibropipe.scenes.kind import Picture, showing
@@ -66,15 +67,13 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
     rows = -(-len(chosen) // COLUMNS)
     figure = noted_canvas(LOW + rows * UP, parameter_line(dataset), LEFT)
     height = float(figure.get_figheight()) * CM_PER_INCH
-    edges = cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
     for position, index in enumerate(chosen):
         row, column = divmod(position, COLUMNS)
         ax = axes(figure, LEFT + column * ACROSS, LOW + (rows - 1 - row) * UP, WIDE, HIGH)
-        draw_attractor_map(ax, dataset, edges, index)
-        ax.set(xlim=edges[0][[0, -1]], ylim=edges[1][[0, -1]])
+        draw_attractor_map(ax, dataset, index)
+        ax.set(xlabel="", ylabel="")
         panel(ax, title=value_text(dataset[name].isel({name: index})))
         ax.xaxis.set_major_locator(MaxNLocator(4))
-        frame(ax)
         is_lowest = position + COLUMNS >= len(chosen)
         ax.tick_params(labelbottom=is_lowest, labelleft=column == 0)
     centre = LEFT + 0.5 * ((min(len(chosen), COLUMNS) - 1) * ACROSS + WIDE)
@@ -174,7 +173,7 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     n_starts = dataset.sizes["x0"] * dataset.sizes["v0"]
     top = np.zeros(values.size)
     edges = band_edges(values)
-    for index in ordered(dataset):
+    for rank, index in enumerate(ordered(dataset)):
         bottom, top = top, top + share[:, index]
         ax.stairs(
             top, edges, baseline=bottom, fill=True, facecolor=colours[index], edgecolor=INK, linewidth=0.4,
@@ -183,7 +182,7 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         _share, low, high = shares(np.minimum(counts, n_starts), n_starts)
         is_border = (top > 0) & (top < 1) & (share[:, index] > 0)
         ax.vlines(values[is_border], low[is_border], high[is_border], color=INK, linewidth=0.7)
-        write_letter(ax, values, bottom, top, letters[index])
+        write_letter(ax, values, bottom, top, letters[index], rank % 2)
 
 
 def band_edges(values: np.ndarray) -> np.ndarray:
@@ -195,7 +194,7 @@ def band_edges(values: np.ndarray) -> np.ndarray:
 
 
 def write_letter(
-    ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str
+    ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str, is_higher: int
 ) -> None:
     """Write the letter of an attractor where its band is high, in the middle of the widest such place.
 

@@ -58,23 +58,6 @@ def percent(share: float) -> str:
     return f"{'100' if share == 1.0 else text}\u00a0%"
 
 
-def title_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return the title of the map: how the motions share the starts."""
-    if show and "attractor" not in show:
-        return ""
-    shares = [float(dataset["basin_share"][index]) for index in ordered(dataset)]
-    if not shares:
-        return NOT_FOUND
-    if len(shares) == 1:
-        whole = shares[0] == 1.0
-        return "All starts settle on one motion" if whole else "One motion was found"
-    motions = amount_text(len(shares), "motion")
-    listed = [percent(share) for share in shares[:4]]
-    more = f", {listed.pop()} and less" if len(shares) > 4 else ""
-    parts = ", ".join(listed) if more else series(listed)
-    return f"{capitalised(motions)} share the starts: {parts}{more}"
-
-
 def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the maps, or of those of `show`."""
     show = show or ("attractor",)
@@ -84,16 +67,17 @@ def describe_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     slowest = f"The slowest start takes {longest}" if dataset.sizes["attractor_id"] else ""
     if not has_map:
         return sentences(f"{capitalised(times)}{start_text(dataset)}", slowest)
+    has_chaos = bool((dataset["period_multiple"] == 0).any())
+    later = "; grey: later periods of one that does not repeat" if has_chaos else ""
     return sentences(
         f"{dataset.sizes['x0']} × {dataset.sizes['v0']} starts{start_text(dataset)}; colours: the motion on which "
         "they settle",
         *marks_texts(dataset),
-        "Right: displacement of the motions between the supports (hatched)"
+        f"{'Below' if has_times else 'Right'}: displacement of the motions between the supports (hatched){later}"
         if dataset.sizes["attractor_id"]
         else "",
         missing_text(dataset),
         aperiodic_text(dataset),
-        f"Below: {times}" if has_times else "",
         slowest if has_times else "",
     )
 
@@ -176,27 +160,37 @@ def creep_answers(dataset: xr.Dataset) -> list[Answer]:
         on = series([letters[int(speeds["attractor_id"][n])] for n in known])
         return [Answer(f"On {on} the housing does not creep.")] if known else []
     told = [
-        f"{letters[int(speeds['attractor_id'][n])]} with "
-        f"{with_units(speeds[n], digits(abs(float(speeds[n]))))}"
+        f"at {with_units(speeds[n], digits(abs(float(speeds[n]))))} {ways[n]} on "
+        f"{letters[int(speeds['attractor_id'][n])]}"
         for n in moving
     ]
-    if len({ways[n] for n in moving}) == 1:
-        told[-1] += f", {ways[moving[0]]}"
-    else:
-        told = [f"{text} {ways[n]}" for text, n in zip(told, moving, strict=True)]
-    return [Answer(f"The housing creeps on {series(told)}.")]
+    return [Answer(f"The housing creeps {series(told)}.")]
 
 
 def border_answer(dataset: xr.Dataset) -> Answer:
     """Write where starts at rest lead, and how many starts have a neighbour that settles elsewhere."""
     border = float(dataset["border"].mean())
     index, is_start = at_rest(dataset)
-    near = f"{percent(border)} of the starts have a neighbour in the map that settles elsewhere."
+    away = steps_text(dataset)
+    near = f"{percent(border)} of the starts have a neighbour{away} that settles elsewhere."
     if index is not None:
         where = "From rest it settles on" if is_start else "Starts near rest settle on"
         return Answer(f"{where} {named(dataset, index)}.", near)
     many = "The start must be known well." if border >= MANY else "Few starts lie at a border."
     return Answer(many, near)
+
+
+def steps_text(dataset: xr.Dataset) -> str:
+    """Write how far neighbours in a map are, in displacement or velocity; empty where the steps differ."""
+    found = []
+    for name in ("x0", "v0"):
+        steps = np.diff(np.sort(dataset[name].values))
+        if steps.size and np.ptp(steps) > 1e-6 * steps.max():
+            return ""
+        found += [with_units(dataset[name], format_number(float(steps.max()), 2))] * bool(
+            steps.size
+        )
+    return f", {' or '.join(found)} away," if found else ""
 
 
 def knock_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -274,8 +268,8 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         *([in_brackets("proved impulse", dataset[PROVED])] if PROVED in dataset else []),
     ]  # fmt: skip
     note = (
-        "Share with its 95 % interval for as many random starts. Multiplier: largest modulus, over the motion's own "
-        "period. "
+        "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
+        "in a period of the motion, in the long run. "
     )
     if KNOCK in dataset:
         note += f"Impulse{start_text(dataset)}, of those tried, rounded up."

@@ -532,7 +532,9 @@ def test_titles_say_what_the_start_decides(dataset):
 
 def test_the_steps_of_a_map_are_told_where_they_are_alike(dataset):
     step_x, step_v = (format_number(float(np.diff(dataset[name])[0]), 2) for name in ("x0", "v0"))
-    assert steps_text(dataset) == f", {step_x} or {step_v} away,"
+    told = f"Neighbours in the map are {step_x} or {step_v} apart. "
+    assert steps_text(dataset) == told
+    assert safety_table("s", dataset).note.startswith(told)
     assert steps_text(dataset.isel(x0=[0, 1, 5])) == ""
 
 

@@ -171,8 +171,7 @@ def border_answer(dataset: xr.Dataset) -> Answer:
     """Write where starts at rest lead, and how many starts have a neighbour that settles elsewhere."""
     border = float(dataset["border"].mean())
     index, is_start = at_rest(dataset)
-    away = steps_text(dataset)
-    near = f"{percent(border)} of the starts have a neighbour{away} that settles elsewhere."
+    near = f"{percent(border)} of the starts have a neighbour in the map that settles elsewhere."
     if index is not None:
         where = "From rest it settles on" if is_start else "Starts near rest settle on"
         return Answer(f"{where} {named(dataset, index)}.", near)
@@ -181,7 +180,7 @@ def border_answer(dataset: xr.Dataset) -> Answer:
 
 
 def steps_text(dataset: xr.Dataset) -> str:
-    """Write how far neighbours in a map are, in displacement or velocity; empty where the steps differ."""
+    """Write how far neighbours in a map are from each other; empty where the steps differ."""
     found = []
     for name in ("x0", "v0"):
         steps = np.diff(np.sort(dataset[name].values))
@@ -190,7 +189,7 @@ def steps_text(dataset: xr.Dataset) -> str:
         found += [with_units(dataset[name], format_number(float(steps.max()), 2))] * bool(
             steps.size
         )
-    return f", {' or '.join(found)} away," if found else ""
+    return f"Neighbours in the map are {' or '.join(found)} apart. " if found else ""
 
 
 def knock_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -271,6 +270,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
         "in a period of the motion, in the long run. "
     )
+    note = steps_text(dataset) * ("x0" in dataset.dims and len(rows) > 1) + note
     if KNOCK in dataset:
         note += f"Impulse{start_text(dataset)}, of those tried, rounded up."
     else:

@@ -342,7 +342,7 @@ def test_the_best_value_that_was_found_is_told(minimise, rest):
     }
     columns = {name: ("design", values) for name, values in variables.items()}
     dataset = describe(xr.Dataset(columns, attrs={"vary": "nu", "minimise": minimise}))
-    assert reached(dataset) == Answer("1 design keeps all that is wanted.", rest)
+    assert reached(dataset) == Answer("One design keeps all that is wanted.", rest)
 
 
 @pytest.mark.parametrize(

@@ -6,6 +6,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_least
+from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import (
     format_number,
     in_brackets,
@@ -60,7 +61,7 @@ from vibropipe.scenes.design.workshop import (
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import capitalised, series
 
 MOST_QUANTITIES = 3  # of a table
 AT_END = 1e-6  # of a range: as near to its end counts as there
@@ -223,7 +224,7 @@ def reached(dataset: xr.Dataset) -> Answer:
         best = int(np.argmax(is_met(dataset)))
         most = MOST[sought[0].startswith("-")]
         rest = f"The {most} {part.words(dataset)} found is {part.value_text(dataset, best)}."
-    return Answer(f"{count(amount, 'design')} {keep} all that is wanted.", rest)
+    return Answer(f"{capitalised(amount_text(amount, 'design'))} {keep} all that is wanted.", rest)
 
 
 def answers_of_front(dataset: xr.Dataset) -> list[Answer]:

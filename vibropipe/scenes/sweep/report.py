@@ -53,12 +53,15 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
         return None
     numbers = [part.values[struck].tolist() for part in orbit_numbers(dataset)]
     found = Counter(zip(*numbers, strict=True)).most_common()
+    # rare ones, whose share has no digit, are counted together
+    shares = [share_text(n, regime.size) for _, n in found[:MAX_ROWS]]
+    kept = sum(not text.startswith("under") for text in shares) or len(shares)
     rows = [
-        [f"{m}", f"{p1}", f"{p2}", share_text(n, regime.size)]
-        for (m, p1, p2), n in found[:MAX_ROWS]
+        [f"{m}", f"{p1}", f"{p2}", text]
+        for ((m, p1, p2), _), text in zip(found[:kept], shares, strict=False)
     ]
-    left = sum(n for _, n in found[MAX_ROWS:])
-    more = f"{count(len(found) - MAX_ROWS, 'more kind')} of orbit"
+    left = sum(n for _, n in found[kept:])
+    more = f"{count(len(found) - kept, 'more kind')} of orbit"
     note = f"{more}: {share_text(left, regime.size)}." if left else ""
     head = [
         "forcing periods",

@@ -198,7 +198,7 @@ def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
     ((name, dataset),) = datasets.items()
     dataset["period_multiple"][:] = 2
     said = words(draw("sweep", dataset))
-    assert "two-sided" in said
+    assert "both supports struck" in said
     assert "m>1" not in said
     text = caption(study.scenes[name], dataset, datasets)
     assert "outputs include neither harmonics nor impacts" in text

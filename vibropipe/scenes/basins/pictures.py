@@ -173,7 +173,7 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     n_starts = dataset.sizes["x0"] * dataset.sizes["v0"]
     top = np.zeros(values.size)
     edges = band_edges(values)
-    for rank, index in enumerate(ordered(dataset)):
+    for index in ordered(dataset):
         bottom, top = top, top + share[:, index]
         ax.stairs(
             top, edges, baseline=bottom, fill=True, facecolor=colours[index], edgecolor=INK, linewidth=0.4,
@@ -182,7 +182,7 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         _share, low, high = shares(np.minimum(counts, n_starts), n_starts)
         is_border = (top > 0) & (top < 1) & (share[:, index] > 0)
         ax.vlines(values[is_border], low[is_border], high[is_border], color=INK, linewidth=0.7)
-        write_letter(ax, values, bottom, top, letters[index], rank % 2)
+        write_letter(ax, values, bottom, top, letters[index])
 
 
 def band_edges(values: np.ndarray) -> np.ndarray:
@@ -194,7 +194,7 @@ def band_edges(values: np.ndarray) -> np.ndarray:
 
 
 def write_letter(
-    ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str, is_higher: int
+    ax: Axes, values: np.ndarray, bottom: np.ndarray, top: np.ndarray, letter: str
 ) -> None:
     """Write the letter of an attractor where its band is high, in the middle of the widest such place.
 

@@ -75,7 +75,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
         panel(ax, title=value_text(dataset[name].isel({name: index})))
         ax.xaxis.set_major_locator(MaxNLocator(4))
         is_lowest = position + COLUMNS >= len(chosen)
-        ax.tick_params(labelbottom=is_lowest, labelleft=column == 0)
+        ax.tick_params(which="both", labelbottom=is_lowest, labelleft=column == 0)
     centre = LEFT + 0.5 * ((min(len(chosen), COLUMNS) - 1) * ACROSS + WIDE)
     middle = LOW + 0.5 * ((rows - 1) * UP + HIGH)
     figure.text(centre / CANVAS, 0.15 / height, axis_label(dataset["x0"]), ha="center")
@@ -114,7 +114,7 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
         for change in changes_of(dataset):
             ax.axvline(change.value, **CHANGE_STYLE)
     lower.set(ylabel="share of the starts", xlabel=axis_label(dataset[name]))
-    upper.tick_params(labelbottom=False)
+    upper.tick_params(which="both", labelbottom=False)
     panel(upper, "a", "amplitude of the motions", indent=-1.2)
     panel(lower, "b", "how many starts settle on each", indent=-1.2)
     return figure

@@ -161,7 +161,7 @@ def finish(
         is_labelled = (
             spot.bottom == lowest < layout.bars[0].bottom and spot.left > layout.bars[-1].left
         )
-        ax.tick_params(labelbottom=is_labelled)
+        ax.tick_params(which="both", labelbottom=is_labelled)
         if is_labelled:
             ax.set_xlabel(fitted_label(dataset[along], spot.width))
 
@@ -216,7 +216,7 @@ def draw_panel(
             if lines_dim is None and len(series) > 1 and line.direction != "down":
                 named.append(Named(x, y, each.text, colour))
     if series[0].name not in SIGNED:
-        ax.set_ylim(bottom=0.0)
+        ax.set_ylim(bottom=0.0, auto=None)  # the columns that share the ordinate are still to be drawn
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
         named = ways_of(part, series[0], along, colours[0])
     if named:

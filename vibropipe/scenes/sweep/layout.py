@@ -195,7 +195,7 @@ def spot_axes(layout: Layout, along: str) -> list[tuple[Spot, Axes]]:
         shared = first.get(spot.panel)
         ax = axes(layout.figure, spot.left, spot.bottom, spot.width, spot.height, sharey=shared)
         ax.set_xscale(scale_of(spot.part[along].values))
-        ax.tick_params(labelleft=not spot.is_inner)
+        ax.tick_params(which="both", labelleft=not spot.is_inner)
         first.setdefault(spot.panel, ax)
         found.append((spot, ax))
     return found

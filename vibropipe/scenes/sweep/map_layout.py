@@ -93,7 +93,7 @@ def map_panel(figure: Figure, place: Place, part: xr.Dataset, x: str, y: str) ->
     ax.set_ylim(edges[1][0], edges[1][-1])
     plain_ticks(ax.xaxis, 6 if place.width > 4.0 else 4)
     plain_ticks(ax.yaxis, 5)
-    ax.tick_params(labelleft=place.is_left, labelbottom=place.is_low)
+    ax.tick_params(which="both", labelleft=place.is_left, labelbottom=place.is_low)
     if place.is_low:
         ax.set_xlabel(fitted_label(part[x], place.width))
     if place.is_left:

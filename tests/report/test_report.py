@@ -110,6 +110,15 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
     assert model_line(soft).text.startswith("ẍ + hẋ + x = f sin ντ")
 
 
+@pytest.mark.parametrize(
+    ("offset", "sign"), [([-0.2], -1), ([-0.2, 0.0], -1), ([0.2], 1), ([0.0], 1), ([-0.2, 0.1], 1)]
+)
+def test_the_drawing_has_the_equilibrium_on_the_side_of_the_offset(solved, offset, sign):
+    _, _, datasets = solved
+    data = datasets["symmetric"].drop_vars("delta").assign_coords(delta=("offset", offset))
+    assert drawing_of({"a": data})["offset"] == sign
+
+
 def test_supports_of_a_housing_that_slides_are_no_ground(solved):
     _, _, datasets = solved
     sliding = {"a": datasets["symmetric"].assign_coords(mass_ratio=0.4, housing_friction_1=0.1)}

@@ -96,8 +96,7 @@ def values_text(name: str, datasets: Datasets) -> str:
 
     Those that designs have found count only where no other dataset has any.
     """
-    arrays = [data[name] for data in datasets.values() if name in data.variables]
-    arrays = [array for array in arrays if "design" not in array.dims] or arrays
+    arrays = arrays_of(name, datasets)
     found = np.concatenate([np.empty(0), *(np.ravel(array.values) for array in arrays)])
     if name in FORCES and len(arrays) < len(datasets):
         found = np.append(found, 0.0)  # datasets without a force leave it out
@@ -108,6 +107,19 @@ def values_text(name: str, datasets: Datasets) -> str:
     parts = [format_number(float(value)) for value in values]
     text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"
     return with_units(arrays[0], text)
+
+
+def arrays_of(name: str, datasets: Datasets) -> list[xr.DataArray]:
+    """Return the values of a parameter in each dataset, those of designs only where there are no others."""
+    arrays = [data[name] for data in datasets.values() if name in data.variables]
+    return [array for array in arrays if "design" not in array.dims] or arrays
+
+
+def offset_sign(datasets: Datasets) -> int:
+    """Return on which side the drawing has the equilibrium: −1, right of the middle, only if no offset is positive."""
+    offsets = [array.values for array in arrays_of("delta", datasets)]
+    is_negative = any((each < 0).any() for each in offsets)
+    return -1 if is_negative and not any((each > 0).any() for each in offsets) else 1
 
 
 def has_value(name: str, datasets: Datasets) -> bool:
@@ -148,7 +160,7 @@ def force_text(datasets: Datasets, has_units: bool) -> str:
 
 
 def drawing_of(datasets: Datasets) -> dict[str, Any]:
-    """Return what the drawing shows: soft supports, friction, a load, a housing, and symbols."""
+    """Return what the drawing shows: soft supports, friction, a load, a housing, on which side the offset is, symbols."""
     has_units = any("C" in data.variables for data in datasets.values())
     soft = [has_value(name, datasets) for name in of_calls("soft")]
     stiffness = ("C₁", "C₂") if has_units else ("k₁", "k₂")
@@ -157,6 +169,7 @@ def drawing_of(datasets: Datasets) -> dict[str, Any]:
         "friction": has_value("friction", datasets),
         "load": has_value("load", datasets),
         "housing": has_value("mass_ratio", datasets),
+        "offset": offset_sign(datasets),
         "symbols": {
             "stiffness": "C" if has_units else "1",
             "damping": "H" if has_units else "h",

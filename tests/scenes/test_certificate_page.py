@@ -82,14 +82,17 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
     assert data.attrs[STATEMENT] == alone.attrs["statement"]
     report = report_data(study, {"s": data}, {})
     texts = {answer["lead"]: answer["rest"] for answer in report["answers"]}
-    told = texts[
-        "Proved: every exciter within the stated limits keeps the orbit (both supports, once a period)."
-    ]
+    told = texts["Proved: every exciter within the limits keeps the orbit."]
     assert told == "The limits are R₁, R₂ ± 0.01 and δ ± 0.002; all else is exact."
     (group,) = [each for each in report["groups"] if each["heading"] == "What is certain?"]
     assert [item["type"] for item in group["items"]][:2] == ["figure", "table"]
     mean = group["items"][1]["rows"][0]
     assert mean[0] == "mean displacement"
+    names = [row[0] for row in group["items"][1]["rows"]]
+    supports = alone["impact_support"].values.tolist()
+    assert names[2 : 2 + len(supports)] == [
+        f"velocity before impact {n}, support {support}" for n, support in enumerate(supports, 1)
+    ]
     low, high = (float(cell.replace("\u2212", "-")) for cell in mean[1:])
     assert low <= float(alone.displacement_mean_low)
     assert float(alone.displacement_mean_high) <= high
@@ -133,10 +136,7 @@ def test_a_motion_with_a_soft_support_and_friction_has_its_events_and_its_depth(
     _study, dataset = solved(text)
     proof = proof_of(dataset)
     assert proof is not None
-    assert (
-        title_certificate(dataset)
-        == "Proved: every exciter within the stated limits keeps the orbit (both supports, once a period)"
-    )
+    assert title_certificate(dataset) == "Proved: every exciter within the limits keeps the orbit"
     caption = describe_certificate(dataset)
     assert "it is a motion of just these events (" in caption
     assert "turn, " in caption
@@ -154,7 +154,7 @@ def test_a_motion_with_a_soft_support_and_friction_has_its_events_and_its_depth(
 def test_what_is_disproved_is_said() -> None:
     study, data = solved(MOTION.replace("R1: 0.01, R2: 0.01, delta: 0.002", "R1: 0.28"))
     told = certificate_answer(data)
-    assert told.lead.startswith("Disproved: an exciter within the stated limits does not keep")
+    assert told.lead.startswith("Disproved: an exciter within the limits does not keep")
     assert told.rest.startswith("The limits are R₁ ± 0.28; all else is exact. The mass leaves")
     assert "supports at R₁ = 0.98" in told.rest
     figures = [i for g in report_data(study, {"s": data}, {})["groups"] for i in g["items"]]
@@ -166,8 +166,8 @@ def test_what_is_not_decided_is_said(monkeypatch) -> None:
     monkeypatch.setattr("vibropipe.scenes.certificate.PARTS", 2)
     _study, data = solved(MOTION.replace("R1: 0.01, R2: 0.01, delta: 0.002", "R1: 0.1, R2: 0.1"))
     told = certificate_answer(data)
-    assert told.lead.startswith("Not decided: whether each exciter within the stated limits keeps")
-    assert "parts of the box were examined, as many as are allowed" in told.rest
+    assert told.lead.startswith("Not decided: whether each exciter within the limits keeps")
+    assert " boxes were examined, as many as are allowed" in told.rest
     assert "at least" not in CERTIFICATE_PICTURE.describe(data, None, {})
 
 

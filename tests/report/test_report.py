@@ -152,7 +152,7 @@ def test_methods_and_provenance(data):
     assert "accuracy asked: 1 × 10⁻⁸; orbits close to 1 × 10⁻¹⁴" in lines["Solved by"]
     assert "vibropipe 0.1.0 (commit 0123456789ab)" in lines["Again"]
     assert lines["Again"].startswith("`vibropipe run small.yaml`; data: 7 files in `results/small`")
-    assert lines["Again"].endswith("computed in 1.2 s, with what was compiled")
+    assert lines["Again"].endswith("computed in 1.2 s, compilation included")
     assert data["footer"] == "vibropipe 0.1.0 · study small · 24 November 2026"
 
 

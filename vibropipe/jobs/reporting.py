@@ -230,6 +230,7 @@ def _groups(
     for scene in scenes:
         label = labels[scene]
         own_tables = [table for table in tables if table.scene == label]
+        before = len(groups)
         group = Group(answers=answers.get(label, []))
         groups.append(group)
         own_figures = [entry for entry in figures if entry["scene"] == scene]
@@ -237,17 +238,18 @@ def _groups(
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]
                 heading = _heading(study, figure, begins)
-                if begins and not heading and any(other.heading for other in groups):
-                    # not to stand under the heading of another scene
-                    heading = kind_of(study.scenes[scene]).report.noun
-                if heading and heading != group.heading:
+                if heading and heading not in [each.heading for each in groups]:
                     group = group if not group.items else Group()
                     group.heading = heading
                     if group not in groups:
                         groups.append(group)
                 group.items.append(figure)
             group.items += [t.as_data() for t in own_tables if t.picture == figure["picture"]]
-        group.items += [t.as_data() for t in own_tables if not t.picture]
+        rest = [t.as_data() for t in own_tables if not t.picture]
+        if rest and len(groups) > before + 1:
+            group = Group("Further numbers")
+            groups.append(group)
+        group.items += rest
     return [group for group in groups if group.items]
 
 

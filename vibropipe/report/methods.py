@@ -111,7 +111,7 @@ def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) 
     texts += [series(filter(None, dict.fromkeys(versions)))]
     seconds = [float(car["seconds"]) for car in sidecars.values() if car.get("seconds")]
     if seconds:
-        texts.append(f"computed in {format_number(sum(seconds), 2)} s, with what was compiled")
+        texts.append(f"computed in {format_number(sum(seconds), 2)} s, compilation included")
     return Line("Again", "; ".join(filter(None, texts)))
 
 

@@ -37,7 +37,12 @@ def at_least(value: float, digits: int = 3) -> str:
     >>> at_least(1.9999), at_least(-2.0001)
     ('1.99', '−2.01')
     """
-    return format_number(_rounded(value, digits, ROUND_FLOOR), digits)
+    return format_number(rounded_down(value, digits), digits)
+
+
+def rounded_down(value: float, digits: int) -> float:
+    """Return a number rounded down to some significant digits."""
+    return _rounded(value, digits, ROUND_FLOOR)
 
 
 def _rounded(value: float, digits: int, rounding: str) -> float:

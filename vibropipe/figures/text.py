@@ -134,6 +134,19 @@ def format_number(value: float | str, digits: int = 4) -> str:
     return f"{text} × 10{raised}"
 
 
+def measured(value: float, digits: int = 3) -> str:
+    """Write a computed number with all its significant digits, also where the last ones are zeros.
+
+    >>> measured(1.0), measured(-0.0999999), measured(166.2), measured(0.0)
+    ('1.00', '−0.100', '166', '0')
+    """
+    text = format_number(value, digits)
+    missing = digits - sum(letter.isdigit() for letter in text.lstrip("−0."))
+    if missing < 1 or missing == digits or "×" in text or not text[-1].isdigit():
+        return text
+    return f"{text}{'' if '.' in text else '.'}{'0' * missing}"
+
+
 def axis_label(array: xr.DataArray, index: int | None = None, width: int = 0) -> str:
     """Return the label of an axis: long name, symbol and units of an array, from its attributes.
 

@@ -160,7 +160,7 @@ def force_text(datasets: Datasets, has_units: bool) -> str:
 
 
 def drawing_of(datasets: Datasets) -> dict[str, Any]:
-    """Return what the drawing shows: soft supports, friction, a load, a housing, on which side the offset is, symbols."""
+    """Return what the drawing shows: soft supports, friction, a load, a housing, the side of the offset, symbols."""
     has_units = any("C" in data.variables for data in datasets.values())
     soft = [has_value(name, datasets) for name in of_calls("soft")]
     stiffness = ("C₁", "C₂") if has_units else ("k₁", "k₂")

@@ -7,7 +7,7 @@ from __future__ import annotations
 
 import re
 from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any
 
 import xarray as xr
@@ -78,6 +78,28 @@ class Table:
             "widths": list(widths),
             "left": self.left,
         }
+
+
+def told_once(table: Table, whose: str) -> Table:
+    """Return a table without the columns whose cells are all equal, which its note tells of `whose`."""
+    columns = range(len(table.head)) if len(table.rows) > 1 else range(0)
+    equal = [
+        n for n in columns if n and {table.rows[0][n]} == {row[n] for row in table.rows} != {DASH}
+    ]
+    if not equal:
+        return table
+    told = ", ".join(f"{symbol(table.head[n])} {table.rows[0][n]}" for n in equal)
+
+    def kept(cells: Sequence[str]) -> list[str]:
+        return [cell for n, cell in enumerate(cells) if n not in equal]
+
+    return replace(
+        table,
+        head=kept(table.head),
+        rows=[kept(row) for row in table.rows],
+        note=f"Of {whose}: {told}. {table.note}".strip(),
+        widths=tuple(kept(table.widths)),
+    )
 
 
 def symbol(name: str) -> str:

@@ -10,7 +10,14 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import rests_of
-from vibropipe.figures.text import REST, format_number, in_brackets, symbol_of, with_units
+from vibropipe.figures.text import (
+    REST,
+    format_number,
+    in_brackets,
+    measured,
+    symbol_of,
+    with_units,
+)
 from vibropipe.figures.units import unit_text
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.shown_units import shown_factor, shown_unit
@@ -59,7 +66,9 @@ class Part(NamedTuple):
     def value_text(self, dataset: xr.Dataset, row: int, digits: int = 3) -> str:
         """Write its value of a design with the unit."""
         values = self.of(dataset)
-        return with_units(values, format_number(float(values.values[row]), digits))
+        value = float(values.values[row])
+        write = format_number if value.is_integer() else measured
+        return with_units(values, write(value, digits))
 
     def end(self, dataset: xr.Dataset, which: str) -> float:
         """Return its target, lower or upper bound; NaN without one."""

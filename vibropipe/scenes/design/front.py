@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import string
 import textwrap
 from typing import Any
 
@@ -11,7 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, colour_bar, new_canvas, zero_line
+from vibropipe.figures.canvas import SMALL, WIDE, axes, colour_bar, new_canvas, panel, zero_line
 from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED, shades
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.figures.text import format_number, plain_symbol_of, sentences, symbol_of, with_units
@@ -47,7 +48,7 @@ MAPPED = (
 )
 BELOW, ABOVE = METHODS["crude"].colour, EXACT
 # Centimetres: two panels in a line, a bar, and what stands beside and below them.
-PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.3
+PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.6
 ROW, WORDS, SCALE = 0.75, 6.3, 2.1  # of the map: a line, its words, its scale
 
 
@@ -65,11 +66,13 @@ def draw_tornado(dataset: xr.Dataset) -> Figure:
         left = LEFT + (n % 2) * (PANEL + LEFT + 0.1)
         ax = axes(figure, left, 0.4 + (lines - 1 - n // 2) * step + FOOT, PANEL, high)
         draw_bars(ax, best, part)
+        if len(parts) > 1:
+            panel(ax, string.ascii_lowercase[n], indent=-LEFT)
     return figure
 
 
 def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
-    """Draw the bars of one quantity, the most important parameter on top."""
+    """Draw the bars of one quantity, the most important parameter on top, zero in the middle."""
     moved = part.of(best, "_deviation").transpose("parameter", "side").values
     share = part.of(best, "_contribution").values
     std = float(part.of(best, "_std").sel(estimate="first_order"))
@@ -80,7 +83,10 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     ax.barh(place + 0.19, moved[order, 0], color=BELOW, hatch="////", **style)
     ax.barh(place - 0.19, moved[order, 1], color=ABOVE, **style)
     for sign in (-1, 1):
-        ax.plot(sign * first[order], place, "|", color=INK, markersize=11, markeredgewidth=1.0)
+        for width, colour in ((2.4, "white"), (1.0, INK)):
+            ax.plot(
+                sign * first[order], place, "|", color=colour, markersize=11, markeredgewidth=width
+            )
     zero_line(ax, axis="x")
     names = [str(best["parameter"].values[n]) for n in order]
     ax.set_yticks(place, [deviation_text(best, name, WORST) for name in names], fontsize=8)
@@ -88,7 +94,8 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     ax.spines["left"].set_visible(False)
     ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     ax.xaxis.set_major_formatter(lambda value, _: format_number(value, 4))
-    ax.margins(x=0.05)
+    most = 1.05 * np.nanmax(np.abs([*moved.ravel(), *first]), initial=0.0) or 1.0
+    ax.set_xlim(-most, most)
     ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))
 
 
@@ -173,17 +180,27 @@ SAME_MOVE = 1e-6
 
 
 def title_tornado(dataset: xr.Dataset) -> str:
-    """Return the title of the bars: which parameter moves the first quantity most."""
+    """Return the title of the bars: which parameter moves each quantity most, or only the first one."""
     if not has_spread(dataset) or not (parts := spread_parts(dataset)):
         return "What each parameter alone does is not known"
     best = dataset.isel(design=0)
-    deviations = abs(parts[0].of(best, "_deviation"))
-    moved = deviations.fillna(0.0).max("side")
-    most = moved.values >= (1.0 - SAME_MOVE) * float(moved.max())
-    names = [plain_symbol_of(best[str(name)]) for name in best["parameter"].values[most]]
-    if not float(moved.max()) > 0.0 or bool(deviations.isnull().any()):
+    names = [strongest(best, part) for part in parts]
+    if not names[0]:
         return f"How each parameter moves the {parts[0].words(dataset)}"
-    return f"{series(names)} {'moves' if len(names) == 1 else 'move'} the {parts[0].words(dataset)} most"
+    moved = f"the {parts[0].words(dataset)}"
+    if len(parts) > 1 and names == names[:1] * len(parts):
+        moved = "both quantities" if len(parts) == 2 else "each quantity"
+    return f"{series(names[0])} {'moves' if len(names[0]) == 1 else 'move'} {moved} most"
+
+
+def strongest(best: xr.Dataset, part: Part) -> list[str]:
+    """Return the symbols of the parameters that move a quantity most; none where that is not known."""
+    deviations = abs(part.of(best, "_deviation"))
+    moved = deviations.fillna(0.0).max("side")
+    if not float(moved.max()) > 0.0 or bool(deviations.isnull().any()):
+        return []
+    most = moved.values >= (1.0 - SAME_MOVE) * float(moved.max())
+    return [plain_symbol_of(best[str(name)]) for name in best["parameter"].values[most]]
 
 
 def describe_tornado(dataset: xr.Dataset) -> str:
@@ -191,8 +208,8 @@ def describe_tornado(dataset: xr.Dataset) -> str:
     if not has_spread(dataset):
         return sentences(NO_SPREAD)
     return sentences(
-        "Design 1, marched anew with one parameter alone off by three of its standard deviations, as at the axis: "
-        "light, hatched below its value, dark above; ticks: first order"
+        "Design 1, solved anew with one parameter off by three standard deviations; hatched: below its value, dark: "
+        "above; ticks: to first order"
     )
 
 

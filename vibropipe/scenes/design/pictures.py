@@ -13,31 +13,40 @@ from matplotlib.patches import Rectangle
 from vibropipe.figures.canvas import SMALL, WIDE, arrow, axes, new_canvas
 from vibropipe.figures.palette import BAND, FAILED, GREY, INK, SUPPORT_TEXT
 from vibropipe.figures.text import (
+    force_amplitude,
     format_number,
     in_lines,
+    is_forced,
     parameter_names,
+    plain_symbol_of,
     sentences,
     symbol_of,
     with_units,
 )
+from vibropipe.report.exciter import WORDS
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
-from vibropipe.scenes.design.data import has_tolerances, is_met, wanted_text
+from vibropipe.scenes.design.data import (
+    goals,
+    has_tolerances,
+    is_met,
+    varied,
+    wanted_parts,
+)
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
+from vibropipe.scenes.design.nominal import (
+    held_too_wide,
+    nominal_text,
+    shown_tolerance,
+    toleranced,
+)
 from vibropipe.scenes.design.ranking import (
     describe_designs,
     draw_designs,
     least_miss,
     title_designs,
 )
-from vibropipe.scenes.design.workshop import (
-    held_too_wide,
-    no_tolerance,
-    no_tolerance_text,
-    nominal_text,
-    shown_tolerance,
-    toleranced,
-)
+from vibropipe.scenes.design.workshop import no_tolerance, no_tolerance_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.vocabulary import held_name
 
@@ -46,6 +55,9 @@ REACH, WALL, LINE = 3.2, 0.7, 0.4
 MIDDLE, CENTRED, TABLE = 6.4, 8.2, 10.6
 FEW_LINES = 5  # of the table, beside the mass
 MASS = 1.1
+TOP = 5.62  # of the frame of a housing that slides
+FRAME: dict[str, Any] = {"color": GREY, "lw": 1.2, "zorder": 1}
+LONGEST = 85  # letters of a title
 NAMES_DRAWN = ("l", "delta", "R1", "R2", "k1", "k2", "C1", "C2", "h1", "h2", "H1", "H2")
 
 
@@ -77,6 +89,11 @@ def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
     grey: dict[str, Any] = {"color": GREY, "lw": 0.5}
     ax.plot([middle] * 2, [2.0, 5.35], ls=(0, (4, 2)), **grey)
     ax.plot([at] * 2, [0.6, 4.5], ls=(0, (6, 1.5, 1, 1.5)), zorder=0, **grey)
+    if slides(dataset):
+        ends = [middle + sign * (scale * half + 0.5) for sign in (-1, 1)]
+        wall = WALL - 0.125
+        ax.plot([wall, wall, ends[1], ends[1]], [1.8, TOP, TOP, 3.55], **FRAME)
+        ax.plot([ends[0]] * 2, [TOP, 3.55], **FRAME)
     for number, sign in ((1, 1), (2, -1)):
         edge = middle + sign * scale * half
         draw_support(ax, dataset, number, edge, sign)
@@ -91,6 +108,11 @@ def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
         Rectangle((inside - MASS / 2, 0.8), MASS, 0.95, facecolor="white", edgecolor=INK, lw=0.9)
     )
     ax.text(inside, 1.27, "$m$", ha="center", va="center", zorder=5)
+    if is_forced(dataset):
+        side, end = inside + MASS / 2, min(inside + MASS / 2 + 0.9, TABLE - 0.1)
+        arrow(ax, (side, 1.27), (end, 1.27), lw=1.0)
+        symbol = symbol_of(dataset[force_amplitude(dataset)])
+        ax.text((side + end) / 2, 1.36, symbol, ha="center", va="bottom")
     block(ax, dataset, WALL - 0.25, 0.75, 0.25, 1.05)
     ax.plot([WALL] * 2, [0.75, 1.8], color=INK, lw=1.4, solid_capstyle="butt")
     coil(ax, WALL, inside - MASS / 2, 1.5)
@@ -176,6 +198,13 @@ def block(ax: Axes, dataset: xr.Dataset, x: float, y: float, width: float, heigh
     )
 
 
+def forces_text(dataset: xr.Dataset) -> str:
+    """Write what the letters of constant forces mean that are drawn nowhere; empty without one."""
+    names = [held_name(dataset.coords, name) for name in ("load", "housing_load")]
+    given = [name for name in names if name in dataset.coords and dataset[name].values.any()]
+    return ", ".join(f"{plain_symbol_of(dataset[name])}: {WORDS[name]}" for name in given)
+
+
 def slides(dataset: xr.Dataset) -> bool:
     """Return whether the supports are those of a housing that slides."""
     mass = held_name(dataset.coords, "mass_ratio")
@@ -219,17 +248,24 @@ def title_sketch(dataset: xr.Dataset) -> str:
     """Return the title of the sketch."""
     if not is_met(dataset)[0] and least_miss(dataset) == 0:
         return "The design found that misses least, drawn to scale"
-    if dataset.sizes["design"] == 1:
-        return "The design, drawn to scale"
-    return "Design 1, drawn to scale"
+    which = "The design" if dataset.sizes["design"] == 1 else "Design 1"
+    values = [
+        f"{plain_symbol_of(dataset[name])} = {nominal_text(dataset, name)}"
+        for name in varied(dataset)
+    ]
+    title = f"{which}, {', '.join(values)}, drawn to scale"
+    return title if len(title) <= LONGEST else f"{which}, drawn to scale"
 
 
 def describe_sketch(dataset: xr.Dataset) -> str:
     """Return the caption of the sketch."""
     parts = [
         "Dash-dotted: static equilibrium without supports; dashed: middle between the supports",
-        "Grey: parts of the housing, which slides" if slides(dataset) else "",
-        f"Wanted: {wanted_text(dataset)}",
+        "Grey: the housing, which slides" if slides(dataset) else "",
+        f"Reached, with what is wanted in brackets: {reached}"
+        if (reached := reached_text(dataset))
+        else "",
+        forces_text(dataset),
     ]
     if has_tolerances(dataset):
         reason = no_tolerance(dataset, 0)
@@ -242,6 +278,17 @@ def describe_sketch(dataset: xr.Dataset) -> str:
     elif "scatter" in dataset.attrs:
         parts.append("Assumed: a standard deviation of 0.1 %, since none is given")
     return sentences(*parts)
+
+
+def reached_text(dataset: xr.Dataset) -> str:
+    """Write what design 1 reaches of each goal, with the goal in brackets; empty without goals."""
+    values = {part.words(dataset): part.value_text(dataset, 0) for part in wanted_parts(dataset)}
+    return "; ".join(
+        f"{goal.words} = {values[goal.words]} ({goal.text})"
+        if goal.words in values
+        else f"{goal.words} ({goal.text})"
+        for goal in goals(dataset)
+    )
 
 
 def has_designs(dataset: xr.Dataset) -> bool:

@@ -29,16 +29,16 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
     wanted_text,
 )
+from vibropipe.scenes.design.nominal import held_too_wide, nominal_numbers
 from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.design.workshop import (
     MADE,
-    PARTS,
-    held_too_wide,
     is_lost,
     kept_words,
     lost_text,
-    nominal,
+    scatter_words,
     yield_words,
+    yields_differ,
 )
 from vibropipe.solve.rows.named import OF_LAW
 from vibropipe.words.designs import DesignResult, ToleranceResult
@@ -81,15 +81,14 @@ def draw_designs(dataset: xr.Dataset) -> Figure:
         x = NUMBER + COLUMN * (column + 1) - 0.1
         unit = in_brackets("", dataset[name])
         head(text, x, symbol_of(dataset[name]) + (f"\n{unit.strip()}" if unit else ""), "right")
-        for row in range(n):
-            value = format_number(nominal(dataset, name, row), 4)
+        for row, value in enumerate(nominal_numbers(dataset, name)):
             text.text(x, row + 0.5, value, ha="right", va="center")
     head(text, struck, "impacts\nat 1 + 2", "right")
     for row, words in enumerate(struck_texts(dataset)):
         text.text(struck, row + 0.5, words, ha="right", va="center")
-    if any(verdicts(dataset)):
+    if verdicts_differ(dataset):
         draw_verdicts(text, dataset, right + 0.1)
-    if has_yield(dataset):
+    if yields_differ(dataset):
         draw_yields(axes(figure, end + 0.25, FOOT, YIELD, height), dataset)
     for part, x, width in shown:
         draw_part(axes(figure, x, FOOT, width, height), dataset, part)
@@ -101,8 +100,8 @@ def columns(dataset: xr.Dataset) -> tuple[float, float, float]:
     texts = struck_texts(dataset)
     names = varied(dataset)[:MOST_PARAMETERS]
     struck = NUMBER + COLUMN * len(names) + STRUCK + LONG * any(" in " in text for text in texts)
-    right = WIDE - VERDICT * any(verdicts(dataset))
-    return struck, right - (YIELD + GAP) * has_yield(dataset), right
+    right = WIDE - VERDICT * verdicts_differ(dataset)
+    return struck, right - (YIELD + GAP) * yields_differ(dataset), right
 
 
 def line_of(designs: int) -> float:
@@ -114,7 +113,7 @@ def places(dataset: xr.Dataset, left: float, right: float) -> list[tuple[Part, f
     """Return the quantities that have room, what is bounded first, each with the place and width of its axes."""
     room = int((right - left) / (NARROWEST + GAP))
     parts = shown_parts(dataset)[: max(1, min(MOST_PANELS, room))]
-    width = min((right - left) / max(1, len(parts)), 5.0)
+    width = (right - left + GAP) / max(1, len(parts))
     return [(part, left + n * width, width - GAP) for n, part in enumerate(parts)]
 
 
@@ -155,7 +154,7 @@ def bare(ax: Axes, n: int) -> None:
 
 
 def draw_part(ax: Axes, dataset: xr.Dataset, part: Part) -> None:
-    """Draw one quantity of all designs: its spread over parts, or its value, and grey what is outside its goal."""
+    """Draw one quantity of all designs: its spread, or its value, and grey what is outside its goal."""
     values = part.of(dataset).values
     n = values.size
     bare(ax, n)
@@ -198,7 +197,7 @@ def limits_of(dataset: xr.Dataset, part: Part) -> tuple[float, float]:
 
 
 def spread_of(dataset: xr.Dataset, part: Part) -> np.ndarray:
-    """Return between which values (design, 2) 95 % of the parts lie; NaN if that is not known."""
+    """Return between which values (design, 2) 95 % of the sampled exciters lie; NaN if that is not known."""
     if f"{part.variable}_quantile" not in dataset:
         return np.full((dataset.sizes["design"], 2), np.nan)
     ends: np.ndarray = part.of(dataset, "_quantile").transpose("design", "quantile").values
@@ -206,7 +205,7 @@ def spread_of(dataset: xr.Dataset, part: Part) -> np.ndarray:
 
 
 def within_share(dataset: xr.Dataset, part: Part) -> np.ndarray:
-    """Return the share of parts that keep the goal of a quantity, NaN if that is not known."""
+    """Return the share of sampled exciters that keep the goal of a quantity, NaN if that is not known."""
     if f"{part.variable}_yield" not in dataset:
         return np.full(dataset.sizes["design"], np.nan)
     return part.of(dataset, "_yield").values
@@ -225,7 +224,12 @@ def draw_yields(ax: Axes, dataset: xr.Dataset) -> None:
             ha="right" if inside else "left", color="white" if inside else INK, fontsize=SMALL, weight="bold",
         )  # fmt: skip
     ax.set_xticks([0, 50, 100], ["0", "50", "100 %"])
-    over(ax, "yield", "of parts tried")
+    over(ax, "yield", "of those sampled")
+
+
+def verdicts_differ(dataset: xr.Dataset) -> bool:
+    """Return whether verdicts are written: not if all are good."""
+    return not set(verdicts(dataset)) <= {"can be made", ""}
 
 
 def draw_verdicts(ax: Axes, dataset: xr.Dataset, x: float) -> None:
@@ -250,7 +254,7 @@ def verdict(dataset: xr.Dataset, row: int) -> str:
     if tight := held_too_wide(dataset, row):
         return "tight: " + ", ".join(symbol_of(dataset[name]) for name in tight)
     if is_lost(dataset)[row]:
-        return "loses parts"
+        return "too many fail"
     if has_tolerances(dataset):
         result = ToleranceResult(int(dataset["tolerance_result"].values[row]))
         if result != ToleranceResult.FOUND:
@@ -264,7 +268,7 @@ def least_miss(dataset: xr.Dataset) -> int:
 
 
 def title_designs(dataset: xr.Dataset) -> str:
-    """Return the title: which designs lose parts, how many keep all that is wanted, or how many there are."""
+    """Return the title: which designs lose exciters, how many keep all that is wanted, or how many there are."""
     n, met = dataset.sizes["design"], is_met(dataset)
     if not met.any():
         least = f"; design {least_miss(dataset) + 1} misses least" * (n > 1)
@@ -276,7 +280,9 @@ def title_designs(dataset: xr.Dataset) -> str:
         some = f"{'At least ' * (n > 1)}{percent(share)} of" if share < 1.0 else "All"
         whose = "each design keep" if n > 1 else "the design keep"
         told, *left_out = kept_words(dataset).split(" (")
-        return f"{some} {PARTS} of {whose} {told if left_out else 'all that is wanted'}"
+        return (
+            f"{some} 4,096 sampled exciters of {whose} {told if left_out else 'all that is wanted'}"
+        )
     if len(objectives(dataset)) == 2:
         return "The designs of the front, in its order"
     if n == 1:
@@ -288,21 +294,30 @@ def describe_designs(dataset: xr.Dataset) -> str:
     """Return the caption of the designs beside each other."""
     margins = dataset["law_margin"].values
     struck, end, _ = columns(dataset)
-    told = [part.words(dataset) for part, _, _ in places(dataset, struck + GAP, end)]
+    shown = [part for part, _, _ in places(dataset, struck + GAP, end)]
+    limits = [limits_of(dataset, part) for part in shown]
+    has_grey = any(np.isfinite(ends).any() and ends[0] != ends[1] for ends in limits)
+    is_red = [(within_share(dataset, part) < MADE).any() for part in shown]
+    if yields_differ(dataset):
+        is_red.append(is_lost(dataset).any())
+    others = wanted_text(dataset, [part.words(dataset) for part in shown])
     parts = [
-        "Diamonds: values; grey: outside the goal; impacts: at supports 1 + 2 in a forcing period"
+        f"Wanted: {others}" if others else "",
+        f"Diamonds: values{'; grey: outside the goal' * has_grey}{f'; red: below {percent(MADE)}' * any(is_red)}",
+        "Impacts: at supports 1 + 2 in a forcing period",
     ]
-    if others := wanted_text(dataset, told):
-        parts.insert(0, f"Wanted: {others}")
+    if any(np.isfinite(spread_of(dataset, part)).any() for part in shown):
+        parts.append("Bars of quantities: 95 % of the sampled exciters that keep the law of motion")
     if has_yield(dataset):
-        parts.append("Bars of quantities: 95 % of the parts with the law")
-        parts.append(f"Yield: {yield_words(dataset)}; red: below {percent(MADE)}")
+        sampled = f"Sampled {scatter_words(dataset)}"
+        parts.append(f"Yield: {yield_words(dataset)}" if yields_differ(dataset) else sampled)
     if any(text.startswith("tight") for text in verdicts(dataset)):
         parts.append("Tight: a tolerance below the given standard deviation")
     if np.isfinite(margins).any():
-        least = at_least(100 * float(np.nanmin(margins)), 2)
-        near = f"{least} % of the ranges away"
+        far = at_least(100 * float(np.nanmin(margins)), 2)
         if np.nanmin(margins) < NEAREST:
-            near = f"less than {100 * NEAREST:g} % of the ranges away"
-        parts.append(f"Nearest change of the law that was found: {near}")
+            far = f"less than {100 * NEAREST:g}"
+        parts.append(
+            f"The nearest change of the law of motion that was found is {far} % of the ranges away"
+        )
     return sentences(*parts)

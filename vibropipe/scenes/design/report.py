@@ -11,6 +11,7 @@ from vibropipe.figures.text import (
     format_number,
     in_brackets,
     is_forced,
+    measured,
     parameter_names,
     plain_symbol_of,
     with_units,
@@ -26,11 +27,12 @@ from vibropipe.report.parts import (
     Table,
     of_each,
     tables_of_each,
+    told_once,
 )
 from vibropipe.scenes.certificate import proof_of
 from vibropipe.scenes.certificate_page import bounds_of, bounds_table, certificate_answer, is_proved
 from vibropipe.scenes.design.data import (
-    MOST,
+    Part,
     ends_of,
     from_rest_texts,
     goals,
@@ -48,29 +50,28 @@ from vibropipe.scenes.design.data import (
     wanted_parts,
 )
 from vibropipe.scenes.design.front import leading
+from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
 from vibropipe.scenes.design.ranking import least_miss, shown_parts
 from vibropipe.scenes.design.workshop import (
-    NOMINAL_DIGITS,
     lost_answer,
     makeable,
     nearest_limit_text,
-    nominal,
-    nominal_text,
     sorting_table,
     tolerances_table,
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import DesignResult
-from vibropipe.words.wording import capitalised, series
+from vibropipe.words.wording import series
 
 MOST_QUANTITIES = 3  # of a table
 AT_END = 1e-6  # of a range: as near to its end counts as there
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
+LENGTH_DIGITS = 4
 
 
 def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return the designs of a scene, one per row; None of more than a table has room for."""
-    if dataset.sizes["design"] > MAX_ROWS:
+    """Return the designs of a scene, one per row; None of one alone or of more than a table has room for."""
+    if not 1 < dataset.sizes["design"] <= MAX_ROWS:
         return None
     names = varied(dataset)
     parts = shown_parts(dataset)[:MOST_QUANTITIES]
@@ -80,28 +81,28 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]
     head += [part.label_text(dataset) for part in parts]
     head += ["margin (%)", "impacts, supports 1 + 2"]
-    struck = struck_texts(dataset)
+    struck, columns = struck_texts(dataset), [nominal_numbers(dataset, name) for name in names]
     rows = [
         [
             str(number),
-            *(format_number(nominal(dataset, name, row), NOMINAL_DIGITS) for name in names),
-            *(format_number(float(part.of(dataset).values[row]), NOMINAL_DIGITS) for part in parts),
+            *(column[row] for column in columns),
+            *(measured(float(part.of(dataset).values[row])) for part in parts),
             margin_text(dataset, row),
             struck[row],
         ]
         for row, number in enumerate(numbers(dataset))
     ]
     note = (
-        "Margin: distance to the nearest change of the law of motion in shares of the ranges, rounded down. Impacts: "
-        "in each forcing period unless it is said."
+        "Margin: distance to the nearest change of the law of motion that was found, in shares of the ranges, rounded "
+        "down. Impacts: in each forcing period unless it is said."
     )
     widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
     if texts := from_rest_texts(dataset):
         head, widths = [*head, "from rest"], (*widths, "1.2cm")
         rows = [[*row, text] for row, text in zip(rows, texts, strict=True)]
-        note += " From rest: whether the mass, started at rest, settles on this motion."
-    title = f"The design{'s' * (dataset.sizes['design'] > 1)} in numbers"
-    return Table(head, rows, note, widths, title=title, scene=scene)
+        note += " From rest: whether the mass settles on this motion if it starts at rest."
+    table = Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
+    return told_once(table, "all designs")
 
 
 def units_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -113,17 +114,18 @@ def units_table(scene: str, dataset: xr.Dataset) -> Table | None:
     speed = 1e-3 * size * 2 * np.pi * USUAL_HZ / nominal(dataset, "nu", 0)
     velocities = dataset["impact_velocity_max"].isel(design=0).transpose("support").values
     struck = [(n + 1, speed * v) for n, v in enumerate(velocities) if np.isfinite(v)]
-    head = ["", "distance l (mm)", "offset δ (mm)"]
+    head = ["", "half distance l (mm)", "offset δ (mm)"]
     head += [f"struck at support {n} (m/s)" for n, _ in struck]
-    lengths = [format_number(size * nominal(dataset, name, 0), 5) for name in ("l", "delta")]
-    rows = [["value", *lengths, *(format_number(v, 3) for _, v in struck)]]
-    held = [name for name in ("l", "delta") if f"{name}_tolerance" in dataset]
-    off = [size * float(dataset[f"{name}_tolerance"].values[0]) for name in held]
-    if len(off) == len(lengths) and np.isfinite(off).all():
+    lengths = np.array([size * nominal(dataset, name, 0) for name in ("l", "delta")])
+    shown = [measured(length, LENGTH_DIGITS) for length in lengths]
+    rows = [["value", *shown, *(measured(v) for _, v in struck)]]
+    rounding = [abs(v - float(f"{v:.{LENGTH_DIGITS}g}")) for v in lengths]
+    off = size * np.array([tolerance_of(dataset, name, 0) for name in ("l", "delta")]) - rounding
+    if (off > 0.0).all():
         rows.append(["may be off by", *(f"± {at_least(w, 2)}" for w in off), *[DASH] * len(struck)])
     note = (
         f"Lengths times {format_number(size, 4)} mm, velocities times {format_number(speed, 4)} m/s. A study with the "
-        "key physical is solved and reported in its own units."
+        "key `physical` is solved and reported in its own units."
     )
     title = f"Design 1 in units, for an exciter of l = {USUAL_MM:g} mm at {USUAL_HZ:g} Hz"
     return Table(head, rows, note, title=title, scene=scene)
@@ -139,17 +141,19 @@ def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene."""
     if not is_met(dataset).any():
         return [missed(dataset)]
-    found = answers_of_front(dataset) if is_front(dataset) else answers_of_designs(dataset)
-    return with_rest(dataset, found)
+    if is_front(dataset):
+        return answers_of_front(dataset)
+    return with_rest(dataset, answers_of_designs(dataset))
 
 
 def with_rest(dataset: xr.Dataset, found: list[Answer]) -> list[Answer]:
-    """Return answers with what is known of design 1 from rest: an answer of its own if it is another motion."""
+    """Return answers with whether the first motion settles from rest, in an answer of its own if it does not."""
     first, *others = found
-    which = "design 1" if dataset.sizes["design"] > 1 else "the design"
-    text = [*from_rest_texts(dataset), ""][0]
+    row = int(np.argmax(is_met(dataset)))
+    which = f"design {row + 1}" if dataset.sizes["design"] > 1 else "the design"
+    text = (from_rest_texts(dataset) or [""] * (row + 1))[row]
     if text == "yes":
-        rest = f"{first.rest} From rest, {which} settles on the wanted motion.".strip()
+        rest = f"{first.rest} The mass settles on this motion from rest.".strip()
         return [Answer(first.lead, rest), *others]
     if text == "no":
         start = start_words(dataset)
@@ -160,24 +164,43 @@ def with_rest(dataset: xr.Dataset, found: list[Answer]) -> list[Answer]:
 
 
 def answers_of_designs(dataset: xr.Dataset) -> list[Answer]:
-    """Return the answers of designs that are no front."""
-    found = [makeable(dataset) if has_yield(dataset) else reached(dataset)]
+    """Return the answers of designs that are no front: the best of them, how many can be made, and what is proved."""
+    found = [best_design(dataset)]
+    if has_yield(dataset):
+        found.append(makeable(dataset))
+    elif (amount := int(is_met(dataset).sum())) > 1:
+        found.append(Answer(f"{amount} designs keep all that is wanted."))
     if (told := certificate(dataset)) is not None:
         found.append(told)
-    # Targets are met: what is bounded or least tells more.
-    parts, limit = shown_parts(dataset), nearest_limit_text(dataset)
-    if parts and not np.isfinite(parts[0].end(dataset, "target")):
-        which = "the design" if dataset.sizes["design"] == 1 else "design 1"
-        value = parts[0].value_text(dataset, 0)
-        lead = f"The {parts[0].words(dataset)} of {which} is {value}."
-        found.append(Answer(lead, limit))
-    elif limit:
-        found.append(Answer(limit))
     if lost := lost_answer(dataset):
         found.append(Answer(lost))
-    elif has_spread(dataset) and (texts := leading(dataset)):
+    elif limit := nearest_limit_text(dataset):
+        found.append(Answer(limit))
+    if has_spread(dataset) and (texts := leading(dataset)):
         found.append(Answer(f"Most of the spread of {texts[0]}."))
     return found[:MAX_ANSWERS]
+
+
+def best_design(dataset: xr.Dataset) -> Answer:
+    """Return the free parameters of the first design that keeps all that is wanted, and what it reaches."""
+    row = int(np.argmax(is_met(dataset)))
+    which = f"Design {row + 1}" if dataset.sizes["design"] > 1 else "The design found"
+    values = series(
+        f"{plain_symbol_of(dataset[name])} = {nominal_text(dataset, name, row)}"
+        for name in varied(dataset)
+    )
+    reached = [f"{p.words(dataset)} = {p.value_text(dataset, row)}" for p in chief_parts(dataset)]
+    return Answer(f"{which} has {values}.", f"It reaches {series(reached)}.")
+
+
+def chief_parts(dataset: xr.Dataset) -> list[Part]:
+    """Return at most two wanted quantities: what is least, else a target and a bound."""
+    parts = wanted_parts(dataset)
+    sought = [part_of(dataset, name.removeprefix("-")) for name in objectives(dataset)]
+    least = [part for part in sought if part is not None]
+    targets = [part for part in parts if np.isfinite(part.end(dataset, "target"))]
+    bounded = [part for part in parts if part not in (*targets, *least)]
+    return [*least, *targets[:1], *bounded, *targets[1:]][:2]
 
 
 def certificate(dataset: xr.Dataset) -> Answer | None:
@@ -215,24 +238,18 @@ def missed(dataset: xr.Dataset) -> Answer:
     return Answer("No design was found that keeps all that is wanted.", rest)
 
 
-def reached(dataset: xr.Dataset) -> Answer:
-    """Return how many designs keep all that is wanted, and the best value of the one quantity that is sought."""
-    amount, sought = int(is_met(dataset).sum()), objectives(dataset)
-    keep, rest = "keeps" if amount == 1 else "keep", ""
-    part = part_of(dataset, sought[0].removeprefix("-")) if len(sought) == 1 else None
-    if part is not None:
-        best = int(np.argmax(is_met(dataset)))
-        most = MOST[sought[0].startswith("-")]
-        rest = f"The {most} {part.words(dataset)} found is {part.value_text(dataset, best)}."
-    return Answer(f"{capitalised(amount_text(amount, 'design'))} {keep} all that is wanted.", rest)
-
-
 def answers_of_front(dataset: xr.Dataset) -> list[Answer]:
     """Return what a front says: between which values its ends lie."""
     found = [makeable(dataset)] if has_yield(dataset) else []
-    for part, _ in ends_of(dataset):
-        ends = " to ".join(part.value_text(dataset, row) for row in (0, -1))
-        found.append(Answer(f"The {part.words(dataset)} goes from {ends} along the front."))
+    texts = [
+        f"the {part.words(dataset)} goes from {part.value_text(dataset, 0)} to {part.value_text(dataset, -1)}"
+        for part, _ in ends_of(dataset)
+    ]
+    found.append(Answer(f"Along the front {series(texts)}."))
+    rests = from_rest_texts(dataset)
+    if "no" in rests:
+        from_rest = f"{rests.count('yes')} of {len(rests)} designs"
+        found.append(Answer(f"From rest, the mass settles on {from_rest}."))
     return [*found, *answers_at_ends(dataset)][:MAX_ANSWERS]
 
 

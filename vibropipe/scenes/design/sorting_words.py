@@ -27,9 +27,9 @@ def sorting_text(dataset: xr.Dataset) -> str:
         return ""
     whose = " of design 1" if dataset.sizes.get("design", 1) > 1 else ""
     if not rule.words:
-        return f"No single measured quantity foretells which parts{whose} do."
+        return f"No single measured quantity foretells which exciters{whose} do."
     return (
-        f"Of finished parts{whose}, those whose {rule.words} is {rule.limit} count as good; {rule.wrong} of all "
+        f"Of finished exciters{whose}, those whose {rule.words} is {rule.limit} count as good; {rule.wrong} of all "
         "are then sorted wrongly."
     )
 

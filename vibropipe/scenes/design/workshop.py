@@ -7,9 +7,9 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import at_least
+from vibropipe.figures.claims import at_least, rounded_down
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
-from vibropipe.report.parts import DASH, Answer, Table
+from vibropipe.report.parts import DASH, Answer, Table, told_once
 from vibropipe.scenes.design.data import (
     Part,
     has_tolerances,
@@ -18,22 +18,28 @@ from vibropipe.scenes.design.data import (
     off_allowed,
     wanted_parts,
 )
+from vibropipe.scenes.design.nominal import (
+    DIGITS,
+    held_too_wide,
+    kept_tolerance,
+    shown_tolerance,
+    toleranced,
+)
 from vibropipe.scenes.design.sorting_words import Sorting, percent, sorting_of, sorting_text
 from vibropipe.words.designs import ToleranceResult
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
-# A design of which so many parts keep all that is wanted, with 95 % confidence, can be made.
+# A design of which so many sampled exciters keep all that is wanted, with 95 % confidence, can be made.
 MADE = 0.95
-PARTS = "4,096 parts"
+EXCITERS = "4,096 exciters"  # sampled, of each design
 MARK = "*"
-# Significant digits of nominal values, and of tolerances and deviations; share of a tolerance that the rounding of its
-# nominal value may take unseen.
-NOMINAL_DIGITS, DIGITS, UNSEEN = 5, 2, 1e-3
+# Relative difference of tolerances that are one times a factor.
+SAME_RATIO = 1e-6
 # Relative difference of one distance, by sensitivities and by the deviations of a dataset.
 SAME_DISTANCE = 1e-6
 BOX = (
-    "All parameters may be off by their tolerances at once, in any combination: at every corner the law of motion, the "
-    "bounds and the targets within what is allowed hold."
+    "All parameters may be off at once, in any combination: at every corner the law of motion, the bounds and the "
+    "targets within what is allowed hold."
 )
 
 
@@ -81,23 +87,6 @@ def designs_text(rows: Sequence[int]) -> str:
     return f"Designs {which}"
 
 
-def held_too_wide(dataset: xr.Dataset, row: int) -> list[str]:
-    """Return the parameters of a design whose tolerance is below the deviation that is given for them."""
-    if dataset.attrs.get("scatter") != "given":
-        return []
-    return [
-        name
-        for name in toleranced(dataset)
-        if f"{name}_std" in dataset
-        and float(dataset[f"{name}_tolerance"].values[row]) < float(dataset[f"{name}_std"])
-    ]
-
-
-def toleranced(dataset: xr.Dataset) -> list[str]:
-    """Return the parameters that have tolerances."""
-    return [str(name) for name in dataset.coords if f"{name}_tolerance" in dataset]
-
-
 def nearest_bound(dataset: xr.Dataset, row: int) -> str:
     """Write the bound that a design is nearest to, relative to its size; empty if none is known."""
     found: list[tuple[float, str]] = []
@@ -117,43 +106,55 @@ def tolerances_table(scene: str, dataset: xr.Dataset) -> Table | None:
     names = toleranced(dataset)
     if not names or dataset.sizes["design"] == 1:
         return None
-    head = [
-        "design",
-        *(in_brackets(f"± {plain_symbol_of(dataset[name])}", dataset[name]) for name in names),
-    ]
+    shares = shares_of_first(dataset, names)
+    head = [in_brackets(f"± {plain_symbol_of(dataset[name])}", dataset[name]) for name in names]
     given = [
         format_number(float(dataset[f"{name}_std"]), 3) if f"{name}_std" in dataset else DASH
         for name in names
     ]
     rows = [[f"{dataset.attrs['scatter']} deviation", *given]]
-    for row, number in enumerate(numbers(dataset)):
+    for row, number in enumerate(numbers(dataset)[: 1 if shares else None]):
         marked = held_too_wide(dataset, row)
         cells = [shown_tolerance(dataset, n, row) + MARK * (n in marked) for n in names]
-        rows.append([str(number), *cells])
-    note = " ".join(["Rounded down.", *workshop_texts(dataset)])
-    return Table(
-        head, rows, note, title="How far the parameters of each design may be off", scene=scene
-    )
+        rows.append([f"{'design ' * bool(shares)}{number}", *cells])
+    note = " ".join(["Rounded down.", *shares, *workshop_texts(dataset)])
+    title = "How far the parameters of each design may be off"
+    return Table(["design", *head], rows, note, title=title, scene=scene)
+
+
+def shares_of_first(dataset: xr.Dataset, names: list[str]) -> list[str]:
+    """Write the tolerances of all designs as shares of those of design 1; nothing where one factor is not enough."""
+    all_of = np.array([dataset[f"{name}_tolerance"].values for name in names])
+    with np.errstate(divide="ignore", invalid="ignore"):
+        factors = all_of / all_of[:, :1]
+    if not np.isfinite(factors).all() or (np.ptp(factors, axis=0) > SAME_RATIO).any():
+        return []
+    first = [rounded_down(kept_tolerance(dataset, name, 0), DIGITS) for name in names]
+    texts = []
+    for row, number in enumerate(numbers(dataset).tolist()[1:], start=1):
+        kept = [kept_tolerance(dataset, name, row) for name in names]
+        texts.append(f"{at_least(min(np.divide(kept, first)), DIGITS)} (design {number})")
+    return [f"Those of the other designs are those of design 1 times {series(texts)}."]
 
 
 def yield_words(dataset: xr.Dataset) -> str:
-    """Write what the yield counts, and by which deviations parts scatter."""
-    return f"share of {PARTS}, scattered by the {scatter_words(dataset)}, that keep {kept_words(dataset)}"
+    """Write what the yield counts, and with which deviations exciters are sampled."""
+    return f"share of {EXCITERS}, sampled {scatter_words(dataset)}, that keep {kept_words(dataset)}"
 
 
 def scatter_words(dataset: xr.Dataset) -> str:
-    """Write which deviations parts scatter by."""
+    """Write which deviations sampled exciters have."""
     if dataset.attrs["scatter"] == "given":
-        return "given deviations"
-    return "assumed deviations of 0.1 %"
+        return "with the given deviations"
+    return "with assumed deviations of 0.1 %"
 
 
 def kept_words(dataset: xr.Dataset) -> str:
-    """Write what a part that counts keeps."""
+    """Write what a sampled exciter that counts keeps."""
     kept = ["the law of motion"]
     kept += ["the bounds"] if "subject_to" in dataset.attrs else []
     if "allow" in dataset.attrs:
-        kept.append("the targets within what is allowed")
+        kept.append("the targets")
     elif "target" in dataset.attrs:
         kept[-1] += " (targets do not count, since it is not said how far they may be off)"
     return series(kept)
@@ -161,33 +162,37 @@ def kept_words(dataset: xr.Dataset) -> str:
 
 def makeable(dataset: xr.Dataset) -> Answer:
     """Return how many designs can be made."""
-    low = dataset["yield_low"].values
-    n, made = low.size, int((low >= MADE).sum())
-    parts = f"at least {percent(MADE)} of the parts"
-    keep = f"scattered by the {scatter_words(dataset)}, keep {kept_words(dataset)}."
-    keep = " ".join(filter(None, [keep, sorting_text(dataset)]))
+    low, n = dataset["yield_low"].values, dataset.sizes["design"]
+    made = int((low >= MADE).sum())
+    who = f"exciters sampled {scatter_words(dataset)} keep {kept_words(dataset)}."
+    of_each = "Of each, " if n > 1 else ""
+    lead = f"{made} of {n} designs can be made." if n > 1 else "The design can be made."
+    text = f"{of_each}at least {percent(MADE)} of the {who}"
+    if made == n and n > 1:
+        lead = f"All {n} designs can be made."
     if (dataset["yield_high"].values < MADE).all():
         lead = f"None of {n} designs can be made." if n > 1 else "The design cannot be made."
-        return Answer(lead, f"Fewer than {percent(MADE)} of the parts of each, {keep}")
-    if not made:
-        which, it = (f"any of {n} designs", "of any ") if n > 1 else ("the design", "")
-        lead = f"Whether {which} can be made is not known."
-        return Answer(lead, f"It is not shown {it}that {parts}, {keep}")
-    if made == n:
-        lead = f"All {n} designs can be made." if n > 1 else "The design can be made."
-    else:
-        lead = f"{made} of {n} designs can be made."
-    return Answer(lead, f"A{parts[1:]} of each, {keep}")
+        text = f"{of_each}fewer than {percent(MADE)} of the {who}"
+    elif not made:
+        lead = (
+            f"Whether {f'any of {n} designs' if n > 1 else 'the design'} can be made is not known."
+        )
+        text = f"It is not shown {'of any ' * (n > 1)}that at least {percent(MADE)} of the {who}"
+    elif (dataset["yield"].values == 1.0).all():
+        text = f"{of_each}all {who.replace('exciters', EXCITERS, 1)}"
+    elif made < n:
+        text = text.replace("each", "these", 1)
+    return Answer(lead, " ".join(filter(None, [capitalised(text), sorting_text(dataset)])))
 
 
 def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return of each of several designs the yield, what foretells which parts are good, and the nearest limit."""
+    """Return of each of several designs the yield, what foretells which exciters are good, and the nearest limit."""
     if not has_yield(dataset) or dataset.sizes["design"] == 1:
         return None
     rules = [sorting_of(dataset, row) for row in range(dataset.sizes["design"])]
     limits = [nearest_limit(dataset, row) for row in range(len(rules))]
     has_rule = any(rule is not None for rule in rules)
-    sorting = ["parts are good whose", "is", "sorted wrongly"] * has_rule
+    sorting = ["good are those whose", "is", "sorted wrongly"] * has_rule
     rows = [
         [
             str(n + 1),
@@ -200,14 +205,17 @@ def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]
     note = f"Yield: {yield_words(dataset)}."
     if has_rule:
-        note += " Sorted wrongly: between which shares of all parts, with 95 % confidence."
+        note += " Sorted wrongly: between which shares of all, with 95 % confidence."
     note += " Away: from the nearest limit of a goal, in standard deviations of its quantity, to first order."
-    title = "How many parts of each design are good, and what they are told by"
-    return Table(
+    title = "How many sampled exciters of each design are good"
+    if not yields_differ(dataset):
+        title = "How far each design is from its nearest limit"
+    table = Table(
         ["design", "yield", *sorting, "nearest limit", "away"], rows, note,
         ("auto", "auto", *("1fr", "auto", "auto")[: len(sorting)], "1fr", "auto"),
-        title=title if has_rule else "How many parts of each design are good", scene=scene,
+        title=f"{title}, and what they are told by" if has_rule else title, scene=scene,
     )  # fmt: skip
+    return told_once(table, "all designs")
 
 
 def sorting_cells(rule: Sorting | None) -> list[str]:
@@ -251,49 +259,32 @@ def distances_to_ends(dataset: xr.Dataset, part: Part, row: int) -> np.ndarray:
     return np.array([value - low, high - value]) / std
 
 
+def yields_differ(dataset: xr.Dataset) -> bool:
+    """Return whether yields are drawn: one that all designs have is told in a sentence."""
+    return has_yield(dataset) and bool(np.ptp(dataset["yield"].values) > 0.0)
+
+
 def is_lost(dataset: xr.Dataset) -> np.ndarray:
     """Return of each design whether it is shown to lose more parts than one that can be made."""
     return dataset["yield_high"].values < MADE
 
 
 def lost_text(dataset: xr.Dataset) -> str:
-    """Write which designs lose how many of their parts; empty if none loses many."""
+    """Write which designs lose how many of their sampled exciters; empty if none loses many."""
     lost = np.flatnonzero(is_lost(dataset)) if has_yield(dataset) else np.empty(0, int)
     if not lost.size:
         return ""
     shares, which = dataset["yield"].values[lost], designs_text(lost.tolist())
     if lost.size == 1:
-        return f"{which} loses {percent(1 - shares[0], up=True)} of its parts."
+        return f"{which} loses {percent(1 - shares[0], up=True)} of its sampled exciters."
     least, most = percent(1 - shares.max()), percent(1 - shares.min(), up=True)
-    return f"{which} lose {least.removesuffix(' %')} to {most} of their parts."
+    return f"{which} lose {least.removesuffix(' %')} to {most} of their sampled exciters."
 
 
 def lost_answer(dataset: xr.Dataset) -> str:
-    """Write how many designs lose how many of their parts at most; empty if none loses many."""
+    """Write how many designs lose how many of their sampled exciters at most; empty if none loses many."""
     lost = int(is_lost(dataset).sum()) if has_yield(dataset) else 0
     if lost < 2:
         return lost_text(dataset)
     most = percent(1 - float(dataset["yield"].values.min()), up=True)
-    return f"{lost} designs lose up to {most} of their parts."
-
-
-def nominal_text(dataset: xr.Dataset, name: str) -> str:
-    """Write the nominal value of the first design with its unit."""
-    return with_units(dataset[name], format_number(nominal(dataset, name, 0), NOMINAL_DIGITS))
-
-
-def nominal(dataset: xr.Dataset, name: str, row: int) -> float:
-    """Return the value of a parameter of a design."""
-    values = dataset[name].values
-    return float(values[row] if values.ndim else values)
-
-
-def shown_tolerance(dataset: xr.Dataset, name: str, row: int) -> str:
-    """Write a tolerance, less what the nominal value is rounded by where it is shown, and rounded down."""
-    value, tolerance = nominal(dataset, name, row), float(dataset[f"{name}_tolerance"].values[row])
-    rounding = abs(value - float(f"{value:.{NOMINAL_DIGITS}g}"))
-    if rounding < UNSEEN * tolerance:
-        # Else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01.
-        rounding = 0.0
-    # What is short of a digit by rounding alone, as that of a deviation that is given, has it.
-    return at_least(max(tolerance - rounding, 0.0) * (1.0 + 1e-9), DIGITS)
+    return f"{lost} designs lose up to {most} of their sampled exciters."

@@ -6,6 +6,7 @@ from matplotlib.font_manager import findfont
 
 from vibropipe.figures.canvas import (
     HALF,
+    EvenTicks,
     axes,
     label,
     label_region,
@@ -27,6 +28,37 @@ def test_axes_stand_where_they_are_put():
     corner = ax.get_window_extent().p0 / figure.dpi * 2.54
     assert corner == pytest.approx((1.5, 1.0))
     assert new_canvas(5.0, HALF).get_figwidth() * 2.54 == pytest.approx(7.75)
+
+
+def test_ticks_have_equal_decimals_and_commas():
+    with house_style():
+        ticks = EvenTicks()
+        assert ticks.format_ticks([0.0, 0.5, 1.0]) == ["0.0", "0.5", "1.0"]
+        assert ticks.format_ticks([-1000.0, 0.0, 1000.0]) == ["−1,000", "0", "1,000"]
+        assert ticks.format_ticks([0.65, 0.7, 0.75]) == ["0.65", "0.70", "0.75"]
+        assert ticks.format_ticks([0.0, 2e-9]) == ["0", "2 × 10⁻⁹"]
+        assert ticks.format_ticks([0.0, 2e7]) == ["0", "2 × 10⁷"]
+
+
+def test_saved_figures_have_equal_decimals_and_curly_apostrophes(tmp_path):
+    with house_style():
+        figure = new_canvas(5.0)
+        ax = axes(figure, 1.6, 1.2, 12.8, 3.5, xlim=(0.0, 2000.0), ylim=(0.0, 1e-12))
+        ax.set_xlabel("Newmark's velocity $U$ (mm/s)")
+        for _ in range(2):
+            save(figure, tmp_path, "one")
+    assert ax.get_xlabel() == r"Newmark’s velocity $U\,$ (mm/s)"
+    assert "1,000" in [label.get_text() for label in ax.get_xticklabels()]
+    assert ax.yaxis.get_offset_text().get_text()  # a common power of ten remains
+
+
+def test_digits_stand_beside_their_ticks():
+    with house_style():
+        figure = new_canvas(5.0)
+        ax = axes(figure, 1.6, 1.2, 12.8, 3.5, ylim=(0.0, 1.0), yticks=[0.5])
+        figure.draw_without_rendering()
+        (label,) = ax.get_yticklabels()
+        assert label.get_verticalalignment() == "center"
 
 
 def test_letters_are_those_of_the_package():

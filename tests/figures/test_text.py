@@ -38,7 +38,7 @@ def test_number(value, text):
 
 def test_number_keeps_the_digits_asked_for():
     assert float(format_number(0.888613761684971, 6)) == 0.888614
-    assert format_number(1058.3, 3) == "1060"
+    assert format_number(1058.3, 3) == "1,060"
     assert format_number(12345.67, 7) == "12,345.67"
 
 

@@ -25,7 +25,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import FuncFormatter, MaxNLocator
+from matplotlib.ticker import Formatter, MaxNLocator
 
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
 from vibropipe.figures.text import format_number
@@ -40,6 +40,7 @@ MIN_TYPE = 6.5  # pt, of anything in a figure
 WHITE_GROUND = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none"}
 TIGHT_GROUND = {**WHITE_GROUND, "boxstyle": "square,pad=0.08"}
 MICRO = "\u00b5"
+MOST_DECIMALS, MOST_PLAIN = 6, 1e5  # of ticks that are written without powers of ten
 
 
 def new_canvas(height: float, width: float = WIDE) -> Figure:
@@ -213,11 +214,34 @@ def ticks(ax: Axes, axis: Literal["x", "y"], values: Iterable[float], texts: Ite
     ax.tick_params(axis=axis, which="minor", length=0, labelleft=False, labelbottom=False)
 
 
+class EvenTicks(Formatter):
+    """Ticks of a linear axis, with equal decimals and commas at thousands; powers of ten if they are tiny or vast."""
+
+    decimals: int | None = None
+
+    def format_ticks(self, values: Any) -> list[str]:
+        """Return the labels of the ticks of an axis."""
+        most = max((abs(float(value)) for value in values), default=0.0)
+        exact = (
+            n
+            for n in range(MOST_DECIMALS + 1)
+            if all(abs(round(float(value), n) - value) <= 1e-9 * most for value in values)
+        )
+        self.decimals = next(exact, None) if most < MOST_PLAIN else None
+        return [self(value) for value in values]
+
+    def __call__(self, x: float, pos: int | None = None) -> str:
+        """Return the label of a tick."""
+        if self.decimals is None:
+            return format_number(x, 6)
+        return f"{round(float(x), self.decimals) + 0.0:,.{self.decimals}f}".replace("-", "−")
+
+
 def plain_ticks(axis: Axis, most: int) -> None:
-    """Put at most about `most` ticks on round numbers of a linear axis, written without trailing zeros."""
+    """Put at most about `most` ticks on round numbers of a linear axis."""
     if axis.get_scale() == "linear":
         axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
-        axis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 6)))
+        axis.set_major_formatter(EvenTicks())
 
 
 def colour_bar(

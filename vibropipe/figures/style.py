@@ -21,11 +21,12 @@ import matplotlib as mpl
 from matplotlib import _mathtext, font_manager
 from matplotlib.artist import Artist
 from matplotlib.axes import Axes
+from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogFormatterSciNotation
+from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
 
-from vibropipe.figures.canvas import BODY, SMALL
+from vibropipe.figures.canvas import BODY, SMALL, EvenTicks
 from vibropipe.figures.palette import INK
 from vibropipe.figures.units import LOWERED, RAISED
 from vibropipe.store import atomic_file, with_fingerprint
@@ -86,6 +87,7 @@ SETTINGS: Mapping[str, Any] = {
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
+    "ytick.alignment": "center",  # else digits, which have no descenders, stand below their ticks
     "text.color": INK,
     **{f"{axis}tick.{name}": value for axis in "xy" for name, value in TICKS.items()},
     "lines.linewidth": 1.2,
@@ -188,16 +190,38 @@ class RaisedPowers(LogFormatterSciNotation):
 
 
 def use_letters_for_indices(figure: Figure) -> None:
-    """Write indices and powers of small type as letters: in formulas they would be too small to read."""
+    """Write indices and powers of small type as letters: in formulas they would be too small to read.
+
+    Ticks get equal decimals, apostrophes are curly, and a unit stands a little away from its slanted symbol.
+    """
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
+            if type(axis.get_major_formatter()) is ScalarFormatter and is_plain(axis):
+                axis.set_major_formatter(EvenTicks())
             if type(axis.get_major_formatter()) is LogFormatterSciNotation:
                 axis.set_major_formatter(RaisedPowers())
             if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
                 axis.set_minor_formatter(RaisedPowers(minor_thresholds=(1, 0.4)))
     for text in figure.findobj(Text):
+        text.set_text(set_apart(text.get_text()))
         if float(text.get_fontsize()) < BODY and "$" in text.get_text():
             text.set_text(with_letters(text.get_text()))
+
+
+def is_plain(axis: Axis) -> bool:
+    """Return whether the usual labels of the ticks of an axis have no common power of ten or offset."""
+    formatter = axis.get_major_formatter()
+    formatter.format_ticks(axis.get_majorticklocs().tolist())
+    return not formatter.get_offset()
+
+
+def set_apart(text: str) -> str:
+    r"""Return a text with curly apostrophes, and a wider space before a unit after a formula.
+
+    >>> set_apart("Newmark's velocity $U$ (mm/s)")
+    'Newmark’s velocity $U\\,$ (mm/s)'
+    """
+    return re.sub(r"(?<!\\,)\$ \(", r"\\,$ (", re.sub(r"(?<=\w)'", "’", text))
 
 
 def with_letters(text: str) -> str:

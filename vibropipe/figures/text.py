@@ -125,7 +125,7 @@ def format_number(value: float | str, digits: int = 4) -> str:
     if exponent and 0 < int(exponent) < 5:
         mantissa, exponent = f"{float(f'{mantissa}e{exponent}'):.0f}", ""
     whole, point, decimals = mantissa.partition(".")
-    if len(whole.lstrip("-")) > 4:
+    if len(whole.lstrip("-")) > 3:
         mantissa = f"{int(whole):,}{point}{decimals}"
     text = mantissa.replace("-", "−")
     if not exponent:

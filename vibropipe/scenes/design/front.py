@@ -12,7 +12,16 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, colour_bar, new_canvas, panel, zero_line
+from vibropipe.figures.canvas import (
+    SMALL,
+    WIDE,
+    EvenTicks,
+    axes,
+    colour_bar,
+    new_canvas,
+    panel,
+    zero_line,
+)
 from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED, shades
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.figures.text import format_number, plain_symbol_of, sentences, symbol_of, with_units
@@ -93,7 +102,7 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     ax.tick_params(axis="y", length=0)
     ax.spines["left"].set_visible(False)
     ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
-    ax.xaxis.set_major_formatter(lambda value, _: format_number(value, 4))
+    ax.xaxis.set_major_formatter(EvenTicks())
     most = 1.05 * np.nanmax(np.abs([*moved.ravel(), *first]), initial=0.0) or 1.0
     ax.set_xlim(-most, most)
     ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))

@@ -12,10 +12,10 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, size_of
+from vibropipe.figures.canvas import SMALL, WIDE, EvenTicks, axes, new_canvas, size_of
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.palette import BAND, EXACT, FAILED, GREY, INK
-from vibropipe.figures.text import format_number, in_brackets, sentences, symbol_of
+from vibropipe.figures.text import in_brackets, sentences, symbol_of
 from vibropipe.scenes.design.data import (
     Part,
     goals,
@@ -177,7 +177,7 @@ def draw_part(ax: Axes, dataset: xr.Dataset, part: Part) -> None:
             ax.plot(spread[row], [y, y], color=colour, lw=3.2, solid_capstyle="butt")
         ax.plot(values[row], y, "D", color=colour, markersize=3.2)
     ax.xaxis.set_major_locator(MaxNLocator(3 if size_of(ax)[0] < 2.6 else 4, steps=[1, 2, 5, 10]))
-    ax.xaxis.set_major_formatter(lambda value, _: format_number(value, 4))
+    ax.xaxis.set_major_formatter(EvenTicks())
     over(ax, part.label_text(dataset), goal_text(dataset, part))
 
 

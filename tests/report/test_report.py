@@ -111,6 +111,24 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
 
 
 @pytest.mark.parametrize(
+    ("cells", "even"),
+    [
+        (["52.1 %", "51.83 %", "52.33 %"], ["52.10 %", "51.83 %", "52.33 %"]),
+        (["0.61", "0.585"], ["0.610", "0.585"]),
+        (["24", "8.9", "7", "± 4"], ["24", "8.9", "7.0", "± 4.0"]),
+        (["1,250", "7", "0"], ["1,250", "7", "0"]),
+        (["0.1", "0.25", "0.5"], ["0.1", "0.25", "0.5"]),
+        (["0", "–", "2 × 10⁻⁹", "0.03"], ["0", "–", "2 × 10⁻⁹", "0.03"]),
+    ],
+)
+def test_the_numbers_of_a_column_keep_their_last_zeros(cells, even):
+    table = Table(["", "value"], [["a", cell] for cell in cells]).as_data()
+    assert [row[1] for row in table["rows"]] == even
+    first = Table(["value", ""], [[cell, "a"] for cell in cells]).as_data()
+    assert [row[0] for row in first["rows"]] == cells
+
+
+@pytest.mark.parametrize(
     ("offset", "sign"), [([-0.2], -1), ([-0.2, 0.0], -1), ([0.2], 1), ([0.0], 1), ([-0.2, 0.1], 1)]
 )
 def test_the_drawing_has_the_equilibrium_on_the_side_of_the_offset(solved, offset, sign):

@@ -69,6 +69,9 @@ class Table:
         if len(rows) > MAX_ROWS:
             rows = rows[:ROWS_SHOWN]
             note = f"{note} {len(self.rows) - ROWS_SHOWN} more rows are in the dataset.".strip()
+        columns = [list(column) for column in zip(*rows, strict=True)]
+        columns = columns[: self.left] + [even_digits(column) for column in columns[self.left :]]
+        rows = [list(row) for row in zip(*columns, strict=True)]
         return {
             "type": "table",
             "title": self.title,
@@ -78,6 +81,39 @@ class Table:
             "widths": list(widths),
             "left": self.left,
         }
+
+
+# A cell that is one number: sign, whole part, decimals, per cent.
+_NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
+
+
+def even_digits(cells: list[str]) -> list[str]:
+    """Return a column whose numbers have their last zeros: as many digits as most of those with decimals.
+
+    >>> even_digits(["0.652", "0.4466", "0.1782", "–"])
+    ['0.6520', '0.4466', '0.1782', '–']
+    >>> even_digits(["24", "8.9", "7"])
+    ['24', '8.9', '7.0']
+    """
+    found = [_NUMBER.fullmatch(cell) for cell in cells]
+    digits = [
+        len(re.sub(r"\D", "", cell).lstrip("0")) if match else 0
+        for cell, match in zip(cells, found, strict=True)
+    ]
+    decimals = [len(match[3] or ".") - 1 if match else 0 for match in found]
+    broken = sorted((n for n, places in zip(digits, decimals, strict=True) if places), reverse=True)
+    if not broken:
+        return cells
+    usual, texts = max(broken, key=broken.count), []
+    for cell, match, n, places in zip(cells, found, digits, decimals, strict=True):
+        zeros = min(usual - n, max(decimals) - places)
+        if match is None or not n or zeros < 1:
+            texts.append(cell)
+        else:
+            texts.append(
+                f"{match[1] or ''}{match[2]}{match[3] or '.'}{'0' * zeros}{match[4] or ''}"
+            )
+    return texts
 
 
 def told_once(table: Table, whose: str) -> Table:

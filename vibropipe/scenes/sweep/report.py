@@ -70,8 +70,7 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
         "share of all points",
     ]
     resting = " and without rest" if (regime == Regime.WITH_REST).any() else ""
-    which = f"The most frequent orbits with impacts{resting}"
-    title = f"{which}, and after how many periods they repeat"
+    title = f"The most frequent orbits with impacts{resting}, and their periods"
     return Table(head, rows, note, title=title, scene=label, left=0)
 
 

@@ -34,6 +34,8 @@ from vibropipe.store import atomic_file, with_fingerprint
 FONTS = Path(__file__).with_name("fonts")
 FAMILY = "Libertinus Serif"
 SHRINKING = 0.88  # of indices and powers in formulas: 7.04 pt in labels, and 6.5 in a report that has smaller pictures
+# Symbols in a text that has no formulas.
+SYMBOLS = re.compile(r"[νδτωκ]|\b[fhlR](?= =)|\b[A-Za-z](?=[₀-₉])|\bm/M\b")
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 NOTEBOOK_DPI = 110
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
@@ -192,7 +194,7 @@ class RaisedPowers(LogFormatterSciNotation):
 def use_letters_for_indices(figure: Figure) -> None:
     """Write indices and powers of small type as letters: in formulas they would be too small to read.
 
-    Ticks get equal decimals, apostrophes are curly, and a unit stands a little away from its slanted symbol.
+    Ticks get equal decimals, apostrophes are curly, symbols are slanted, and a unit stands a little away from one.
     """
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
@@ -216,12 +218,17 @@ def is_plain(axis: Axis) -> bool:
 
 
 def set_apart(text: str) -> str:
-    r"""Return a text with curly apostrophes, and a wider space before a unit after a formula.
+    r"""Return a text with curly apostrophes, slanted symbols, and a wider space before a unit after a formula.
 
     >>> set_apart("Newmark's velocity $U$ (mm/s)")
     'Newmark’s velocity $U\\,$ (mm/s)'
+    >>> set_apart("at ν = 0.3, f = 1.5 and R₁")
+    'at $ν$ = 0.3, $f$ = 1.5 and $R$₁'
     """
-    return re.sub(r"(?<!\\,)\$ \(", r"\\,$ (", re.sub(r"(?<=\w)'", "’", text))
+    shown = re.sub(r"(?<=\w)'", "’", text)
+    if "$" not in shown:
+        shown = SYMBOLS.sub(r"$\g<0>$", shown)
+    return re.sub(r"(?<!\\,)\$ \(", r"\\,$ (", shown)
 
 
 def with_letters(text: str) -> str:

@@ -11,9 +11,10 @@ from pdf_pages import page_texts
 from report_text import HOSTILE, flat, items, study_of
 
 import vibropipe as vp
+from vibropipe.figures.text import parameters_text
 from vibropipe.jobs.reporting import build_report, report_data, scene_labels
 from vibropipe.report import typeset
-from vibropipe.report.exciter import drawing_of, side_of, values_text
+from vibropipe.report.exciter import drawing_of, said_beside, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line
 from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
 from vibropipe.store import StoreError, write
@@ -135,6 +136,19 @@ def test_the_drawing_has_the_equilibrium_on_the_side_of_the_offset(solved, offse
     _, _, datasets = solved
     data = datasets["symmetric"].drop_vars("delta").assign_coords(delta=("offset", offset))
     assert drawing_of({"a": data})["offset"] == sign
+
+
+def test_a_caption_leaves_out_parameters_that_stand_beside_the_exciter(solved):
+    _, _, datasets = solved
+    one = datasets["symmetric"]
+    caption = f"Steady states. {parameters_text(one)}. Arrows: jumps."
+    assert said_beside(caption, one, {"a": one}) == "Steady states. Arrows: jumps."
+    other = one.assign_coords(h=0.9)
+    assert said_beside(caption, one, {"a": one, "b": other}) == caption
+    tied = one.assign_attrs(ties="R2 = R1")
+    assert "tied" in parameters_text(tied)
+    caption = f"Steady states. {parameters_text(tied)}."
+    assert said_beside(caption, tied, {"a": tied}) == caption
 
 
 def test_supports_of_a_housing_that_slides_are_no_ground(solved):

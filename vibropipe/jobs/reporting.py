@@ -22,7 +22,7 @@ from vibropipe.jobs.drawing import (
 from vibropipe.jobs.summary import ERROR, causes
 from vibropipe.jobs.up_to_date import stale_files, stale_scenes
 from vibropipe.report import typeset
-from vibropipe.report.exciter import bare_symbols, drawing_of, side_of
+from vibropipe.report.exciter import bare_symbols, drawing_of, said_beside, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_line, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
 from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
@@ -126,6 +126,9 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         if main.report.side
         else {labels[n]: d for n, d in datasets.items()}
     )
+    if side.has_drawing:
+        beside = side.drawn or datasets
+        hero["caption"] = said_beside(hero["caption"], datasets[hero_scene], beside)
     return {
         "title": study.title,
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),

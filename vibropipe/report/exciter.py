@@ -8,7 +8,14 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import CYCLES, format_number, is_forced, with_units
+from vibropipe.figures.text import (
+    CYCLES,
+    format_number,
+    is_forced,
+    parameters_text,
+    shown_parameters,
+    with_units,
+)
 from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
 from vibropipe.solve.physical import is_physical
 from vibropipe.solve.shown_units import shows_cycles
@@ -107,6 +114,15 @@ def values_text(name: str, datasets: Datasets) -> str:
     parts = [format_number(float(value)) for value in values]
     text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"
     return with_units(arrays[0], text)
+
+
+def said_beside(caption: str, dataset: xr.Dataset, datasets: Datasets) -> str:
+    """Return a caption without the sentence of the parameters of its dataset, if all stand beside the exciter."""
+    text, names = parameters_text(dataset), shown_parameters(dataset)
+    is_said = all(values_text(n, datasets) == values_text(n, {"": dataset}) for n in names)
+    if not text or "tied" in text or not is_said:
+        return caption
+    return caption.replace(f"{text}.", "").replace("  ", " ").strip()
 
 
 def arrays_of(name: str, datasets: Datasets) -> list[xr.DataArray]:

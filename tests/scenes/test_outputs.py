@@ -12,6 +12,7 @@ from sampling import sampled
 from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.reporting import build_report, report_data
 from vibropipe.jobs.solving import solve_to_file
+from vibropipe.report.exciter import said_beside
 from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.store import load
 from vibropipe.study import parse_study
@@ -111,7 +112,9 @@ def test_every_subset_of_outputs_is_solved_and_reported(scenes, subsets, tmp_pat
         data = report_data(alone(study, name), {name: dataset}, {})
         json.dumps(data, allow_nan=False)
         entry = data["hero"]
-        assert entry["caption"] == caption(study.scenes[name], dataset, datasets) != ""
+        whole = caption(study.scenes[name], dataset, datasets)
+        # The parameters stand beside the exciter.
+        assert entry["caption"] == said_beside(whole, dataset, {name: dataset}) != ""
 
 
 def draw_and_report(scenes, folder):

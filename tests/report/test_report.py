@@ -12,12 +12,13 @@ from report_text import HOSTILE, flat, items, study_of
 
 import vibropipe as vp
 from vibropipe.figures.text import parameters_text
-from vibropipe.jobs.reporting import build_report, report_data, scene_labels
+from vibropipe.jobs.reporting import _groups, build_report, report_data, scene_labels
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, said_beside, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line
 from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
 from vibropipe.store import StoreError, write
+from vibropipe.study import study_of_text
 from vibropipe.words.wording import paragraphs
 
 
@@ -288,3 +289,21 @@ def test_values_that_a_design_found_are_not_the_exciter(solved):
     given = values_text("delta", datasets)
     assert values_text("delta", {**datasets, "design": found}) == given
     assert values_text("delta", {"design": found}) == "0.01, 0.02"
+
+
+def test_no_heading_stands_twice_or_over_figures_of_another_scene():
+    scenes = "".join(f"  {n}: {{kind: motion, title: {n.upper()}, tau_end: 9}}\n" for n in "abc")
+    study = study_of_text(f"title: T\nexciter: {{l: 1, nu: 1, f: 1}}\nscenes:\n{scenes}", "study")
+    figures = [
+        {"scene": scene, "title": title, "heading": heading, "picture": "p"}
+        for scene, title, heading in (
+            ("a", "hero", ""), ("a", "a2", "Why?"), ("b", "B", ""), ("c", "c1", "Why?"), ("c", "c2", "Why?"),
+        )
+    ]  # fmt: skip
+    labels = {name: name.upper() for name in study.scenes}
+    groups = _groups(study, labels, figures, {}, {}, figures[0])
+    assert [(g.heading, [item["title"] for item in g.items]) for g in groups] == [
+        ("Why?", ["a2"]),
+        ("Motions", ["B"]),
+        ("C", ["c1", "c2"]),
+    ]

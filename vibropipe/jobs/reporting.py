@@ -241,6 +241,9 @@ def _groups(
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]
                 heading = _heading(study, figure, begins)
+                if begins and not heading and any(each.heading for each in groups):
+                    # else it would stand under the question of another scene
+                    heading = kind_of(study.scenes[scene]).report.noun
                 if heading and heading not in [each.heading for each in groups]:
                     group = group if not group.items else Group()
                     group.heading = heading

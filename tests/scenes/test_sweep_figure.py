@@ -8,6 +8,7 @@ from figures.figure_text import words
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.text import Text
 
+import vibropipe as vp
 from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES
@@ -232,3 +233,32 @@ def test_the_widest_spot_of_a_region():
 
 def test_a_panel_has_as_many_lines_as_there_are_styles():
     assert len(LINES) == MAX_LINES
+
+
+def followed(amplitudes, offsets):
+    """A sweep in which only lines of large amplitude jump, and only columns with an offset have a second harmonic."""
+    over = {"nu": np.linspace(0.5, 4.0, 36), "f": amplitudes, "delta": offsets}
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.15, R1=0.7, R2=0.6)
+    return vp.sweep(exciter, over, follow=("nu", "up"), outputs=["harmonics"])
+
+
+def test_columns_share_an_ordinate_that_holds_them_all():
+    dataset = followed([0.01, 0.8], [0.0, 0.1])
+    figure = draw_sweep(dataset)
+    drawn = [
+        (ax.get_ylim()[1], np.nanmax(line.get_ydata()))
+        for ax in figure.axes
+        for line in ax.lines
+        if len(line.get_ydata()) > 1 and np.isfinite(line.get_ydata()).any()
+    ]
+    assert len(drawn) > 8
+    assert all(top >= largest for top, largest in drawn)
+
+
+@pytest.mark.parametrize("amplitudes", [[0.01], [0.01, 0.8], [0.8]])
+def test_a_caption_tells_of_arrows_where_there_are_some(amplitudes):
+    dataset = followed(amplitudes, [0.0, 0.1])
+    texts = [text for ax in draw_sweep(dataset).axes for text in ax.texts]
+    has_arrow = any(getattr(text, "arrow_patch", None) is not None for text in texts)
+    assert ("arrows: jumps" in describe_sweep(dataset)) == has_arrow
+    assert has_arrow == (0.8 in amplitudes)

@@ -25,7 +25,7 @@ from matplotlib.backends.backend_agg import FigureCanvasAgg
 from matplotlib.colorbar import Colorbar
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import Formatter, MaxNLocator
+from matplotlib.ticker import Formatter, FuncFormatter, LogLocator, MaxNLocator, NullFormatter
 
 from vibropipe.figures.palette import BAND, FAILED, GREY, HAIRLINE, INK, readable
 from vibropipe.figures.text import format_number
@@ -40,6 +40,7 @@ MIN_TYPE = 6.5  # pt, of anything in a figure
 WHITE_GROUND = {"boxstyle": "round,pad=0.25", "facecolor": "white", "edgecolor": "none"}
 TIGHT_GROUND = {**WHITE_GROUND, "boxstyle": "square,pad=0.08"}
 MICRO = "\u00b5"
+DECADES = 2.5  # from which on ticks of a logarithmic axis are powers of ten
 MOST_DECIMALS, MOST_PLAIN = 6, 1e5  # of ticks that are written without powers of ten
 
 
@@ -238,10 +239,15 @@ class EvenTicks(Formatter):
 
 
 def plain_ticks(axis: Axis, most: int) -> None:
-    """Put at most about `most` ticks on round numbers of a linear axis."""
+    """Put at most about `most` ticks on round numbers of a linear axis, and few on a logarithmic one."""
+    low, high = axis.get_view_interval()
     if axis.get_scale() == "linear":
         axis.set_major_locator(MaxNLocator(most, steps=[1, 2, 5, 10]))
         axis.set_major_formatter(EvenTicks())
+    elif high < low * 10**DECADES:
+        axis.set_major_locator(LogLocator(subs=(1.0, 2.0, 5.0)))
+        axis.set_major_formatter(FuncFormatter(lambda value, _: format_number(value, 6)))
+        axis.set_minor_formatter(NullFormatter())
 
 
 def colour_bar(

@@ -6,7 +6,6 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_least
-from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import (
     format_number,
     in_brackets,

@@ -18,7 +18,8 @@ from vibropipe.figures.text import (
 )
 from vibropipe.report.findings import largest, value_text
 from vibropipe.scenes.sweep.laws import Region, regions_of
-from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, fitting_panels
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, combinations_drawn, fitting_panels
+from vibropipe.scenes.sweep.lines import has_arrows, lines_of, orbits_and_jumps
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import (
     CONTOUR,
@@ -31,6 +32,7 @@ from vibropipe.scenes.sweep.maps import (
 )
 from vibropipe.scenes.sweep.neighbours import LEFT_EARLY
 from vibropipe.scenes.sweep.quantities import (
+    COUNTED,
     Panel,
     axis_and_others,
     combinations,
@@ -71,7 +73,7 @@ def describe_sweep(
         else "",
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
-        starts_text(dataset, arrows=bool(quantities)),
+        starts_text(dataset, arrows=_has_arrows(dataset, panels, along, others)),
         "" if quantities else NO_CURVES,
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
@@ -81,6 +83,22 @@ def describe_sweep(
         unresolved_text(dataset),
         "Wide grey line: free motion without losses" if backbone is not None else "",
         parameters_text(dataset),
+    )
+
+
+def _has_arrows(
+    dataset: xr.Dataset, panels: Sequence[Panel], along: str, others: Sequence[str]
+) -> bool:
+    """Return whether arrows are drawn: of several lines in the first panel alone."""
+    part = dataset.sortby(along).isel(combinations_drawn(dataset, others[1:])[0])
+    lines = list(lines_of(part, others[0] if others else None))
+    return any(
+        has_arrows(line, of_counts, orbits_and_jumps(*points, line, of_counts)[1])
+        for panel in panels[: 1 if others else None]
+        for each in panel.series
+        for line in lines
+        for of_counts in [each.name in COUNTED]
+        for points in [(line.row[along].values, each.of(line.row).values)]
     )
 
 

@@ -216,7 +216,8 @@ def draw_panel(
             if lines_dim is None and len(series) > 1 and line.direction != "down":
                 named.append(Named(x, y, each.text, colour))
     if series[0].name not in SIGNED:
-        ax.set_ylim(bottom=0.0, auto=None)  # the columns that share the ordinate are still to be drawn
+        # The columns that share the ordinate are still to be drawn.
+        ax.set_ylim(bottom=0.0, auto=None)
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
         named = ways_of(part, series[0], along, colours[0])
     if named:

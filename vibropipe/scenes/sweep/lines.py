@@ -75,11 +75,8 @@ def draw_line(
     The line of a number that is counted (`steps`) is broken at each change.
     """
     kinds, colour = row_kinds(line.row), style["color"]
-    orbit = (kinds["line"] | kinds["multiple"]) & np.isfinite(y)
+    orbit, jumps = orbits_and_jumps(x, y, line, steps)
     shown = np.where(orbit, y, np.nan)
-    jumps = (
-        np.flatnonzero(np.diff(shown)) if steps else jump_steps(x, shown, line.row["regime"].values)
-    )
     broken_y = np.insert(shown, jumps + 1, np.nan)
     drawn = ax.plot(np.insert(x, jumps + 1, x[jumps]), broken_y, **style, zorder=2)
     broken = np.zeros(x.size, np.bool_)
@@ -93,8 +90,25 @@ def draw_line(
             at = at if kind == "no_orbit" else thinned(ax, at, x.size)
             own = {**marks, "color": colour, "linestyle": "none", "zorder": 3}
             rasterise_many(ax.plot(x[at], y[at], **own), x.size)
-    if arrows and not steps and line.direction and jumps.size <= MAX_JUMPS:
+    if arrows and has_arrows(line, steps, jumps):
         draw_jumps(ax, x, y, jumps, line.direction, colour)
+
+
+def orbits_and_jumps(
+    x: Floats, y: Floats, line: Line, steps: bool
+) -> tuple[NDArray[np.bool_], NDArray[np.intp]]:
+    """Return which rows of a line are orbits, and the rows after which it is broken."""
+    kinds = row_kinds(line.row)
+    orbit = (kinds["line"] | kinds["multiple"]) & np.isfinite(y)
+    shown = np.where(orbit, y, np.nan)
+    if steps:
+        return orbit, np.flatnonzero(np.diff(shown))
+    return orbit, jump_steps(x, shown, line.row["regime"].values)
+
+
+def has_arrows(line: Line, steps: bool, jumps: NDArray[np.intp]) -> bool:
+    """Return whether jumps of a line are drawn as arrows: of rows that were followed, and few."""
+    return bool(line.direction) and not steps and 0 < jumps.size <= MAX_JUMPS
 
 
 def draw_jumps(

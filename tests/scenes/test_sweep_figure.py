@@ -262,3 +262,10 @@ def test_a_caption_tells_of_arrows_where_there_are_some(amplitudes):
     has_arrow = any(getattr(text, "arrow_patch", None) is not None for text in texts)
     assert ("arrows: jumps" in describe_sweep(dataset)) == has_arrow
     assert has_arrow == (0.8 in amplitudes)
+
+
+def test_small_multiples_of_one_quantity_say_which():
+    over = {"nu": [0.8, 1.0, 1.2], "f": [0.5, 0.8], "delta": [0.0, 0.1], "R1": [0.6, 0.8]}
+    figure = draw_sweep(vp.sweep(vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R2=0.6), over))
+    (label,) = {ax.get_ylabel().replace("\n", " ") for ax in figure.axes} - {""}
+    assert label == "first harmonic amplitude of displacement $A_1$"

@@ -196,8 +196,11 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     """Return the caption of a bifurcation diagram: what is drawn, and the numbers of rows by period multiple."""
     along, dims = diagram_dims(dataset)
     wanted = diagram_panels(dataset, show)
-    names = [panel.series[0].name for panel in fitting_panels(dataset, dims, wanted)]
-    impacts = "the velocity of each impact of a row" if "impact_velocity" in names else ""
+    own = [panel.series[0] for panel in fitting_panels(dataset, dims, wanted)]
+    names = [each.name for each in own]
+    struck = [1 + (each.position or 0) for each in own if each.name == "impact_velocity"]
+    alone = f" on support {struck[0]}" if len(struck) == 1 else ""
+    impacts = f"the velocity of each impact of a row{alone}" if struck else ""
     at_section = any(name not in ("impact_velocity", "lyapunov_exponent") for name in names)
     section = "its states at the section, once per forcing period" if at_section else ""
     exponent = "its largest Lyapunov exponent" if "lyapunov_exponent" in names else ""

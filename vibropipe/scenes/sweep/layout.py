@@ -9,11 +9,11 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import BODY, WIDE, axes, new_canvas
+from vibropipe.figures.canvas import BODY, SMALL, WIDE, axes, new_canvas
 from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.scenes.sweep.map_layout import combination_text
-from vibropipe.scenes.sweep.quantities import Panel, combinations, evenly
+from vibropipe.scenes.sweep.quantities import Panel, combinations, evenly, wrapped
 
 LEFT, RIGHT, BETWEEN = 1.55, 0.25, 1.0  # cm left of the panels, right of them, between columns
 TITLE, LABELS = 0.62, 1.0  # cm above a panel, below the lowest axes
@@ -23,6 +23,7 @@ BAR_CM, BARS_GAP = 0.36, 0.25  # height of a bar of regimes, gap above the bars
 MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
 # Height of a stack of panels, of one in columns, of small multiples.
 STACK_CM, GRID_CM, SMALL_CM = 8.4, 2.5, 3.0
+LETTERS_PER_CM = 7.5  # of SMALL type
 
 
 @dataclass(frozen=True)
@@ -180,8 +181,13 @@ def _multiples(
 
 
 def write_spot_titles(ax: Axes, spot: Spot, letter: str, words: str) -> None:
-    """Write a letter and the title of a panel, its own or `words`, and its head above."""
+    """Write a letter and the title of a panel, its own or `words`, and its head above.
+
+    Beside panels with titles of their own stand the words.
+    """
     write_title(ax, letter, spot.title or words, indent=-0.5)
+    if spot.title and not spot.is_inner:
+        ax.set_ylabel("\n".join(wrapped(words, int(LETTERS_PER_CM * spot.height))), fontsize=SMALL)
     if spot.head:
         y = 1 + (0.2 + HEAD) / spot.height
         ax.text(0, y, spot.head, fontsize=BODY, weight="bold", transform=ax.transAxes)

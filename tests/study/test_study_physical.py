@@ -6,6 +6,7 @@ from dataclasses import replace
 from pathlib import Path
 
 import pytest
+import study_texts
 
 import vibropipe as vp
 from vibropipe.study import Study, StudyError, fingerprint, json_schema, study_of_text
@@ -322,3 +323,26 @@ def test_rules_of_a_grid_are_told_in_its_own_numbers(scene: str, told: str) -> N
 def test_a_part_of_a_grid_at_the_top_of_a_study_is_refused_in_words(key: str) -> None:
     (line,) = faults(("exciter:", f"{key}: 3\nexciter:"))
     assert line.startswith(f"{key}: ")
+
+
+@pytest.mark.parametrize(
+    ("scene", "told"),
+    [
+        ("{kind: motion, effects: [forcing]}", "effects: must include damping unless H = 0, got forcing"),
+        ("{kind: motion, ramp: {F: {from: 5 N, to: 10 N, within: 1 s}}}",
+         "ramp: must name the frequency, which alone has a ramp, got F"),
+        ("{kind: basins, over: {omega: [17 Hz, 18 Hz], x0: [0 mm], v0: [0 m/s]}, prove: true}",
+         "prove: must be left out with omega in over: the knocks of one exciter are proved, got true"),
+        ("{kind: identify, measured: {time: [0 s, 1 s, 2 s], displacment: [0 mm]}, vary: {R1: [0.5, 0.9]}}",
+         "measured.displacment: must be a quantity of a steady state, such as displacement_mean or "
+         "impact_velocity_max_1, got 'displacment' (did you mean 'displacement'?)"),
+    ],
+)  # fmt: skip
+def test_faults_are_told_in_the_names_of_the_study(scene: str, told: str, tmp_path: Path) -> None:
+    text = f"""
+title: T
+physical: {{m: 1.5 kg, C: 12 N/mm, H: 20 N s/m, F: 60 N, l: 5 mm, omega: 18 Hz}}
+scenes:
+  s: {scene}
+"""
+    assert study_texts.faults(text, tmp_path) == [f"scenes.s.{told}"]

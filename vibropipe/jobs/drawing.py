@@ -176,7 +176,7 @@ def draw_study(
 
 def figure_fingerprint(study: Study, scene: BaseScene, name: str, folder: Path) -> str:
     """Return the hash of all that a figure is made from: program, name, options, and the bytes of its datasets."""
-    data = [seal_of(folder / f"{other}.nc") for other in scenes_drawn(study, scene)]
+    data = [seal_of(folder / f"{other}.nc") for other in sorted(scenes_drawn(study, scene))]
     return made_from(name, scene.figure.model_dump_json(), study.display_units, *data)
 
 

@@ -12,7 +12,7 @@ from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.in_si import convert
 from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.vocabulary import STEADY, physical_name, physical_quantity
+from vibropipe.words.vocabulary import STEADY, physical_quantity
 
 # Bytes of the error of a number.
 ERROR_BYTES = 4
@@ -82,13 +82,8 @@ def slowness(scene: BaseScene) -> float:
 def grid_size(scene: BaseScene) -> str:
     """Write the sizes of the grids as a product: 200 nu x 3 f."""
     return " x ".join(
-        f"{grid.size} {stored_name(scene, name)}" for name, grid in scene.grids().items()
+        f"{grid.size} {scene.as_written(name)}" for name, grid in scene.grids().items()
     )
-
-
-def stored_name(scene: BaseScene, name: str) -> str:
-    """Return the name of a parameter in the data of a scene, which are in SI if its study has units."""
-    return name if scene.mass_and_stiffness is None else physical_name(name)
 
 
 def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple[list[str], str]:
@@ -98,7 +93,7 @@ def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple
         m, C = scene.mass_and_stiffness
         numbers = convert(name, numbers, {"m": m, "C": C})
         unit = physical_quantity(name).units
-    return scene.units_shown.texts(stored_name(scene, name), numbers, unit)
+    return scene.units_shown.texts(scene.as_written(name), numbers, unit)
 
 
 def steady_bytes(

@@ -220,7 +220,7 @@ class QuantityReader:
             goal = named(PLACES_IN_SI.get(name, name), str(path[-2]))
         except ParameterError as error:
             problem = refused(path, error)
-            if path[-2] == MEASURED and (hint := did_you_mean(name, NAMES)):
+            if path[-2] == MEASURED and (hint := did_you_mean(name, (*NAMES, *RECORD))):
                 found = problem.found.partition(" (did you mean")[0]
                 problem = replace(problem, found=found, hint=hint)
             self.problems.append(problem)

@@ -127,7 +127,7 @@ def _prove(scene: BasinsScene) -> Iterator[Problem]:
         return
     values = scene.resolved_exciter()
     if scene.swept:
-        must = f"must be left out with {scene.swept} in over: the knocks of one exciter are proved"
+        must = f"must be left out with {scene.as_written(scene.swept)} in over: the knocks of one exciter are proved"
         yield Problem(("prove",), "true", must=must)
     elif values.get("friction", 0.0) != 0.0:
         must = "must be left out: the friction of the exciter is beyond what can be proved"
@@ -178,7 +178,7 @@ def _supports(scene: BasinsScene) -> Iterator[Problem]:
 def _figure(scene: BasinsScene) -> Iterator[Problem]:
     """Check that the options of the picture fit what is drawn: maps, or shares over a parameter."""
     if scene.swept and scene.figure.show:
-        must = f"must be left out, since shares over {scene.swept} are drawn"
+        must = f"must be left out, since shares over {scene.as_written(scene.swept)} are drawn"
         yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
     fits = {"shares", "maps"} if scene.swept else {"basins"}
     for name in scene.figure.pictures:

@@ -14,7 +14,7 @@ from vibropipe.physics.effects import all_effects, check_first_harmonic, effect_
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import BOUNDARY_LINES
 from vibropipe.physics.ties import SAMPLES
-from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name, stored_values
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_values
 from vibropipe.scenes.keys.base import BaseScene, EachOnce, each_once
 from vibropipe.scenes.keys.checks import (
     TIES,
@@ -265,4 +265,4 @@ def plan(scene: BoundaryScene) -> Work:
 
 def _range_text(scene: BoundaryScene, name: str, ends: Sequence[float]) -> str:
     (first, last), unit = stored_values(scene, name, ends)
-    return f"{stored_name(scene, name)} {first} to {last}{unit}"
+    return f"{scene.as_written(name)} {first} to {last}{unit}"

@@ -17,7 +17,6 @@ from vibropipe.scenes.costs import (
     Work,
     slowness,
     steady_bytes,
-    stored_name,
     stored_values,
 )
 from vibropipe.scenes.design.keys import BoundRule, Text
@@ -270,6 +269,6 @@ def _size_text(scene: BranchScene) -> str:
     """Write how far branches are followed and at how many values of a further parameter."""
     name = scene.followed
     (begin, *ends), unit = stored_values(scene, name, scene.ends.values)
-    swept = [f"{grid.size} {stored_name(scene, str(other))}" for other, grid in scene.over.items()]
-    followed = f"{stored_name(scene, name)} from {begin} to {', '.join(ends)}{unit}"
+    swept = [f"{grid.size} {scene.as_written(str(other))}" for other, grid in scene.over.items()]
+    followed = f"{scene.as_written(name)} from {begin} to {', '.join(ends)}{unit}"
     return ", ".join([followed, *swept])

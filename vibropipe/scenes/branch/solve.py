@@ -110,7 +110,7 @@ def _branches(scene: BranchScene, exciter: Exciter, ties: dict[str, Any]) -> xr.
             subject_to=scene.subject_to,
         )
     except ParameterError as error:
-        name = scene.followed if scene.mass_and_stiffness is None else physical_name(scene.followed)
+        name = scene.as_written(scene.followed)
         if error.name == "law":
             must = f"must have orbits in the range of {name}"
             raise ParameterError("law", error.value, must=must, got=error.got) from error

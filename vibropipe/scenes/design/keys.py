@@ -10,7 +10,7 @@ from typing import Annotated, Any, Literal, Self
 from pydantic import BeforeValidator, Field, WithJsonSchema, model_validator
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes, stored_name
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, steady_bytes
 from vibropipe.scenes.keys.base import EachOnce
 from vibropipe.scenes.keys.checks import (
     EXCITER,
@@ -226,7 +226,7 @@ def plan(scene: DesignScene) -> Work:
     if scene.tolerance or scene.allow:
         # Moving inside bounds takes another search for each.
         seconds += SEARCHES * (YIELD_SECONDS + SEARCH_SECONDS)
-    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
+    names = ", ".join(scene.as_written(str(name)) for name in scene.vary)
     return Work(
         size=f"{scene.samples} samples over {names}",
         rows=scene.row_count,

@@ -11,7 +11,7 @@ from pydantic import Field
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.si import eigenfrequency
-from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_name
+from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness
 from vibropipe.scenes.keys.checks import (
     EXCITER,
     TIES,
@@ -172,7 +172,7 @@ CHECKS = (
 
 def plan(scene: IdentifyScene) -> Work:
     """Return the work of a search of usual length, which is not known before."""
-    names = ", ".join(stored_name(scene, str(name)) for name in scene.vary)
+    names = ", ".join(scene.as_written(str(name)) for name in scene.vary)
     beside = {TAU, "phase", "force", "trigger"}
     quantities = len(scene.measured.keys() - scene.swept.keys() - beside)
     of = "" if quantities == 1 else f" of {quantities} quantities"

@@ -24,7 +24,7 @@ from vibropipe.solve.shown_units import Shown
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.words.outputs import Output
 from vibropipe.words.parameters import DEFAULTS, FORCES, without_absent
-from vibropipe.words.vocabulary import dimensions_hash
+from vibropipe.words.vocabulary import dimensions_hash, physical_name
 
 Title = Annotated[str, TextRule(200)]
 Question = Annotated[str, TextRule(110)]  # a line of the report
@@ -90,6 +90,10 @@ class BaseScene(StudyModel):
     def mass_and_stiffness(self) -> tuple[float, float] | None:
         """m (kg) and C (N/m) of a study with units, whose data are stored in SI; None for any other."""
         return self._mass_and_stiffness
+
+    def as_written(self, name: str) -> str:
+        """Return the name of a parameter in the study and its data, which are in SI if the study has units."""
+        return name if self.mass_and_stiffness is None else physical_name(name)
 
     @property
     def units_shown(self) -> Shown:

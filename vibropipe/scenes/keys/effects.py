@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import re
 from collections.abc import Iterator
 from typing import TYPE_CHECKING, Annotated, Any
 
@@ -27,6 +28,7 @@ if TYPE_CHECKING:
     from vibropipe.scenes.keys.parts import Start
 
 
+_NAME = re.compile(r"[A-Za-z_]\w*")
 StatedEffects = Annotated[list[Effect] | None, AfterValidator(each_once), NotNull]
 EFFECTS_TEXT = "Physical effects to compute (default: those that the parameters require)."
 
@@ -72,6 +74,11 @@ def check_effects(scene: ForcedScene) -> Iterator[Problem]:
     missing = missing_effect(scene.effects, *arguments, **keywords)
     if missing is not None:
         must, found = missing
+        if scene.mass_and_stiffness is not None:
+            effect, unless, where = must.partition(" unless ")
+            written = _NAME.sub(lambda match: scene.as_written(match[0]), where)
+            # Numbers would be without units.
+            must, found = effect + unless + written, found.partition(" with ")[0]
         yield Problem(("effects",), found, must=must)
     for support in absent_supports(scene.effects):
         name = f"R{support[-1]}"

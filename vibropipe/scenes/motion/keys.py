@@ -16,7 +16,6 @@ from vibropipe.scenes.costs import (
     Work,
     slowness,
     steady_bytes,
-    stored_name,
     stored_values,
 )
 from vibropipe.scenes.keys.base import BaseScene, EachOnce, Harmonics, Outputs, each_once
@@ -261,7 +260,7 @@ def plan(scene: MotionScene) -> Work:
 
 def _length_text(scene: MotionScene) -> str:
     (end,), unit = stored_values(scene, "tau", [scene.tau_end])
-    return f"{stored_name(scene, 'tau')} {end}{unit}"
+    return f"{scene.as_written('tau')} {end}{unit}"
 
 
 def _method(scene: MotionScene) -> str:

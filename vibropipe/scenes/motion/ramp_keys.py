@@ -45,7 +45,11 @@ def check_ramp(scene: Any) -> Iterator[Problem]:
         return
     name, ends = str(next(iter(scene.ramp))), scene.ramp_ends
     if name != "nu":
-        yield Problem(("ramp",), name, must="must name the frequency, which alone has a ramp")
+        yield Problem(
+            ("ramp",),
+            scene.as_written(name),
+            must="must name the frequency, which alone has a ramp",
+        )
         return
     if "nu" not in scene.given_exciter():
         where = ", since the exciter has none"

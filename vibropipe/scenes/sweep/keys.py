@@ -20,7 +20,6 @@ from vibropipe.scenes.costs import (
     Work,
     slowness,
     steady_bytes,
-    stored_name,
 )
 from vibropipe.scenes.keys.base import Harmonics, Outputs, plain
 from vibropipe.scenes.keys.checks import (
@@ -215,9 +214,9 @@ CHECKS = (
 def plan(scene: SweepScene) -> Work:
     """Return the work of a sweep, from its number of rows."""
     grid = scene.row_grid()
-    dims = [stored_name(scene, name) for name in grid.dims]
+    dims = [scene.as_written(name) for name in grid.dims]
     pair = scene.follow_pair()
-    followed = [f"{stored_name(scene, pair[0])} {pair[1]}"] if pair else []
+    followed = [f"{scene.as_written(pair[0])} {pair[1]}"] if pair else []
     return Work(
         size=" x ".join(f"{size} {name}" for name, size in zip(dims, grid.shape, strict=True)),
         rows=scene.row_count,

@@ -122,7 +122,9 @@ def plain_table(
         return {name: _of_phase(name, column) for name, column in columns.items()}
     factors, plain = unit_factors(**_mass_and_stiffness(exciter)), dict[str, np.ndarray]()
     for name, column in columns.items():
-        if name in (PHASE, TAU) or (name in PARAMETERS and name not in PHYSICAL):
+        is_number = name in (PHASE, TAU) or (name in PARAMETERS and name not in PHYSICAL)
+        is_strange = TIME in columns and name not in RECORD  # which the reader of records refuses
+        if is_number or is_strange:
             plain[name] = _of_phase(name, column)
             continue
         dimension = (

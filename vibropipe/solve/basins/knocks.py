@@ -14,6 +14,7 @@ if TYPE_CHECKING:
 
 # Sizes that are tried in each direction, the least one as a share of the largest, and the halvings that follow.
 SIZES, LEAST, HALVINGS = 96, 1e-5, 16
+STEPS = 64  # equal ones below the least size that was found, in which tongues of other basins are sought
 # Directions of disturbances in displacement and velocity, and the most section points of an orbit that are disturbed.
 DIRECTIONS, MAX_POINTS = 24, 32
 # How far beyond a stable set it is tried, as a share of the way, and at how many of its states.
@@ -25,8 +26,8 @@ def knocks_of(
 ) -> tuple[float, float]:
     """Return the least distance and the least change of velocity, at the section, after which a motion is another.
 
-    Rounded down: after all smaller ones that were tried it comes back. Disturbances grow by a ninth from one to the
-    next, so that a narrower tongue of another basin may be missed.
+    Rounded down: after all smaller ones that were tried it comes back. A tongue of another basin may be missed that is
+    narrower than a share 1/STEPS of the least size.
 
     index : its index among the known ones
     velocity : largest change of velocity that is tried
@@ -59,7 +60,21 @@ def _least(
     else:
         return np.nan
     # Only what leaves at this size leaves at a smaller one.
-    return _halved(attractors, points[on], ways[on], index, low, float(size))
+    least = _halved(attractors, points[on], ways[on], index, low, float(size))
+    while least > sizes[0] and (ends := _first_of(attractors, points, ways, index, least)):
+        least = _halved(attractors, points, ways, index, *ends)
+    return least
+
+
+def _first_of(
+    attractors: AttractorSet, points: np.ndarray, ways: np.ndarray, index: int, below: float
+) -> tuple[float, float] | None:
+    """Return the first of equal steps below a size, and that before it, after which a motion is another; or None."""
+    step = below / STEPS
+    for n in range(1, STEPS):
+        if not _comes_back(attractors, points + n * step * ways, index).all():
+            return (n - 1) * step, n * step
+    return None
 
 
 def _halved(

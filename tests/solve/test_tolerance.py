@@ -243,3 +243,15 @@ def test_parts_that_never_strike_exceed_no_largest_velocity(name: str) -> None:
     if name == "impact_velocity_max_1":
         none = vp.tolerance(exciter, {"f": 0.01}, samples=64, subject_to={name: "> 0.1"})
         assert float(none["yield"]) == 0.0
+
+
+@pytest.mark.parametrize("name", ["mass_ratio", "housing_load", "housing_friction_1"])
+def test_a_fixed_housing_does_not_scatter(name):
+    told = (
+        rf"tolerance.*\.{name}: must be left out where mass_ratio is 0: the housing is fixed then"
+    )
+    with pytest.raises(vp.ParameterError, match=told):
+        vp.tolerance(EXCITER, {name: 0.01})
+    if name != "mass_ratio":
+        with pytest.raises(vp.ParameterError, match=rf"vary\.{name}: must be left out where"):
+            vp.design(EXCITER, {name: (0.0, 1.0)}, target={"impact_velocity_max_1": 0.8})

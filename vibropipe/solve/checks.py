@@ -16,7 +16,7 @@ from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.physics.si import NO_HOUSING, TWICE_DAMPED
 from vibropipe.solve.sweep.sweep_grid import DIRECTIONS, Follow
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.parameters import PARAMETERS, STARTS
+from vibropipe.words.parameters import PARAMETERS, STARTS, of_effect
 from vibropipe.words.records import FINITE
 
 LEFT_OUT = "must be left out with mass_ratio above 0: it is not computed for a housing that slides"
@@ -164,7 +164,7 @@ def check_accuracy_of_housing(effect: int | None, accuracy: float | None) -> Non
 def check_soft(
     argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
 ) -> None:
-    """Raise a ParameterError where parameters of a support vary that do not go together.
+    """Raise a ParameterError where parameters of a support vary that do not go together, or of a fixed housing.
 
     Stiffness or damping vary of a support that may be rigid, at a stiffness of 0; the restitution of a soft one varies,
     or it is stated beside a stiffness or damping that varies, so that the damping would have to follow.
@@ -180,6 +180,12 @@ def check_soft(
         if {k, h} & {*names} and getattr(exciter, R) < 1.0:
             must = f"must be left out where {k} or {h} vary: state the damping {h} in its place"
             raise ParameterError(R, getattr(exciter, R), must=must)
+    mass_ratio = lows.get("mass_ratio", exciter.mass_ratio)
+    for name in of_effect("housing") if not mass_ratio > 0.0 else ():
+        # A range may begin at a fixed housing; around one there are no derivatives.
+        if name in names and (name != "mass_ratio" or name not in lows):
+            must = "must be left out where mass_ratio is 0: the housing is fixed then"
+            raise ParameterError(f"{argument}.{name}", None, must=must, got="")
 
 
 def swept_dampings(exciter: Exciter, over: Mapping[str, np.ndarray]) -> set[str]:

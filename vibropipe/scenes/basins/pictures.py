@@ -87,6 +87,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
 MIN_HEIGHT = 0.07
 HEIGHTS = (0.5, 0.35, 0.65, 0.2, 0.8, 0.5)  # of a letter in its band, as they are tried
 MARKS = 6  # of an attractor along its curve
+NEAR = 0.1  # share of the height at which a letter cannot tell two curves apart
 CHANGE_STYLE: dict[str, Any] = {"color": HAIRLINE, "linewidth": 0.6, "zorder": 0.5}
 
 
@@ -143,6 +144,10 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         style = {**marker_of(dataset, index), "markersize": 4.0, "markerfacecolor": colours[index]}
         ax.plot(values[marked], own[marked], zorder=3, clip_on=False, **style)
         middle = present[(present.size * (1 + rank % 3)) // 4]
+        others = np.abs(np.delete(amplitude.values, index, axis=1) - own[:, None])
+        room = np.fmin.reduce(others, axis=1, initial=np.inf)  # to the nearest other curve
+        if room[middle] < NEAR * (most - least):
+            middle = present[np.argmax(room[present])]
         at = values[middle], own[middle]
         if marked.size == present.size:  # no place without a mark
             height = (at[1] - least) / (most - least or 1.0)
@@ -208,14 +213,10 @@ def write_letter(
     inner = places[(places > 0) & (places < values.size - 1)]
     places = inner if inner.size else places
     at = places[places.size // 2]
-    ends = {0: "left", values.size - 1: "right"}
-    style: dict[str, Any] = {
-        "weight": "bold",
-        "ha": ends.get(int(at), "center"),
-        "bbox": TIGHT_GROUND,
-    }
+    edges = band_edges(values)
     others = [text.get_window_extent() for text in ax.texts]
-    text = label_region(ax, values[at], 0.0, letter, **style)
+    middle = 0.5 * (edges[at] + edges[at + 1])
+    text = label_region(ax, middle, 0.0, letter, weight="bold", bbox=TIGHT_GROUND)
     for share in HEIGHTS:
         text.set_y(bottom[at] + share * (top - bottom)[at])
         box = text.get_window_extent()

@@ -266,13 +266,14 @@ def draw_front(dataset: xr.Dataset) -> Figure:
         chosen = np.array([each == law for each in laws])
         marker = LINE_MARKERS[n % len(LINE_MARKERS)]
         style: dict[str, Any] = {"color": colour, "markeredgecolor": EXACT, "markeredgewidth": 0.5}
-        ax.plot(x[chosen], y[chosen], marker, markersize=5.0, label=law, **style)
+        label = law.removesuffix(" periods")
+        ax.plot(x[chosen], y[chosen], marker, markersize=5.0, label=label, **style)
     number(ax, dataset, x, y)
     ax.set_xlabel(axis_text(dataset, 0))
     ax.set_ylabel(axis_text(dataset, 1))
     ax.margins(0.05)
     ax.legend(
-        title="impacts in a period,\nsupport 1 + support 2", loc="upper left", fontsize=SMALL,
+        title="impacts, support 1 +\nsupport 2, in a period\nor in several", loc="upper left", fontsize=SMALL,
         bbox_to_anchor=(1.02, 1.0), borderaxespad=0.0, frameon=False, title_fontsize=SMALL, alignment="left",
     )  # fmt: skip
     return figure

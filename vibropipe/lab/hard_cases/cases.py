@@ -30,7 +30,7 @@ GROUPS = (
         "grazing_free": YES_OR_NO, "grazing_forced": YES_OR_NO, "soft_grazing": YES_OR_NO,
         "friction_turn_at_support": YES_OR_NO,
     }),
-    Group("starts, ends, releases", "who moves in, moves off or is held", {
+    Group("starts, ends, releases", "whether the mass enters, leaves or stays on a support", {
         "start_on_support": YES_OR_NO, "end_on_impact": YES_OR_NO, "impact_at_release": YES_OR_NO,
         "soft_start": YES_OR_NO, "friction_edge_of_slip": YES_OR_NO, "friction_edge_of_stick": YES_OR_NO,
         "friction_for_ever": YES_OR_NO, "friction_release": "phase of a force, from an arcsine",

@@ -10,7 +10,7 @@ from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.start import start_text
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit.fit_model import Model, Search
-from vibropipe.solve.fit.fit_quality import Quality, determined, quality_of
+from vibropipe.solve.fit.fit_quality import RESOLUTION, Quality, determined, quality_of
 from vibropipe.solve.fit.record_model import RecordModel, RowFit
 from vibropipe.solve.fit.twins import find_twins
 from vibropipe.solve.origin_attrs import origin_attrs
@@ -19,6 +19,10 @@ from vibropipe.words.vocabulary import describe, quantity
 
 if TYPE_CHECKING:
     import xarray as xr
+
+
+# Least sum of squares over an estimated noise: numbers that fit exactly are known to their rounding.
+ROUNDING = (np.finfo(float).eps / RESOLUTION) ** 2
 
 
 def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray) -> xr.Dataset:
@@ -31,7 +35,7 @@ def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray)
     quality = fit_quality(model, best, fitted, fit)
     weights = np.tile(1 / (data.weights * quality.noise), len(data.values))
     slopes = model.jacobian(best) * weights[:, None]
-    spread = 1.0 if data.has_noise else quality.chi
+    spread = 1.0 if data.has_noise else max(quality.chi, ROUNDING)
     known = determined(slopes, spread, best, low, high)
     scale = spread * float(np.mean((data.weights * quality.noise) ** 2))
     twins = find_twins(model, search, low, high, slopes / np.sqrt(spread), scale)

@@ -52,6 +52,24 @@ def test_a_motion_without_noise_is_explained_exactly():
         assert float(found[name]) == pytest.approx(getattr(TRUE, name), abs=1e-6)
 
 
+@pytest.mark.filterwarnings("error")
+def test_a_response_without_noise_is_found_to_its_rounding():
+    known = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.2, R1=0.7, R2=0.7)
+    nu = np.array([0.9, 1.0, 1.1, 1.2])
+    exact = vp.sweep(known, {"nu": nu}).impact_velocity_max.sel(support=1).values
+    found = vp.identify(known, {"nu": nu, "impact_velocity_max_1": exact}, {"f": (0.5, 1.5)})
+    assert float(found.f) == pytest.approx(1.0, abs=1e-12)
+    assert 0.0 < float(found.f_std) < 1e-12
+    assert "twin" not in found.dims
+
+
+def test_a_measured_value_with_a_unit_is_refused_in_its_unit():
+    exciter = vp.Exciter.from_physical(m="2 kg", C="8 N/mm", l="8 mm", R1=0.7)
+    table = {"omega (Hz)": [8, -10], "displacement_mean (mm)": [1.0, 1.0]}
+    with pytest.raises(vp.ParameterError, match=r"measured.omega: .* > 0, got -10.0 Hz in line 2$"):
+        vp.identify(exciter, table, {"F": ("100 N", "200 N")})
+
+
 def test_a_noisy_motion_is_explained_within_its_covariance():
     found = vp.identify(KNOWN, measured_motion(1), VARY)
     # The 99.9 % quantile of chi-square of 3; that of the noise from 57 degrees of freedom within 40 %.
@@ -296,6 +314,12 @@ def test_a_curve_is_a_target_of_a_design():
         ({"nu": [1.0], "displacement_mean": [1.0]}, VARY, None, "more numbers than parameters"),
         ({"nu": [1.0], "displacement_mean": [1.0]}, VARY, {"x": 1.0}, "noise: must have the measured"),
         ({"nu": [1.0], "displacement_mean": [1.0], "velocity_mean": [1.0]}, VARY, None, "noise: is required"),
+        ({"R1": [0.7, 1.5], "displacement_mean": [1.0, 1.0]}, {"f": (0, 1)}, None,
+         r"^measured.R1: must be a number from 0 to 1, got 1.5 in line 2$"),
+        ({"nu": [-1.2, 1.0], "displacement_mean": [1.0, 1.0]}, {"f": (0, 1)}, None,
+         r"^measured.nu: must be a finite number > 0, got -1.2 in line 1$"),
+        ({"k1": [0.0, 1.0], "displacement_mean": [1.0, 1.0]}, {"f": (0, 1)}, None, "^measured.k1: must be above"),
+        ({"housing_load": [0, 1], "displacement_mean": [1, 1]}, {"f": (0, 1)}, None, "^housing_load: must be 0"),
     ],
 )  # fmt: skip
 def test_wrong_tables_are_refused(table, vary, noise, message):

@@ -108,7 +108,8 @@ def plain_table(
     """Return the columns of a table without units, time as tau.
 
     with_units : whether numbers without a unit are in SI
-    Raises ParameterError if a unit is none or of another dimension, or the exciter has none.
+    Raises ParameterError if a unit is none or of another dimension, or the exciter has none, or if a parameter has a
+    value that it cannot have.
     """
     if with_units and not exciter.written:
         which = next(
@@ -118,6 +119,7 @@ def plain_table(
         )
         must = "must have no units, and tau in place of time, unless the exciter is of Exciter.from_physical"
         raise ParameterError("measured", None, must=must, got=which)
+    _check_ranges(columns, with_units)
     if not with_units:
         return {name: _of_phase(name, column) for name, column in columns.items()}
     factors, plain = unit_factors(**_mass_and_stiffness(exciter)), dict[str, np.ndarray]()
@@ -140,6 +142,16 @@ def plain_table(
         else:
             plain[TAU if name == TIME else name] = si / factors.get(dimension, 1.0)
     return plain
+
+
+def _check_ranges(columns: Mapping[str, Column], with_units: bool) -> None:
+    """Raise a ParameterError for a value that a parameter cannot have: a unit changes no limit but 0."""
+    entries: dict[str, Any] = {**PARAMETERS, **(PHYSICAL if with_units else {})}
+    for name in columns.keys() & entries.keys():
+        (values, unit), within = columns[name], entries[name].range
+        for n in [n for n, value in enumerate(values) if not within.contains(value)][:1]:
+            got = f"{values[n]} {unit}".strip() + f" in line {n + 1}"
+            raise ParameterError(f"measured.{name}", values[n], within.text, got=got)
 
 
 def _of_phase(name: str, column: Column) -> np.ndarray:

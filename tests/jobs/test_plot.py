@@ -27,6 +27,13 @@ def exciter(**changed: float) -> vp.Exciter:
     )  # fmt: skip
 
 
+OF_MOTOR, LINE = ["stability", "power", "sensitivity"], {"no_load": 2.2, "stall": 0.55}
+
+
+def rotor() -> vp.Exciter:
+    return vp.Exciter(nu=0.6, h=0.1, f=0.3, l=50.0)
+
+
 MADE = {
     "motion": lambda: vp.simulate(exciter(), tau_end=20),
     "steady state": lambda: vp.steady_state(exciter(), outputs=["harmonics", "impacts"]),
@@ -34,6 +41,8 @@ MADE = {
     "both ways": lambda: vp.sweep(exciter(), over={"nu": NU}, follow=("nu", "both")),
     "map": lambda: vp.sweep(exciter(), over={"nu": NU, "f": np.linspace(0.2, 1, 9)}),
     "branch": lambda: vp.branch(exciter(), "nu", (0.9, 1.2)),
+    "branch without harmonics": lambda: vp.branch(exciter(), "nu", (0.9, 1.2), outputs=OF_MOTOR),
+    "motor": lambda: vp.motor(vp.branch(rotor(), "nu", (0.2, 2.9), outputs=OF_MOTOR), LINE),
     "boundary": lambda: vp.boundary(exciter(), of="grazing", **BOX),
     "basins": lambda: vp.basins(exciter(), np.linspace(-0.4, 0.5, 5), np.linspace(-1, 1, 5), starts=16),
     "attractors": lambda: vp.attractors(exciter(), starts=16),
@@ -47,6 +56,7 @@ MADE = {
 SHOWS = {
     "motion": r"velocity $\dot{x}$", "steady state": "frequency of excitation", "sweep": "frequency of excitation",
     "both ways": "frequency of excitation", "map": "amplitude of excitation", "branch": "frequency of excitation",
+    "branch without harmonics": "impacts per period", "motor": "torque added at a jump",
     "boundary": "amplitude of excitation", "basins": "velocity", "attractors": "at the section",
     "design": r"$\delta$ = −0.04",
     "tolerance": "deviation of", "identify": "misfit", "free motion": "eigenfrequency",
@@ -98,6 +108,7 @@ def test_a_picture_is_chosen_by_its_name(made):
         ("sweep", "map", {}, "picture: must be a picture that fits the dataset (curves, bifurcation and spectrum)"),
         ("sweep", None, {"shw": 1}, "shw: is an unknown key; must be one of pictures, show, backbone"),
         ("sweep", None, {"show": ["lyapunov_exponent"]}, "show: must name quantities that the dataset holds ("),
+        ("motor", "branches", {}, "picture: must be a picture that fits the dataset (motor), got 'branches'"),
         ("sweep", None, {"backbone": "spine"}, "'spine' is a scene that is not known here"),
     ],
 )  # fmt: skip
@@ -105,6 +116,14 @@ def test_what_cannot_be_drawn_is_refused(made, name, picture, options, message):
     with pytest.raises(vp.ParameterError) as caught:
         vp.plot(made[name], picture, **options)
     assert message in str(caught.value)
+
+
+def test_a_branch_without_stability_and_speeds_among_branches_are_refused(made):
+    unknown = vp.branch(rotor(), "nu", 0.7, outputs=["harmonics"])
+    with pytest.raises(vp.ParameterError, match="dataset: must be a branch with the output stab"):
+        vp.plot(unknown)
+    with pytest.raises(vp.ParameterError, match="dataset 2: must be branches, and not the speeds"):
+        vp.plot([unknown, made["motor"]])
 
 
 def test_what_no_study_draws_is_refused(made):

@@ -148,7 +148,7 @@ def _options(
     if own and any(_beside(source, name) is None for name in model(**own).shown_scenes()):
         own = {name: own[name] for name in OWN & own.keys()}
     others: dict[str, xr.Dataset] = {}
-    values = {**own, **given}
+    values = {**_shown_by_default(data, model), **own, **given}
     for name, value in given.items():
         if name in model.model_fields and not isinstance(value, list | tuple | str | None):
             values[name], others[name] = name, opened(value)
@@ -211,14 +211,29 @@ def _refused(problem: Problem) -> ParameterError:
     return ParameterError(name, problem.found, must=must, got=got)
 
 
+def _shown_by_default(data: xr.Dataset, model: Any) -> dict[str, Any]:
+    """Return the option `show` where the data lack a default one: those that they hold, else the first two held."""
+    default = model.model_fields["show"].default if "show" in model.model_fields else ()
+    known = [name for name in default if _is_held(data, name)]
+    return {} if len(known) == len(default) else {"show": known or _held(data, model)[:2]}
+
+
+def _is_held(data: xr.Dataset, name: str) -> bool:
+    is_derived = name not in VOCABULARY or name == "impacts_per_period"
+    return is_derived or held_name(data.variables, name) in data.variables
+
+
+def _held(data: xr.Dataset, model: Any) -> list[str]:
+    """Return the quantities of a dataset that can be shown."""
+    shown = get_args(get_args(model.model_fields["show"].annotation)[0])
+    return [str(each) for each in data.data_vars if each in shown]
+
+
 def _check_shown(data: xr.Dataset, model: Any, show: Sequence[str]) -> None:
     """Raise a ParameterError for a quantity to show that the dataset does not hold."""
     for name in show:
-        is_derived = name not in VOCABULARY or name == "impacts_per_period"
-        if not is_derived and held_name(data.variables, name) not in data.variables:
-            shown = get_args(get_args(model.model_fields["show"].annotation)[0])
-            held = [str(each) for each in data.data_vars if each in shown]
-            must = f"must name quantities that the dataset holds ({series(held)})"
+        if not _is_held(data, name):
+            must = f"must name quantities that the dataset holds ({series(_held(data, model))})"
             raise ParameterError("show", show, must=must, got=repr(name))
 
 

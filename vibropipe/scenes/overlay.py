@@ -100,6 +100,9 @@ def _axis(dataset: xr.Dataset, kind: str, number: int) -> str:
             raise ParameterError(f"dataset {number}", dataset, must=must, got="")
         return name
     if kind == BRANCH:
+        if "follow" not in dataset.attrs:
+            must = "must be branches, and not the speeds of a motor, to be drawn over one another"
+            raise ParameterError(f"dataset {number}", dataset, must=must, got="")
         return str(dataset.attrs["follow"]).split()[0]
     dims = [str(dim) for dim in dataset["regime"].dims if dim != "direction"]
     if len(dims) != 1:

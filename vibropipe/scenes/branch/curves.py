@@ -24,6 +24,7 @@ from vibropipe.figures.canvas import (
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, parameter_line, value_text
+from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.lines import (
     Panel,
     Piece,
@@ -73,7 +74,13 @@ def draw_branches(
 
     show : quantities of the panels
     backbone : backbone over amplitude, drawn under the branches
+    Raises ParameterError if the dataset does not tell which orbits are stable.
     """
+    if "stable" not in dataset:
+        must = (
+            "must be a branch with the output stability, since lines show which orbits are stable"
+        )
+        raise ParameterError("dataset", dataset, must=must, got="")
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
     bars, pieces = coexistence(dataset), drawn_pieces(dataset)
     limits = float(dataset[along].min()), float(dataset[along].max())

@@ -46,6 +46,11 @@ def followed(dataset: xr.Dataset) -> str:
     return str(dataset.attrs["follow"]).split()[0]
 
 
+def has_points(dataset: xr.Dataset) -> bool:
+    """Return whether a dataset holds a branch, and not only what `vp.motor` returns of it."""
+    return "point" in dataset.dims
+
+
 def swept(dataset: xr.Dataset) -> str | None:
     """Return the further parameter with several values, or None."""
     ties = ties_of(dataset)

@@ -37,7 +37,8 @@ from vibropipe.scenes.branch.curves import (
     line_names,
     write_names,
 )
-from vibropipe.scenes.branch.lines import followed, pieces_of, swept
+from vibropipe.scenes.branch.lines import followed, has_points, pieces_of, swept
+from vibropipe.scenes.branch.speeds import draw_speeds
 from vibropipe.store.table import is_neutral
 
 HIGH = 6.5  # cm
@@ -70,6 +71,8 @@ def question_of(datasets: Mapping[str, xr.Dataset]) -> str:
 
 def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
     """Draw the torques of load and motor over the speed, the speeds at which they are equal, and the jumps."""
+    if not has_points(dataset):
+        return draw_speeds(dataset)
     note = parameter_line(dataset)
     figure = noted_canvas(LOW + HIGH + TOP + BETWEEN, note, LEFT)
     ax = axes(figure, LEFT, LOW, WIDTH, HIGH)

@@ -16,6 +16,7 @@ from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     cascade_of,
     followed,
+    has_points,
     kinds_present,
     panels_of,
     places_of,
@@ -115,5 +116,12 @@ def keywords(options: BranchFigure | None, others: Mapping[str, xr.Dataset]) -> 
 
 PICTURES = (
     Picture("motor", draw_motor, describe_motor, fits=has_motor, titled=title_motor),
-    Picture("branches", draw_branches, describe_branches, keywords=keywords, titled=title_branches),
+    Picture(
+        "branches",
+        draw_branches,
+        describe_branches,
+        fits=has_points,
+        keywords=keywords,
+        titled=title_branches,
+    ),
 )

@@ -58,8 +58,7 @@ class Stretch:
 def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
     """Yield the stable stretches of all branches, with increasing parameter."""
     along = dataset[followed(dataset)].values
-    amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
-    speed = np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
+    amplitude, speed = _sizes_of(dataset)
     mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
     points = dataset["bifurcation_point"].values
     kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
@@ -117,6 +116,16 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
             mean[first : last + 1][order],
             np.arange(first, last + 1)[order],
         )
+
+
+def _sizes_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
+    """Return the amplitude of each point, without harmonics its displacement, and its largest impact velocity or 0."""
+    amplitude = abs(dataset["displacement_strobe"].values)
+    if "displacement_amplitude" in dataset:
+        amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
+    if "impact_velocity_max" not in dataset:
+        return amplitude, 0.0 * amplitude
+    return amplitude, np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
 
 
 def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:

@@ -9,6 +9,7 @@ TYPE_CHECKING = False
 _FACE = {
     "Exciter": "vibropipe.physics.exciter",
     "ParameterError": "vibropipe.physics.exciter",
+    "StoreError": "vibropipe.store",
     "UnsolvedWarning": "vibropipe.words.status",
     "simulate": "vibropipe.solve.motion.simulate",
     "steady_state": "vibropipe.solve.rows.steady",
@@ -40,6 +41,7 @@ _FACE = {
 __all__ = [
     "Exciter",
     "ParameterError",
+    "StoreError",
     "UnsolvedWarning",
     "amplitude_frequency",
     "attractors",
@@ -94,7 +96,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.physical import to_physical
     from vibropipe.solve.rows.steady import steady_state
     from vibropipe.solve.sweep.sweep import sweep
-    from vibropipe.store import load, open_study, table
+    from vibropipe.store import StoreError, load, open_study, table
     from vibropipe.words.status import UnsolvedWarning
 
 
@@ -119,7 +121,7 @@ def __getattr__(name: str) -> Any:
 
 
 def _telling_keywords(function: Any) -> Any:
-    """Return a function of the face that says of an unknown keyword what could be meant.
+    """Return a function of the face that says of an unknown keyword what could be meant, and of a wrong type which.
 
     Warnings of the function itself count this frame as well (`stacklevel`).
     """
@@ -127,14 +129,17 @@ def _telling_keywords(function: Any) -> Any:
     from inspect import Parameter, signature
 
     from vibropipe.physics.parameter_error import check_keywords
+    from vibropipe.solve.argument_types import check_types
 
-    known = signature(function).parameters
+    of_call = signature(function)
+    known = of_call.parameters
     if any(each.kind is Parameter.VAR_KEYWORD for each in known.values()):
         return function
 
     @wraps(function)
     def checked(*args: Any, **given: Any) -> Any:
         check_keywords(given, known, "argument")
+        check_types(of_call, {**dict(zip(known, args, strict=False)), **given})
         return function(*args, **given)
 
     checked.__module__ = __name__  # where pickle finds it

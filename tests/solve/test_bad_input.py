@@ -139,6 +139,49 @@ def test_an_unknown_keyword_of_a_call_is_told_with_what_may_be_meant(call, name,
     assert pickle.loads(pickle.dumps(call)) is call
 
 
+E, X, MEASURED = vp.Exciter(l=0.5, h=0.1), [0.1, 0.2], {"nu": [1.0], "displacement_mean": [0.1]}
+A_MAPPING = "must be a mapping of names to values, as {name: value}"
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: vp.steady_state({"l": 0.5}), "exciter: must be an exciter, as vp.Exciter(l=0.5), got {'l': 0.5}"),
+        (lambda: vp.simulate(None), "exciter: must be an exciter, as vp.Exciter(l=0.5), got None"),
+        (lambda: vp.one_sided_orbit(3), "exciter: must be an exciter, as vp.Exciter(l=0.5), got 3"),
+        (lambda: vp.identify(3, MEASURED, {"f": (0, 1)}), "exciter: must be an exciter, as vp.Exciter(l=0.5), got 3"),
+        (lambda: vp.sweep(E, ["nu"]), f"over: {A_MAPPING}, got ['nu']"),
+        (lambda: vp.tolerance(E, ["f"]), f"tolerances: {A_MAPPING}, got ['f']"),
+        (lambda: vp.tolerance(E, {"f": 0}), "tolerances.f: must be a finite number > 0, got 0.0"),
+        (lambda: vp.tolerance(E, {}), "tolerances: must have at least one parameter, got {}"),
+        (lambda: vp.design(E, {"f": (0, 1)}, "displacement_mean"), f"target: {A_MAPPING}, got 'displacement_mean'"),
+        (lambda: vp.design(E, {"l": (1, 2)}, minimise={"f": 1}), "minimise: must be text or a list, got {'f': 1}"),
+        (lambda: vp.design(E, {"l": (1, 2)}, minimise=["velocity_mean"] * 2),
+         "minimise: must be quantities that differ from each other, got ['velocity_mean', 'velocity_mean']"),
+        (lambda: vp.identify(E, MEASURED, {"f": (0, 1)}, noise=0.1), f"noise: {A_MAPPING}, got 0.1"),
+        (lambda: vp.identify(E, {**MEASURED, "nu": ["8 Hz"]}, {"f": (0, 1)}),
+         "measured: must have numbers in its columns, and units in their heads, as 'displacement (mm)', "
+         "got '8 Hz' in nu"),
+        (lambda: vp.prove(E, within=0.1), f"within: {A_MAPPING}, got 0.1"),
+        (lambda: vp.sweep(E, {"nu": [1.0]}, ties=3), f"ties: {A_MAPPING}, got 3"),
+        (lambda: vp.basins(E, X, X, over=["nu"]), f"over: {A_MAPPING}, got ['nu']"),
+        (lambda: vp.branch(E, "nu", 1.5, at=1.4), "at: must be a list, got 1.4"),
+        (lambda: vp.branch(E, "nu", 1.5, at="1.4"), "at: must be a list, got '1.4'"),
+        (lambda: vp.simulate(E, effects="damping"), "effects: must be a list, got 'damping'"),
+        (lambda: vp.sweep(E, {"nu": [1.0]}, outputs=None), "outputs: must be a list, got None"),
+        (lambda: vp.simulate(E, energy="yes"), "energy: must be True or False, got 'yes'"),
+        (lambda: vp.table(E), "dataset: must be a dataset, a tree of datasets, text or a path, got Exciter"),
+        (lambda: vp.to_physical(E, E), "dataset: must be a dataset or a tree of datasets, got Exciter"),
+        (lambda: vp.load(3), "path: must be text or a path, got 3"),
+        (lambda: vp.boundary(E, "fold", 3, [X, X]), "along: must be two of nu, "),
+    ],
+)  # fmt: skip
+def test_an_argument_of_another_type_is_told(call, message):
+    with pytest.raises(vp.ParameterError) as error:
+        call()
+    assert str(error.value).startswith(message)
+
+
 @pytest.mark.parametrize("force", ["f", "f2"])
 def test_a_force_that_only_scatters_needs_a_frequency(force: str) -> None:
     still, told = vp.Exciter(l=0.5, h=0.1), f"^nu: is required beside {force} "

@@ -77,12 +77,12 @@ def test_the_tied_force_of_an_unbalance_follows_the_frequency():
 @pytest.mark.parametrize(
     ("tolerances", "ties", "message"),
     [
-        ({"R2": 0.1}, {"R2": "R1"}, "tolerance.R2: must be left out, since it is tied"),
-        ({"R1": 0.1}, {"R1": 0.5}, "tolerance.R1: must be left out, since it is tied"),
+        ({"R2": 0.1}, {"R2": "R1"}, "tolerances.R2: must be left out, since it is tied"),
+        ({"R1": 0.1}, {"R1": 0.5}, "tolerances.R1: must be left out, since it is tied"),
         ({"zeta": 0.1}, {"h": "2 * zeta"}, "ties.zeta: must have its value as a tie, since it scatters"),
-        ({"f": 0.1}, {"h": "2 * zeta"}, "ties.h: must have a value for zeta: give it in tolerance or by a tie"),
+        ({"f": 0.1}, {"h": "2 * zeta"}, "ties.h: must have a value for zeta: give it in tolerances or by a tie"),
         ({"R1": 0.1}, {"f": "2 * nu"}, "f: must be left out, since it is tied"),
-        ({"zeta": -0.1}, {"zeta": 0.1, "h": "2 * zeta"}, "tolerance.zeta: must be a finite number > 0"),
+        ({"zeta": -0.1}, {"zeta": 0.1, "h": "2 * zeta"}, "tolerances.zeta: must be a finite number > 0"),
         ({"R1": 0.1}, {"R2": "R1 + 1"}, "ties.R2: must be a number from 0 to 1, got 1.7 at R1 = 0.7"),
         ({"zeta": 0.1}, {"zeta": 0.1, "h": "sqrt(zeta - 0.0999)"}, "ties.h: must have a finite value at all"),
     ],

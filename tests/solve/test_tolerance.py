@@ -103,9 +103,9 @@ def test_first_order_is_that_of_ten_thousand_random_samples():
 @pytest.mark.parametrize(
     ("tolerances", "message"),
     [
-        ({}, "tolerance: must have at least one parameter"),
-        ({"mass": 0.1}, "tolerance: must have keys among nu, f"),
-        ({"R1": -0.1}, "tolerance.R1: must be a finite number > 0"),
+        ({}, "tolerances: must have at least one parameter"),
+        ({"mass": 0.1}, "tolerances: must have keys among nu, f"),
+        ({"R1": -0.1}, "tolerances.R1: must be a finite number > 0"),
     ],
 )
 def test_wrong_tolerances_are_refused(tolerances, message):

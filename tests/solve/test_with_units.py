@@ -75,6 +75,16 @@ def test_a_branch_over_omega_is_that_over_nu_in_si():
         ({"omega": ["-3 Hz"]}, "omega: must be a finite number > 0"),
         ({"M": ["1 kg"]}, "M: must be given as mass_ratio = m/M where it varies"),
         ({"omega": ["20 Hz"], "v0": ["1 mm"]}, "v0: must be"),
+        (
+            {"m": ["1 kg", "2 kg"]},
+            "^m: does not vary in a call: make an exciter for each value. What varies is omega, F, ",
+        ),
+        ({"C": [6000.0]}, "^C: does not vary in a call"),
+        (
+            {"m_e": ["1 g"]},
+            "^m_e: does not vary in a call: vary shaker, which is m_e e / m, in its place$",
+        ),
+        ({"slope": [0.1]}, "^slope: does not vary in a call: vary load"),
     ],
 )
 def test_wrong_units_are_told(over, message):

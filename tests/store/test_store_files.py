@@ -12,6 +12,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from store_datasets import motion, rows_of_sweep, shard
 
+import vibropipe as vp
 from vibropipe import store
 from vibropipe.store import StoreError
 from vibropipe.store.atomic import scenes_of
@@ -264,8 +265,8 @@ def test_a_closed_study_can_be_written_again(study):
 
 
 def test_a_missing_study_is_named_with_the_nearest_one(study):
-    with pytest.raises(StoreError, match=r"papre: does not exist \(there is .*paper\): solve"):
-        store.open_study(study.with_name("papre"))
+    with pytest.raises(vp.StoreError, match=r"papre: does not exist \(there is .*paper\): solve"):
+        vp.open_study(study.with_name("papre"))
 
 
 def test_a_study_without_scenes_says_so(tmp_path):

@@ -13,12 +13,30 @@ from vibropipe.physics.parameter_error import si_value
 from vibropipe.physics.si import eigenfrequency, non_dimensional, unit_factors
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.rows.named import named
-from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS, WITHOUT_UNITS
 from vibropipe.words.units import MINUS, UnitError, to_si
 from vibropipe.words.vocabulary import PLACES_IN_SI
 
 # Names of parameters with units that calls without units do not know.
 OWN = frozenset(name for name, each in PHYSICAL.items() if each.non_dimensional) - PARAMETERS.keys()
+_VARIED = [
+    name for name, each in PHYSICAL.items() if each.non_dimensional not in ("", "mass_ratio")
+]
+_OF_UNITS = "does not vary in a call: make an exciter for each value. What varies is " + ", ".join(
+    (*_VARIED, *WITHOUT_UNITS, "mass_ratio")
+)
+_OF_UNBALANCE = "does not vary in a call: vary shaker, which is m_e e / m, in its place"
+_OF_GRAVITY = "does not vary in a call: vary load, which has -m gravity sin(slope), in its place"
+UNVARIED = {
+    "m": _OF_UNITS,
+    "C": _OF_UNITS,
+    "M": "must be given as mass_ratio = m/M where it varies",
+    "m_e": _OF_UNBALANCE,
+    "e": _OF_UNBALANCE,
+    "slope": _OF_GRAVITY,
+    "gravity": _OF_GRAVITY,
+}
+"""Parameters with units that no call varies: what to do."""
 _BOUND = re.compile(r"\s*([<>])=?([^<>]+)")
 START_DIMENSIONS = dict(zip(STARTS, ("length", "velocity"), strict=True))
 
@@ -29,7 +47,10 @@ def are_with_units(exciter: Exciter, *given: Any) -> bool:
     given : mappings by name, values, arrays or lists of values
     """
     return bool(exciter.written) and any(
-        any(plain_name(name) != name or has_unit(value) for name, value in each.items())
+        any(
+            plain_name(name) != name or name in UNVARIED or has_unit(value)
+            for name, value in each.items()
+        )
         if isinstance(each, Mapping)
         else has_unit(each)
         for each in given
@@ -56,13 +77,12 @@ def plain_values(exciter: Exciter, name: str, values: Any) -> Any:
     exciter : of `from_physical`
     name : as with units
     values : number, text, quantity, or an array or list of such; numbers are in SI
-    Raises ParameterError if a value has a wrong unit, is out of range, or the name is M: a grid of masses is one of
-    mass_ratio = m/M.
+    Raises ParameterError if a value has a wrong unit, is out of range, or the parameter does not vary in calls.
     """
     if values is None or (name not in PHYSICAL and name not in STARTS):
         return values  # a pure number, or a name that the call refuses
-    if name == "M":
-        raise ParameterError("M", values, must="must be given as mass_ratio = m/M where it varies")
+    if name in UNVARIED:
+        raise ParameterError(name, values, must=UNVARIED[name], got="")
     if not has_unit(values):
         si: Any = np.array(values, dtype=float)
     elif isinstance(values, str) or np.ndim(getattr(values, "magnitude", ())) == 0:

@@ -153,7 +153,7 @@ def boundary(
     if isinstance(along, Mapping | set | frozenset):
         must = 'must be two names in their order, such as ("nu", "f"); their ranges are those of within'
         raise ParameterError("along", along, must=must)
-    if not isinstance(along, str) and are_with_units(
+    if isinstance(along, (list, tuple)) and are_with_units(
         exciter, dict.fromkeys(along), within, *_levels_in(of)
     ):
         dataset = boundary(
@@ -216,7 +216,8 @@ def _levels_in(of: Any) -> list[Mapping[str, Any]]:
 
 def _check_along(along: tuple[str, str], ties: Ties) -> tuple[str, str]:
     """Return the names of both parameters, or raise a ParameterError."""
-    names, known = () if isinstance(along, str) else tuple(along), (*FOLLOWED, *ties.own)
+    names = tuple(along) if isinstance(along, (list, tuple)) else ()
+    known = (*FOLLOWED, *ties.own)
     if len(set(names)) != 2 or len(names) != 2 or not set(names) <= {*known}:
         raise ParameterError("along", along, f"two of {', '.join(known)}")
     return names[0], names[1]

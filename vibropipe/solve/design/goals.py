@@ -153,6 +153,8 @@ def goals_of(
     objectives = tuple(_objective(name) for name in listed)
     if len(objectives) > 2:
         raise ParameterError("minimise", minimise, "one quantity or two")
+    if len({each.quantity for each in objectives}) < len(objectives):
+        raise ParameterError("minimise", minimise, "quantities that differ from each other")
     if not bounds and not objectives and curve is None:
         must = "must have a target, a bound or a quantity to minimise"
         raise ParameterError("target", target, must=must)

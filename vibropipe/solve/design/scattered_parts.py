@@ -84,6 +84,9 @@ def box(k: int, reach: float) -> np.ndarray:
     return reach * axes
 
 
+ARGUMENT = "tolerances"  # of `vibropipe.tolerance`
+
+
 def check_tied(
     exciter: Exciter, tolerances: Mapping[str, float], ties: Ties
 ) -> tuple[Exciter, Tied, dict[str, float]]:
@@ -96,7 +99,7 @@ def check_tied(
         if name in tolerances and name not in Parameters._fields and not each.names
     }  # fmt: skip
     kept = Ties({name: text for name, text in ties.texts.items() if name not in own})
-    kept.check(stated_names(exciter), tolerances, "tolerance")
+    kept.check(stated_names(exciter), tolerances, ARGUMENT)
     for name in kept.own:
         if name in tolerances and name not in own:
             must = "must have its value as a tie, since it scatters"
@@ -105,23 +108,25 @@ def check_tied(
     numbers = np.array(exciter.numbers())
     exciter = replace(exciter, **kept.checked(tied.values(numbers))) if kept else exciter
     of_parameters = {name: each for name, each in tolerances.items() if name not in own}
-    sigma = check_tolerances(exciter, of_parameters) if of_parameters or not own else {}
+    sigma = check_tolerances(exciter, of_parameters, ARGUMENT) if of_parameters or not own else {}
     return (
         exciter,
         tied,
         sigma
-        | {name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE) for name in own},
+        | {name: number_within(f"{ARGUMENT}.{name}", tolerances[name], POSITIVE) for name in own},
     )
 
 
-def check_tolerances(exciter: Exciter, tolerances: Mapping[str, float]) -> dict[str, float]:
-    """Return standard deviations in the order of the parameters, or raise a ParameterError."""
+def check_tolerances(
+    exciter: Exciter, tolerances: Mapping[str, float], argument: str = "tolerance"
+) -> dict[str, float]:
+    """Return standard deviations in the order of the parameters, or raise a ParameterError naming the argument."""
     if not tolerances:
-        raise ParameterError("tolerance", tolerances, must="must have at least one parameter")
-    check_keys("tolerance", tolerances, CONTINUOUS)
-    check_soft("tolerance", exciter, tolerances, {})
+        raise ParameterError(argument, tolerances, must="must have at least one parameter")
+    check_keys(argument, tolerances, CONTINUOUS)
+    check_soft(argument, exciter, tolerances, {})
     return {
-        name: number_within(f"tolerance.{name}", tolerances[name], POSITIVE)
+        name: number_within(f"{argument}.{name}", tolerances[name], POSITIVE)
         for name in Parameters._fields
         if name in tolerances
     }

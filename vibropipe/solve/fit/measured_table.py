@@ -51,8 +51,10 @@ def columns_of(measured: Any) -> dict[str, Column]:
             name, unit = name_and_unit(str(head))
             unit = unit or _own_unit(given)
             name = name.lower() if name.lower() in (*RECORD, PHASE, TAU) else str(latin(name))
-            values = np.asarray(getattr(given, "magnitude", given), float)
+            values = _numbers(name, getattr(given, "magnitude", given))
             columns[TIME if name == "t" else name] = Column(values, "" if unit in NO_UNIT else unit)
+    except ParameterError:
+        raise
     except (KeyError, TypeError, ValueError, IndexError):
         raise ParameterError("measured", measured, A_TABLE, got="another value") from None
     shapes = {column.values.shape for column in columns.values()}
@@ -64,6 +66,19 @@ def columns_of(measured: Any) -> dict[str, Column]:
             got = f"{column.values[bad[0]]} in line {bad[0] + 1} of {name}"
             raise ParameterError("measured", measured, "a table of finite numbers", got=got)
     return columns
+
+
+def _numbers(name: str, given: Any) -> np.ndarray:
+    """Return a column as numbers; ParameterError if it has text."""
+    try:
+        return np.asarray(given, float)
+    except (TypeError, ValueError):
+        texts = [value for value in np.ravel(given).tolist() if isinstance(value, str)]
+        if not texts:
+            raise
+        must = "must have numbers in its columns, and units in their heads, as 'displacement (mm)'"
+        got = f"{texts[0]!r} in {name}"
+        raise ParameterError("measured", given, must=must, got=got) from None
 
 
 def _file(path: Any) -> Any:

@@ -1,0 +1,97 @@
+"""Types of the arguments of public calls, by the annotations of their signatures."""
+
+from __future__ import annotations
+
+from collections.abc import Callable, Mapping
+from inspect import Signature
+from os import PathLike
+from typing import Any
+
+import numpy as np
+
+from vibropipe.physics.parameter_error import ParameterError
+
+
+def check_types(signature: Signature, given: Mapping[str, Any]) -> None:
+    """Raise a ParameterError for an argument of another type than its annotation has, where that is simple.
+
+    given : arguments by name
+    """
+    for name, value in given.items():
+        annotation = str(signature.parameters[name].annotation)
+        *others, last = annotation.split(" | ")
+        is_left_out = value is None and last == "None"
+        kinds = [KINDS.get(part.partition("[")[0]) for part in (*others, last) if part != "None"]
+        if is_left_out or annotation in OWN_CHECKS or None in kinds:
+            continue
+        known = [kind for kind in kinds if kind is not None]
+        if not any(holds(value) for holds, _text in known):
+            *texts, last_text = dict.fromkeys(text for _holds, text in known)
+            allowed = " or ".join(filter(None, [", ".join(texts), last_text]))
+            got = None if isinstance(value, SHORT) else type(value).__name__
+            raise ParameterError(name, value, allowed, got=got)
+
+
+def _is_exciter(value: Any) -> bool:
+    from vibropipe.physics.exciter import Exciter
+
+    return isinstance(value, Exciter)
+
+
+def _is_dataset(value: Any) -> bool:
+    import xarray as xr
+
+    return isinstance(value, xr.Dataset)
+
+
+def _is_tree(value: Any) -> bool:
+    import xarray as xr
+
+    return isinstance(value, xr.DataTree)
+
+
+def _is_mapping(value: Any) -> bool:
+    return hasattr(value, "items") and hasattr(value, "keys")
+
+
+def _is_list(value: Any) -> bool:
+    """Return whether a value can be taken one by one: text would be taken letter by letter."""
+    if isinstance(value, (str, bytes, Mapping)):
+        return False
+    try:
+        iter(value)
+    except TypeError:
+        return False
+    return True
+
+
+# Types whose values a message shows; of others it has the type.
+SHORT = (str, int, float, list, tuple, dict, set, type(None))
+Kind = tuple[Callable[[Any], bool], str]
+A_LIST: Kind = _is_list, "a list"
+A_TEXT: Kind = (lambda value: isinstance(value, str)), "text"
+KINDS: Mapping[str, Kind] = {
+    "Exciter": (_is_exciter, "an exciter, as vp.Exciter(l=0.5)"),
+    "Mapping": (_is_mapping, "a mapping of names to values, as {name: value}"),
+    "Sequence": A_LIST,
+    "Collection": A_LIST,
+    "str": A_TEXT,
+    "PathLike": ((lambda value: isinstance(value, PathLike)), "a path"),
+    "bool": ((lambda value: isinstance(value, (bool, np.bool_))), "True or False"),
+    "xr.Dataset": (_is_dataset, "a dataset"),
+    "xr.DataTree": (_is_tree, "a tree of datasets"),
+}
+"""Whether a value is of a type, and what is expected, by the beginning of its annotation."""
+
+# What the calls check with more to say of it.
+OWN_CHECKS = {
+    "str",
+    "str | None",
+    "xr.Dataset",
+    "Exciter | xr.Dataset",
+    "Sequence[int]",
+    "Sequence[int] | None",
+    "Sequence[Sequence[float]]",
+    "str | Mapping[str, Any] | Collection[str | Mapping[str, Any]]",
+    "Mapping[str, Any] | Sequence[Any]",
+}

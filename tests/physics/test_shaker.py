@@ -275,6 +275,20 @@ def test_attractors_are_followed_along_the_force():
     np.testing.assert_array_equal(here["attractor"], same["attractor"])
 
 
+def test_a_representation_is_what_was_given():
+    given = vp.Exciter(l=0.5, nu=1.3, f=0.8, h=0.15, R1=0.7, shaker=0.1)
+    assert "f=0.8," in repr(given)
+    soft = vp.Exciter(l=0.5, k1=100.0, R1=0.7, shaker=0.1)  # nu and h1 are left out
+    tied = vp.Exciter(l=0.5, nu=1.3, shaker=0.1, ties={"f": "2 * nu"})
+    for exciter in (given, soft, tied):
+        again = eval(f"vp.{exciter!r}")
+        assert again == exciter
+        assert again.numbers() == exciter.numbers()
+        assert [again.states(name) for name in ("nu", "h1")] == [
+            exciter.states(name) for name in ("nu", "h1")
+        ]
+
+
 def test_a_force_without_frequency_is_refused():
     with pytest.raises(vp.ParameterError, match="nu: is required beside"):
         vp.steady_state(vp.Exciter(l=0.5, shaker=0.1))

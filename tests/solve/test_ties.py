@@ -2,8 +2,11 @@
 
 from __future__ import annotations
 
+import ast
 import itertools
 import math
+import re
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -16,6 +19,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.sweep.blocks import assemble, solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
 
+ROOT = Path(__file__).parents[2]
 EXCITER = vp.Exciter(l=1.0, delta=0.1)
 TIES = {"R2": "R1", "f": "me * nu**2", "h": "2 * zeta", "me": 0.5}
 OVER = {"zeta": [0.05, 0.01], "nu": [0.9, 1.2], "R1": [0.6, 0.7]}
@@ -190,9 +194,12 @@ def test_supports_are_checked_wherever_tied_ones_meet_others() -> None:
         ({"x0": "l"}, "ties: must have keys that are each a parameter, or a name"),
         ({"h": "x0"}, "ties.h: must not use x0"),
         ({"2h": "1"}, "ties: must have keys that are each a parameter, or a name"),
-        ({"regime": "1", "h": "regime"}, "ties: must not have regime as a name of one's own"),
-        ({"h": "omega"}, "ties.h: must not have omega as a name of one's own"),
-        ({"sin": "1"}, "ties: must not have sin as a name of one's own"),
+        ({"regime": "1", "h": "regime"}, "ties: must not have regime as a name of one's own, since datasets have a quantity of this name: "
+                                       "take another, as own_regime$"),
+        ({"h": "omega"}, "ties.h: must not have omega as a name of one's own, since it is a parameter with units "
+                        r"\(nu has none\): take another, as own_omega$"),
+        ({"f": "m_e", "m_e": 0.02}, "^ties: must not have m_e as a name of one's own, since it is a parameter with units: "),
+        ({"sin": "1"}, "ties: must not have sin as a name of one's own, since it is what expressions call a function"),
         ({"h": "nu^2"}, r"ties.h: must be a number or text with arithmetic .*, got 'nu\^2', with \^, which is written"),
         ({"h": None}, "ties.h: must be a finite number"),
         ({"h": math.nan}, "ties.h: must be a finite number, got nan"),
@@ -207,6 +214,18 @@ def test_supports_are_checked_wherever_tied_ones_meet_others() -> None:
 def test_a_tie_that_cannot_hold_is_refused(ties: Any, message: str) -> None:
     with pytest.raises(vp.ParameterError, match=message):
         vp.sweep(EXCITER, {"nu": [0.9, 1.2]}, ties=ties)
+
+
+def test_the_ties_of_an_unbalance_in_the_documentation_hold() -> None:
+    texts = [vp.Exciter.__doc__ or "", (ROOT / "docs/theory.md").read_text(encoding="utf-8")]
+    for text, of in zip(texts, (r"`(\{[^`]*)`", r"ties=(\{[^`]*\})\)`"), strict=True):
+        found = [each for each in re.findall(of, text) if "nu**2" in each]
+        for given in found:
+            ties = ast.literal_eval(" ".join(given.split()))
+            own = [value for value in ties.values() if isinstance(value, float)]
+            tied = vp.Exciter(l=1.0, nu=0.9, R1=0.7, ties=ties)
+            assert tied.f == pytest.approx(math.prod(own) * 0.9**2, rel=1e-15)
+        assert len(found) == (1 if text is texts[0] else 2)
 
 
 def test_a_name_of_ones_own_varies_only_beside_a_tie_that_uses_it() -> None:

@@ -108,12 +108,13 @@ class Exciter(_OfRecords, Written):
         Constant force on the housing; 0 where mass_ratio = 0.
     shaker : float
         Amplitude of a frame that is shaken as sin(nu tau), x then counted from it, or of an unbalance m_e e / m: adds
-        shaker nu^2 to f.
+        shaker nu^2 to f. The attribute f is then the force that acts, with it; copies, `numbers` and datasets have the
+        f that was given.
     wear_exponent : float
         Exponent, from 0 to 10, of speeds in `wear_rate` (output frame); it acts on no motion.
     ties : mapping of str to str or float, optional
         Parameters by expressions of others, or of names of one's own that have a number here, too: `{"R2": "R1", "f":
-        "m_e * nu**2", "m_e": 0.02}` (`docs/theory.md`, Ties). They hold in calls that vary what others are tied to, as
+        "me * nu**2", "me": 0.02}` (`docs/theory.md`, Ties). They hold in calls that vary what others are tied to, as
         if the call had these ties, and in copies with other parameters (`dataclasses.replace`). What is tied is not
         stated; a frequency that a call varies may be left out.
 
@@ -173,12 +174,14 @@ class Exciter(_OfRecords, Written):
                 object.__setattr__(self, name, Acted(value, own))
 
     def __repr__(self) -> str:
-        if not self.ties:
-            return super().__repr__()
+        """Return the call with what was given; of a parameter that others act on its own value."""
         stated = [
-            f"{name}={value!r}" for name, value in vars(self).items() if name not in self.ties
+            f"{name}={stated_value(value)!r}"
+            for name, value in vars(self).items()
+            if not (name in self.ties or isinstance(value, Unstated))
         ]
-        return f"Exciter({', '.join(stated)}, ties={dict(self.ties)!r})"
+        ties = f", ties={dict(self.ties)!r}" if self.ties else ""
+        return f"Exciter({', '.join(stated)}{ties})"
 
     def _set_damping(self, R: str, k: str, h: str, is_left_out: bool) -> None:
         """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""

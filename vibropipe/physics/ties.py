@@ -12,7 +12,14 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.physics.parameter_error import ParameterError, number_within
-from vibropipe.words.expressions import ALLOWED, NAME, RESERVED, Expression, ExpressionError
+from vibropipe.words.expressions import (
+    ALLOWED,
+    FUNCTIONS,
+    NAME,
+    RESERVED,
+    Expression,
+    ExpressionError,
+)
 from vibropipe.words.parameters import (
     FOLLOWED,
     FOLLOWING,
@@ -259,17 +266,26 @@ class Ties:
 
 def check_own(argument: str, name: str) -> None:
     """Raise a ParameterError for a name of one's own that has another meaning."""
-    if name in PARAMETERS or name in STARTS:
+    if name in PARAMETERS or name in STARTS or not (meaning := _meaning(name)):
         return
-    is_taken = name in RESERVED or name in PHYSICAL
+    must = (
+        f"must not have {name} as a name of one's own, since {meaning}: take another, as own_{name}"
+    )
+    raise ParameterError(argument, name, must=must, got="")
+
+
+def _meaning(name: str) -> str:
+    """Return what a name means elsewhere; empty if it means nothing."""
+    if name in RESERVED:
+        return f"it is what expressions call {'a function' if name in FUNCTIONS else 'a constant'}"
+    if name in PHYSICAL:
+        plain = PHYSICAL[name].non_dimensional
+        return f"it is a parameter with units{plain and f' ({plain} has none)'}"
     try:
         quantity(name)
-        is_taken = True
     except KeyError:
-        pass
-    if is_taken:
-        must = f"must not have {name} as a name of one's own, since datasets or expressions call something else so"
-        raise ParameterError(argument, name, must=must, got="")
+        return ""
+    return "datasets have a quantity of this name"
 
 
 def _name(name: Any) -> str:

@@ -44,7 +44,7 @@ def motor(branch: xr.Dataset, torque: Mapping[str, Any] | Sequence[Any]) -> xr.D
     branch : xarray.Dataset
         `vp.branch` along nu (or omega, in SI) with the outputs stability, power and sensitivity. The amplitude f is
         the same at all speeds, as of a crank that moves a spring or of an electric drive, unless it is tied to nu; that
-        of an unbalanced rotor, which grows with nu^2, is the parameter shaker, or tied by {"f": "m_e * e * nu**2"}. It
+        of an unbalanced rotor, which grows with nu^2, is the parameter shaker, or tied by {"f": "me * nu**2"}. It
         is that of one exciter; it may have the argument `law`.
     torque : mapping or sequence
         What the motor gives: `{"no_load": nu, "stall": torque}` is the straight line from the torque at rest to the

@@ -121,14 +121,15 @@ def __getattr__(name: str) -> Any:
 
 
 def _telling_keywords(function: Any) -> Any:
-    """Return a function of the face that says of an unknown keyword what could be meant, and of a wrong type which.
+    """Return a function of the face that says what an unknown keyword could mean, and which type an argument must have.
 
+    Errors of an exciter with units speak of the names and values that were given.
     Warnings of the function itself count this frame as well (`stacklevel`).
     """
     from functools import wraps
     from inspect import Parameter, signature
 
-    from vibropipe.physics.parameter_error import check_keywords
+    from vibropipe.physics.parameter_error import ParameterError, check_keywords
     from vibropipe.solve.argument_types import check_types
 
     of_call = signature(function)
@@ -139,8 +140,16 @@ def _telling_keywords(function: Any) -> Any:
     @wraps(function)
     def checked(*args: Any, **given: Any) -> Any:
         check_keywords(given, known, "argument")
-        check_types(of_call, {**dict(zip(known, args, strict=False)), **given})
-        return function(*args, **given)
+        by_name = {**dict(zip(known, args, strict=False)), **given}
+        check_types(of_call, by_name)
+        try:
+            return function(*args, **given)
+        except ParameterError as error:
+            if getattr(by_name.get("exciter"), "written", None):
+                from vibropipe.solve.with_units import in_given_terms
+
+                raise in_given_terms(error, by_name) from None
+            raise
 
     checked.__module__ = __name__  # where pickle finds it
     return checked

@@ -137,7 +137,7 @@ def test_l_is_required_unless_it_is_tied() -> None:
     ("call", "message"),
     [
         (lambda: vp.sweep(TIED, {"R2": [0.5]}), "over.R2: must be left out, since it is tied"),
-        (lambda: vp.design(TIED, None, {"displacement_mean": 0.1}), "vary: must have at least one parameter"),
+        (lambda: vp.design(TIED, None, {"displacement_mean": 0.1}), "vary: must be a mapping of names to values"),
         (lambda: vp.simulate(TIED, 10.0, nu_end=1.1), "nu_end: must leave nu as it is: f is tied to it"),
         (lambda: vp.basins(TIED, [0.0], [0.0], over={"R1": [0.6, 0.7]}), "over.R1: must leave R1 as it is"),
         (lambda: vp.basins(TIED, [0.0], [0.0], over={"R2": [0.6, 0.7]}), "over.R2: must be left out"),

@@ -194,11 +194,11 @@ def test_supports_are_checked_wherever_tied_ones_meet_others() -> None:
         ({"x0": "l"}, "ties: must have keys that are each a parameter, or a name"),
         ({"h": "x0"}, "ties.h: must not use x0"),
         ({"2h": "1"}, "ties: must have keys that are each a parameter, or a name"),
-        ({"regime": "1", "h": "regime"}, "ties: must not have regime as a name of one's own, since datasets have a quantity of this name: "
-                                       "take another, as own_regime$"),
+        ({"regime": "1", "h": "regime"}, "ties: must not have regime as a name of one's own, since datasets have a "
+                                         "quantity of this name: take another, as own_regime$"),
         ({"h": "omega"}, "ties.h: must not have omega as a name of one's own, since it is a parameter with units "
                         r"\(nu has none\): take another, as own_omega$"),
-        ({"f": "m_e", "m_e": 0.02}, "^ties: must not have m_e as a name of one's own, since it is a parameter with units: "),
+        ({"f": "m_e", "m_e": 0.02}, "^ties: must not have m_e as a name of one's own, since it is a parameter "),
         ({"sin": "1"}, "ties: must not have sin as a name of one's own, since it is what expressions call a function"),
         ({"h": "nu^2"}, r"ties.h: must be a number or text with arithmetic .*, got 'nu\^2', with \^, which is written"),
         ({"h": None}, "ties.h: must be a finite number"),

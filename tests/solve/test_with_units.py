@@ -235,3 +235,30 @@ def test_motions_and_steady_states_take_starts_and_times_with_units():
     ):
         with pytest.raises(vp.ParameterError, match=f"{name}: must be"):
             call()
+
+
+SPEED = {"impact_velocity_max_1": "> 1 m/s, < 0.5 m/s"}
+
+
+@pytest.mark.parametrize(
+    ("call", "message"),
+    [
+        (lambda: vp.sweep(EXCITER, {"omega": [-8]}), "over.omega: must be a finite number > 0, got [-8]"),
+        (lambda: vp.branch(EXCITER, "omega", ("5 Hz", "8 Hz")), "(omega = 30 Hz), got ('5 Hz', '8 Hz')"),
+        (lambda: vp.branch(EXCITER, "omega", "40 Hz", at=["50 Hz"]), "(nu), got ['50 Hz']"),
+        (lambda: vp.design(EXCITER, {"F": ("2 N", "1 N")}, {"velocity_mean": 1}),
+         "vary.F: must be a pair of increasing numbers, got ('2 N', '1 N')"),
+        (lambda: vp.design(EXCITER, {"F": ("1 N", "2 N")}, subject_to=SPEED),
+         "subject_to.impact_velocity_max_1: must have its lower bound below the upper one, got '> 1 m/s, < 0.5 m/s'"),
+        (lambda: vp.tolerance(EXCITER, {"F": "-1 N"}), "tolerances.F: must be a finite number > 0, got '-1 N'"),
+        (lambda: vp.simulate(EXCITER, "1 s", tau_start="2 s"),
+         "tau_end: must be a finite number >= tau_start, got '1 s'"),
+        (lambda: vp.simulate(EXCITER, "1 s", nu_end=-2), "nu_end: must be a finite number > 0, got -2"),
+        (lambda: vp.simulate(EXCITER, "3"), "got '3' (it has no unit)"),
+        (lambda: vp.sweep(EXCITER, {"nu": [9, 9]}), "over.nu: must be values that differ from each other, got [9, 9]"),
+    ],
+)  # fmt: skip
+def test_errors_speak_of_what_was_given(call, message):
+    with pytest.raises(vp.ParameterError) as error:
+        call()
+    assert str(error.value).endswith(message)

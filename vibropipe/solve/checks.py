@@ -32,7 +32,8 @@ def span_in_turns(exciter: Exciter, tau_start: float, tau_end: float) -> tuple[f
     if not (math.isfinite(start) and start >= 0):
         raise ParameterError("tau_start", start, "a finite number >= 0")
     if not (math.isfinite(end) and end >= start):
-        raise ParameterError("tau_end", end, f"a finite number >= {start!r}")
+        least = "tau_start" if start else "0"  # which may be in seconds in the call
+        raise ParameterError("tau_end", end, f"a finite number >= {least}")
     turns = (start * exciter.nu / (2 * math.pi), end * exciter.nu / (2 * math.pi))
     if turns[1] > 2**52:
         raise ParameterError("tau_end", end, "at most 2**52 forcing periods")

@@ -52,7 +52,7 @@ def are_with_units(exciter: Exciter, *given: Any) -> bool:
             for name, value in each.items()
         )
         if isinstance(each, Mapping)
-        else has_unit(each)
+        else isinstance(each, str) or has_unit(each)
         for each in given
     )
 
@@ -107,7 +107,27 @@ def si_of_dimension(argument: str, value: Any, dimension: str) -> float:
     try:
         return to_si(value, dimension, numbers=True)
     except UnitError as error:
-        raise ParameterError(argument, value, error.allowed) from None
+        hint = f" ({error.hint})" if error.hint else ""
+        raise ParameterError(argument, value, error.allowed, got=repr(value) + hint) from None
+
+
+def in_given_terms(error: ParameterError, given: Mapping[str, Any]) -> ParameterError:
+    """Return the error of a call with the name and the value that were given where it has those without units.
+
+    given : arguments by name, `exciter` among them
+    """
+    if error.got != repr(error.value) or not are_with_units(given["exciter"], *given.values()):
+        return error
+    argument, _, key = error.name.partition(".")
+    if argument in given and not key:
+        return ParameterError(argument, given[argument], error.allowed, error.must)
+    for name, values in given.items():
+        if name == "ties" or (key and name != argument) or not isinstance(values, Mapping):
+            continue
+        for own, value in values.items():
+            if plain_name(own) == (key or argument) and (own != key or has_unit(value)):
+                return ParameterError(f"{name}.{own}", value, error.allowed, error.must)
+    return error
 
 
 def plain_time(exciter: Exciter, name: str, value: Any) -> float:

@@ -29,6 +29,7 @@ from vibropipe.words.parameters import (
     stated_value,
 )
 from vibropipe.words.records import FINITE
+from vibropipe.words.vocabulary import physical_name
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -95,6 +96,9 @@ def problem_of(
     else:
         if len(ends) != 2 or not min(ends) < own < max(ends):
             allowed = f"a number, or two that enclose the exciter's own {along}, {own!r}"
+            name = physical_name(along)
+            if name in exciter.written:
+                allowed += f" ({name} = {exciter.written[name]})"
             raise ParameterError("to", to, allowed)
         low, high = sorted(ends)
         signs = (1.0, -1.0)
@@ -112,7 +116,8 @@ def problem_of(
     wanted = [_check_value(exciter, along, "at", value, ties) for value in at]
     for value in wanted:
         if not low <= value <= high:
-            raise ParameterError("at", value, f"numbers from {low!r} to {high!r}")
+            of = f" ({along})" if exciter.written else ""
+            raise ParameterError("at", value, f"numbers from {low!r} to {high!r}{of}")
     length = as_float("max_step", max_step, "a number above 0 up to 0.1")
     if not 0.0 < length <= 0.1:
         raise ParameterError("max_step", max_step, "a number above 0 up to 0.1")

@@ -8,7 +8,11 @@ from figures.sample_datasets import amplitude_frequency, backbone
 import vibropipe as vp
 from vibropipe.scenes.backbone.curves import longest_period
 from vibropipe.scenes.backbone.overlay import FAMILIES, draw_overlay, jumps_of, lines_of
-from vibropipe.scenes.backbone.pictures import describe_characteristics, free_and_forced
+from vibropipe.scenes.backbone.pictures import (
+    amplitude_title,
+    describe_characteristics,
+    free_and_forced,
+)
 from vibropipe.scenes.backbone.report import answers
 
 
@@ -38,6 +42,8 @@ def test_findings_of_a_backbone_over_amplitude():
     assert first.lead == "Free motions strike one support before both."
     assert first.rest == "One from amplitude 0.49 on, both from 0.51."
     assert second.lead == "The frequency of the free motion reaches 3 here."
+    faster = "With impacts the free motion is up to 3 times as fast as without"
+    assert amplitude_title(amplitude_frequency(0.01)) == faster
     assert second.rest == "That is at the largest amplitude."
     (both, _) = answers({"free": amplitude_frequency(0.0)})["free"]
     assert both.lead == "Free motions strike both supports from amplitude 0.5 on."

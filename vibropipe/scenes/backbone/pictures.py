@@ -114,14 +114,17 @@ def describe_overlay(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -
 
 
 def amplitude_title(dataset: xr.Dataset) -> str:
-    """Return whether the frequency rises with the amplitude once a support is struck; empty if it does not."""
+    """Return how much faster than without impacts the free motion is; empty where it is not always, or not known."""
     near, _ = first_strikes(dataset)
     ordered = dataset.sortby("amplitude")
-    struck = ordered["eigenfrequency"].values[ordered["amplitude"].values > near]
+    frequencies, amplitudes = ordered["eigenfrequency"].values, ordered["amplitude"].values
+    quiet, struck = frequencies[amplitudes <= near], frequencies[amplitudes > near]
     if not struck.size:
         return "Free motions of these amplitudes strike no support"
-    rises = near > 0.0 and bool((np.diff(struck) > 0.0).all())
-    return "Once a support is struck, the frequency rises with the amplitude" if rises else ""
+    if not quiet.size or not (struck > quiet[0]).all():
+        return ""
+    ratio = format_number(float(struck.max() / quiet[0]), 3)
+    return f"With impacts the free motion is up to {ratio} times as fast as without"
 
 
 def backbone_title(dataset: xr.Dataset) -> str:

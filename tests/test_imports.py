@@ -78,21 +78,3 @@ assert not [kernel for kernel in kernels if kernel.signatures]
     environment = os.environ | {"VIBROPIPE_CACHE_DIR": str(tmp_path)}
     subprocess.run([sys.executable, "-c", code], check=True, env=environment)
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".nbi", ".nbc")]
-
-
-def test_jobs_do_without_the_arrays_of_dask_and_show_has_them(tmp_path):
-    study, data = tmp_path / "t.yaml", tmp_path / "t" / "m.nc"
-    study.write_text("title: t\nexciter: {l: 0.5}\nscenes: {m: {kind: motion, tau_end: 1}}\n")
-    code = (
-        "import sys\n"
-        "from vibropipe.cli import main\n"
-        "try: main()\n"
-        "finally: print('dask:', bool(sys.modules.get('dask.array')))\n"
-    )
-
-    def last_said(*arguments: object) -> str:
-        command = [sys.executable, "-c", code, *map(str, arguments)]
-        return subprocess.run(command, check=True, capture_output=True, text=True).stdout[-12:]
-
-    assert last_said("solve", study, "--scene", "m", "--output", data) == "dask: False\n"
-    assert last_said("show", data.parent).endswith("dask: True\n")

@@ -166,10 +166,6 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
     """
     import numba
 
-    from vibropipe.cli import block_dask_import
-
-    block_dask_import()  # as jobs do
-
     from vibropipe.scenes.sweep.cut import row_range, store
     from vibropipe.scenes.sweep.keys import block_rows
     from vibropipe.scenes.sweep.solve import solve_in_blocks

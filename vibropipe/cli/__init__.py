@@ -14,8 +14,6 @@ from vibropipe.jobs.processes import end_with_parent
 from vibropipe.words.exit_codes import INTERRUPTED
 
 STOPPED = "vibropipe: interrupted; completed files are kept, no partial file is left"
-# Commands that open a study lazily, as arrays of dask.
-LAZY = ["show"]
 
 
 def main(arguments: list[str] | None = None) -> None:
@@ -26,8 +24,6 @@ def main(arguments: list[str] | None = None) -> None:
     try:
         if arguments is None:
             end_with_parent()
-            if sys.argv[1:2] != LAZY:
-                block_dask_import()
         _run(arguments)
     except SystemExit as stop:
         if stop.code == INTERRUPTED:  # typer's answer to Ctrl-C
@@ -36,11 +32,6 @@ def main(arguments: list[str] | None = None) -> None:
     except KeyboardInterrupt:
         print(STOPPED, file=sys.stderr)
         sys.exit(INTERRUPTED)
-
-
-def block_dask_import() -> None:
-    """Keep xarray from importing `dask.array` for its type checks, which would take 0.3 s of each job."""
-    sys.modules.setdefault("dask.array", None)  # type: ignore[arg-type]
 
 
 def _run(arguments: list[str] | None) -> None:

@@ -215,12 +215,11 @@ def draw_panel(
             )
             if lines_dim is None and len(series) > 1 and line.direction != "down":
                 named.append(Named(x, y, each.text, colour))
-    if series[0].name not in SIGNED:
-        # The columns that share the ordinate are still to be drawn.
-        ax.set_ylim(bottom=0.0, auto=None)
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
         named = ways_of(part, series[0], along, colours[0])
-    if named:
+    if named:  # in the only column: others would still scale the ordinate
+        if series[0].name not in SIGNED:
+            ax.set_ylim(bottom=0.0)
         label_lines(ax, named)
 
 

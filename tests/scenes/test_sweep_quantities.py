@@ -288,7 +288,7 @@ def test_maps_say_what_is_shown_of_motions_without_an_orbit():
     chaos["regime"][3, 5] = Regime.APERIODIC
     told = describe_quantities(chaos, show)
     assert "Lines: borders of aperiodic motion (under 1 %). " in told
-    assert "A motion without an orbit is shown by its average in a window" in told
+    assert "Without an orbit: the average in a window" in told
     assert quantities_title(chaos, show).startswith("On the grid, mean displacement of orbits is")
     chaos["displacement_mean"][3, 4:6] = np.nan
     told = describe_quantities(chaos, show)

@@ -282,8 +282,8 @@ def without_orbit_texts(dataset: xr.Dataset, shown: Sequence[Series]) -> tuple[s
         bool(each.of(dataset).where(regime >= Regime.APERIODIC).notnull().any()) for each in shown
     )
     what = {"largest impact" if each.name == "impact_velocity_max" else "average" for each in shown}
-    told = " and ".join(f"its {each}" for each in sorted(what, reverse=True))
+    told = " and ".join(f"the {each}" for each in sorted(what, reverse=True))
     return (
         f"Lines: borders of {' and of '.join(lines)}" if lines else "",
-        f"A motion without an orbit is shown by {told} in a window" if in_window else "",
+        f"Without an orbit: {told} in a window" if in_window else "",
     )

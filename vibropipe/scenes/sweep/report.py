@@ -27,7 +27,7 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series
 
-MAX_ROWS = 8  # of a table
+MAX_ROWS, MAX_ORBITS = 8, 5  # rows of a table, of that of the orbits of a map
 DIGITS = 3
 MAX_QUESTION = 110  # letters, a line of the report
 OF_OWN = {"its phase": "phase of the second harmonic"}  # words of a parameter by itself
@@ -54,7 +54,7 @@ def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
     numbers = [part.values[struck].tolist() for part in orbit_numbers(dataset)]
     found = Counter(zip(*numbers, strict=True)).most_common()
     # rare ones, whose share has no digit, are counted together
-    shares = [share_text(n, regime.size) for _, n in found[:MAX_ROWS]]
+    shares = [share_text(n, regime.size) for _, n in found[:MAX_ORBITS]]
     kept = sum(not text.startswith("under") for text in shares) or len(shares)
     rows = [
         [f"{m}", f"{p1}", f"{p2}", text]

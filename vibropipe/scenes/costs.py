@@ -11,8 +11,7 @@ import numpy as np
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.scenes.keys.base import BaseScene
 from vibropipe.solve.in_si import convert
-from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.vocabulary import STEADY, physical_quantity
+from vibropipe.words.vocabulary import STEADY, VOCABULARY, physical_quantity
 
 # Bytes of the error of a number.
 ERROR_BYTES = 4
@@ -89,7 +88,7 @@ def grid_size(scene: BaseScene) -> str:
 def stored_values(scene: BaseScene, name: str, values: Iterable[float]) -> tuple[list[str], str]:
     """Return values of a parameter in the units of the study, as texts, and the unit with a blank before it."""
     numbers, unit = np.array([*values]), "1"
-    if scene.mass_and_stiffness is not None and name in PARAMETERS:
+    if scene.mass_and_stiffness is not None and name in VOCABULARY:
         m, C = scene.mass_and_stiffness
         numbers = convert(name, numbers, {"m": m, "C": C})
         unit = physical_quantity(name).units

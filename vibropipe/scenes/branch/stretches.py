@@ -120,9 +120,10 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
 
 def _sizes_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     """Return the amplitude of each point, without harmonics its displacement, and its largest impact velocity or 0."""
-    amplitude = abs(dataset["displacement_strobe"].values)
     if "displacement_amplitude" in dataset:
         amplitude = dataset["displacement_amplitude"].sel(harmonic=1).values
+    else:
+        amplitude = abs(dataset["displacement_strobe"].values)
     if "impact_velocity_max" not in dataset:
         return amplitude, 0.0 * amplitude
     return amplitude, np.nan_to_num(dataset["impact_velocity_max"].max("support").values)

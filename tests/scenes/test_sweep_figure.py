@@ -13,12 +13,13 @@ from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES
 from vibropipe.scenes.keys.parts import MAX_LINES
-from vibropipe.scenes.sweep import lines as sweep_lines
+from vibropipe.scenes.sweep import line_names
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.lines import BAR_NAME, Named, isolated, label_lines
+from vibropipe.scenes.sweep.line_names import Named, label_lines
+from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.words.regimes import Regime
@@ -82,13 +83,13 @@ def test_names_of_lines_of_many_points_are_written_at_once(monkeypatch):
     chaos = np.random.default_rng(1).random(x.size)
     lines = [Named(x, chaos, "chaos", "k"), Named(x, 0.5 + 0.4 * np.sin(9 * x), "wave", "k")]
     lines.append(Named(x, np.full(x.size, np.nan), "nowhere", "k"))
-    plain = sweep_lines._distance
+    plain = line_names._distance
 
     def counted(at, half, others):
         compared[0] += len(at) * sum(map(len, others))
         return plain(at, half, others)
 
-    monkeypatch.setattr(sweep_lines, "_distance", counted)
+    monkeypatch.setattr(line_names, "_distance", counted)
     ax = axes(new_canvas(5), 1, 1, 8, 3)
     for line in lines:
         ax.plot(line.x, line.y)

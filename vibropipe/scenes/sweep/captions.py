@@ -19,7 +19,7 @@ from vibropipe.figures.text import (
 from vibropipe.report.findings import largest, value_text
 from vibropipe.scenes.sweep.laws import Region, regions_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, combinations_drawn, fitting_panels
-from vibropipe.scenes.sweep.lines import has_arrows, lines_of, orbits_and_jumps
+from vibropipe.scenes.sweep.lines import has_arrows, lines_of
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import (
     CONTOUR,
@@ -93,12 +93,10 @@ def _has_arrows(
     part = dataset.sortby(along).isel(combinations_drawn(dataset, others[1:])[0])
     lines = list(lines_of(part, others[0] if others else None))
     return any(
-        has_arrows(line, of_counts, orbits_and_jumps(*points, line, of_counts)[1])
+        has_arrows(line.row[along].values, each.of(line.row).values, line, each.name in COUNTED)
         for panel in panels[: 1 if others else None]
         for each in panel.series
         for line in lines
-        for of_counts in [each.name in COUNTED]
-        for points in [(line.row[along].values, each.of(line.row).values)]
     )
 
 

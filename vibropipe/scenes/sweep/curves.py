@@ -41,12 +41,11 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
+from vibropipe.scenes.sweep.line_names import Named, label_lines
 from vibropipe.scenes.sweep.lines import (
     BAR_NAME,
-    Named,
     draw_line,
     draw_strips,
-    label_lines,
     lines_of,
 )
 from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches

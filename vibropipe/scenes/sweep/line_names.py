@@ -1,0 +1,166 @@
+"""Names of lines, written above, below or on them where nothing else lies."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable, Sequence
+from dataclasses import dataclass
+from itertools import pairwise
+
+import numpy as np
+from matplotlib.axes import Axes
+from numpy.typing import NDArray
+
+from vibropipe.figures.canvas import CM_PER_INCH, TIGHT_GROUND, label, size_of
+
+Floats = NDArray[np.float64]
+PLACES = 48  # that are tried along a line
+MANY = 2000  # points above which a line is thinned for its labels
+MOST_PLACES = 600  # that are looked at above and below a line
+ENOUGH = 0.8  # cm of clearance beyond which a place is no better
+MARGIN = 0.12  # cm around a label
+CLEAR = 0.02  # cm to other lines that leave a place on a line free
+BESIDE_CM = 0.1, 0.18, 0.27, 0.36  # cm from a line to a label beside it, more where it is steep
+TIGHT = 0.08  # cm less around a label beside its line
+STEP_CM = 0.05  # cm between points of a line that labels avoid
+JUMP_CM = 0.4  # cm to a next point that lies across a jump
+
+
+@dataclass(frozen=True)
+class Named:
+    """A line with its name; points that are not finite are gaps."""
+
+    x: Floats
+    y: Floats
+    text: str
+    colour: str
+
+
+def label_lines(
+    ax: Axes, lines: Sequence[Named], obstacles: Iterable[tuple[Floats, Floats]] = ()
+) -> None:
+    """Write the name of each line above or below it, on the side without others; without such a place no name.
+
+    Where it has no room there, it stands on its line, with white below.
+
+    ax : where the lines are drawn, with their scales and limits
+    lines : the lines; the first ones choose first
+    obstacles : other curves, from which names keep away
+    """
+    size = np.array(size_of(ax))
+    ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
+    points = [_in_cm(ax, line.x, line.y, size) for line in lines]
+    drawn = [_seen(_joined(shown)) for shown in points]
+    others = [_seen(_joined(_in_cm(ax, x, y, size))) for x, y in obstacles]
+    boxes: list[Floats] = []
+    for number, (line, all_points) in enumerate(zip(lines, points, strict=True)):
+        own = _evenly(_seen(all_points), MOST_PLACES)
+        half = _half_size(ax, line.text)
+        inside = own[((own > half) & (own < size - half)).all(axis=1)]
+        if not inside.size:
+            continue
+        rest = [
+            *(p for n, p in enumerate(drawn) if n != number),
+            *others,
+            _seen(_jumps(all_points)),
+        ]
+        tried = _beside(half - TIGHT, size, own, rest)
+        tried = tried[_is_free(tried, half - TIGHT, boxes)]
+        clearance = _distance(tried, half - TIGHT, rest)
+        if not len(tried):
+            tried = _evenly(inside, PLACES)
+            tried = tried[_is_free(tried, half, boxes)]
+            clearance = _distance(tried, half, rest)
+            if not (clearance >= CLEAR).any():  # over as little of the others as can be
+                clearance = -_covered(tried, half, rest)
+        if not len(tried):
+            continue
+        middle = 0.02 * np.abs(tried - size / 2).sum(axis=1) / size.sum()
+        at = tried[int(np.argmax(clearance - middle))]
+        boxes.append(np.array([at - half, at + half]))
+        x, y = at / size
+        label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center",
+              va="center_baseline", bbox=TIGHT_GROUND, zorder=6)  # fmt: skip
+
+
+def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
+    """Return places above and below a line whose labels are nearer to it than to others, and touch none."""
+    found = []
+    for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
+        places = own + np.array([0.0, side])
+        fits = ((places > half) & (places < size - half)).all(axis=1)
+        to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
+        found.append(places[fits & (to_own > 0.0) & (to_rest > to_own)])
+    return np.concatenate(found)
+
+
+def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
+    """Return the finite points of a line within its axes, in centimetres from their corner, (n, 2)."""
+    kept = np.isfinite(x) & np.isfinite(y)
+    points = np.stack([x[kept], y[kept]], axis=1)
+    shown = ax.transAxes.inverted().transform(ax.transData.transform(points)) * size
+    return shown[((shown >= 0) & (shown <= size)).all(axis=1)]
+
+
+def _joined(points: Floats) -> Floats:
+    """Return the points of a line with others between them, STEP_CM apart, so that none passes a label unseen."""
+    amount = np.ceil(np.hypot(*np.diff(points, axis=0).T) / STEP_CM).astype(int)
+    parts = [
+        one + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (other - one)
+        for (one, other), n in zip(pairwise(points), amount.tolist(), strict=True)
+    ]
+    return np.concatenate([*parts, points[-1:]])
+
+
+def _evenly(points: Floats, most: int) -> Floats:
+    """Return some points of a line, from end to end: all, if they are no more than that."""
+    if len(points) <= most:
+        return points
+    return points[np.linspace(0, len(points) - 1, most).astype(int)]
+
+
+def _seen(points: Floats) -> Floats:
+    """Return the points of a line; of many, the first one in each cell of a step."""
+    if len(points) <= MANY:
+        return points
+    cells = np.floor(points / STEP_CM).astype(int)
+    return points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
+
+
+def _jumps(points: Floats) -> Floats:
+    """Return points on the jumps of a line, where arrows stand."""
+    steps = np.hypot(*np.diff(points, axis=0).T)
+    found = [_joined(points[n : n + 2]) for n in np.flatnonzero(steps > JUMP_CM).tolist()]
+    return np.concatenate([np.empty((0, 2)), *found])
+
+
+def _half_size(ax: Axes, text: str) -> Floats:
+    """Return half the width and height of a label in centimetres."""
+    drawn = label(ax, 0.5, 0.5, text, transform=ax.transAxes)
+    box = drawn.get_window_extent()
+    drawn.remove()
+    return np.array([box.width, box.height]) / ax.figure.dpi * CM_PER_INCH / 2 + MARGIN
+
+
+def _distance(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
+    """Return how far the box of a label is from all points of other lines."""
+    found = np.full(len(at), ENOUGH)
+    for points in others:
+        if len(points):
+            gap = np.maximum(np.abs(at[:, None] - points[None]) - half, 0.0)
+            found = np.minimum(found, np.hypot(gap[..., 0], gap[..., 1]).min(axis=1))
+    return found
+
+
+def _covered(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
+    """Return how many points of other lines a label covers."""
+    found = np.zeros(len(at))
+    for points in others:
+        found += (np.abs(at[:, None] - points[None]) < half).all(axis=-1).sum(axis=1)
+    return found
+
+
+def _is_free(at: Floats, half: Floats, boxes: Sequence[Floats]) -> NDArray[np.bool_]:
+    free = np.ones(len(at), np.bool_)
+    for low, high in boxes:
+        free &= ((at + half < low) | (at - half > high)).any(axis=1)
+    return free

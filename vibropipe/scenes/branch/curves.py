@@ -35,7 +35,13 @@ from vibropipe.scenes.branch.lines import (
     pieces_of,
     swept,
 )
-from vibropipe.scenes.branch.stretches import arrows_of, common_intervals, jumps_of, stretches_of
+from vibropipe.scenes.branch.stretches import (
+    Jump,
+    arrows_of,
+    common_intervals,
+    jumps_of,
+    stretches_of,
+)
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 
@@ -93,13 +99,14 @@ def draw_branches(
     note = parameter_line(dataset)
     figure = noted_canvas(base + number * (high + between) + TOP, note, LEFT)
     colours, drawn = colours_of(dataset, pieces), []
+    jumps = jumps_of(dataset, list(stretches_of(dataset)))
     for position, (each, ends) in enumerate(shown):
         bottom = base + (number - 1 - position) * (high + between)
         ax = axes(figure, LEFT, bottom, WIDTH, high)
         drawn.append(ax)
         if backbone is not None and each.backbone is not None:
             ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
-        draw_panel(ax, dataset, each, pieces, colours)
+        draw_panel(ax, dataset, each, pieces, jumps, colours)
         ax.set_xlim(*ends)
         draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
         if swept(dataset) or position == 0:
@@ -117,7 +124,12 @@ def draw_branches(
 
 
 def draw_panel(
-    ax: Axes, dataset: xr.Dataset, each: Panel, pieces: Sequence[Piece], colours: Mapping[Any, str]
+    ax: Axes,
+    dataset: xr.Dataset,
+    each: Panel,
+    pieces: Sequence[Piece],
+    jumps: Sequence[Jump],
+    colours: Mapping[Any, str],
 ) -> None:
     """Draw the lines and jumps of a panel, wide where the mass settles on them from rest."""
     along, reached = dataset[followed(dataset)].values, is_reached(dataset)[:, None]
@@ -126,7 +138,7 @@ def draw_panel(
     # of a motion from rest whose mirror image has the line of the other support
     wide = np.where(reached, each.values if each.both is None else each.both, np.nan)
     draw_pieces(ax, along, wide, settled, colours, REACHED)
-    for to in arrows_of(jumps_of(dataset, list(stretches_of(dataset))), each.values):
+    for to in arrows_of(jumps, each.values):
         jump(ax, to.value, to.start, to.end, colour_of(colours, to.stretch.law, to.stretch.over))
     ax.margins(y=0.08)
 

@@ -22,6 +22,7 @@ CAUSES = ("fold", "grazing", "change")  # bifurcations at which a motion may jum
 SAME = 1e-6
 SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
 MAX_WORDS = 4  # motions in words
+MIN_ARROW = 0.04  # of the heights of a panel: a shorter jump has no arrow
 
 
 @dataclass(frozen=True)
@@ -262,9 +263,6 @@ class Arrow(NamedTuple):
     start: float
     end: float
     stretch: Stretch
-
-
-MIN_ARROW = 0.04  # of the heights of a panel: a shorter jump has no arrow
 
 
 def arrows_of(jumps: Sequence[Jump], heights: np.ndarray) -> list[Arrow]:

@@ -194,10 +194,9 @@ def spot_beside_mark(
     starts = dataset["x0"].values, dataset["v0"].values
     own = np.argwhere(dataset["attractor"].transpose("v0", "x0").values == index)
     ends = states_of(dataset, index) if float(dataset["start_phase"]) == 0.0 else np.empty((0, 2))
-    seen = [(x, v) for x, v in ends if np.isfinite(distance_to(ax, starts, x, v)).all()]
     inside = [
         end
-        for end in seen
+        for end in ends
         if all(a.min() <= c <= a.max() for a, c in zip(starts, end, strict=True))
     ]
     if not inside and len(own):

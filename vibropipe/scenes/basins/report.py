@@ -118,10 +118,11 @@ def together_answer(dataset: xr.Dataset) -> Answer:
     where = " ".join(texts) or f"at all values of {symbol}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
     low, high = _ends(dataset, *ranges[0])
+    own = {index: _ends(dataset, *borders) for index, borders in _borders_of(dataset).items()}
     whole = [
         named(dataset, index)
-        for index, own in _borders_of(dataset).items()
-        if _ends(dataset, *own)[0] <= low and high <= _ends(dataset, *own)[1]
+        for index, (first, last) in own.items()
+        if first <= low and high <= last
     ]
     rest = f"There {series(whole)} coexist." if 2 <= len(whole) <= MAX_NAMED else ""
     return Answer(f"The start decides which motion settles {where}{more}.", rest)

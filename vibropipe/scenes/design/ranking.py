@@ -33,6 +33,7 @@ from vibropipe.scenes.design.nominal import held_too_wide, nominal_numbers
 from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.design.workshop import (
     MADE,
+    SAMPLED,
     is_lost,
     kept_words,
     lost_text,
@@ -280,9 +281,7 @@ def title_designs(dataset: xr.Dataset) -> str:
         some = f"{'At least ' * (n > 1)}{percent(share)} of" if share < 1.0 else "All"
         whose = "each design keep" if n > 1 else "the design keep"
         told, *left_out = kept_words(dataset).split(" (")
-        return (
-            f"{some} 4,096 sampled exciters of {whose} {told if left_out else 'all that is wanted'}"
-        )
+        return f"{some} {SAMPLED} sampled exciters of {whose} {told if left_out else 'all that is wanted'}"
     if len(objectives(dataset)) == 2:
         return "The designs of the front, in its order"
     if n == 1:

@@ -31,7 +31,7 @@ from vibropipe.words.wording import capitalised, series
 
 # A design of which so many sampled exciters keep all that is wanted, with 95 % confidence, can be made.
 MADE = 0.95
-EXCITERS = "4,096 exciters"  # sampled, of each design
+SAMPLED = "4,096"  # exciters of each design
 MARK = "*"
 # Relative difference of tolerances that are one times a factor.
 SAME_RATIO = 1e-6
@@ -139,7 +139,7 @@ def shares_of_first(dataset: xr.Dataset, names: list[str]) -> list[str]:
 
 def yield_words(dataset: xr.Dataset) -> str:
     """Write what the yield counts, and with which deviations exciters are sampled."""
-    return f"share of {EXCITERS}, sampled {scatter_words(dataset)}, that keep {kept_words(dataset)}"
+    return f"share of {SAMPLED} exciters, sampled {scatter_words(dataset)}, that keep {kept_words(dataset)}"
 
 
 def scatter_words(dataset: xr.Dataset) -> str:
@@ -165,23 +165,21 @@ def makeable(dataset: xr.Dataset) -> Answer:
     low, n = dataset["yield_low"].values, dataset.sizes["design"]
     made = int((low >= MADE).sum())
     who = f"exciters sampled {scatter_words(dataset)} keep {kept_words(dataset)}."
+    enough = f"at least {percent(MADE)} of the {who}"
     of_each = "Of each, " if n > 1 else ""
-    lead = f"{made} of {n} designs can be made." if n > 1 else "The design can be made."
-    text = f"{of_each}at least {percent(MADE)} of the {who}"
-    if made == n and n > 1:
-        lead = f"All {n} designs can be made."
     if (dataset["yield_high"].values < MADE).all():
         lead = f"None of {n} designs can be made." if n > 1 else "The design cannot be made."
         text = f"{of_each}fewer than {percent(MADE)} of the {who}"
     elif not made:
-        lead = (
-            f"Whether {f'any of {n} designs' if n > 1 else 'the design'} can be made is not known."
-        )
-        text = f"It is not shown {'of any ' * (n > 1)}that at least {percent(MADE)} of the {who}"
-    elif (dataset["yield"].values == 1.0).all():
-        text = f"{of_each}all {who.replace('exciters', EXCITERS, 1)}"
+        which, of_any = (f"any of {n} designs", "of any ") if n > 1 else ("the design", "")
+        lead = f"Whether {which} can be made is not known."
+        text = f"It is not shown {of_any}that {enough}"
     elif made < n:
-        text = text.replace("each", "these", 1)
+        lead, text = f"{made} of {n} designs can be made.", f"Of these, {enough}"
+    else:
+        lead = f"All {n} designs can be made." if n > 1 else "The design can be made."
+        is_whole = (dataset["yield"].values == 1.0).all()
+        text = of_each + (f"all {SAMPLED} {who}" if is_whole else enough)
     return Answer(lead, " ".join(filter(None, [capitalised(text), sorting_text(dataset)])))
 
 

@@ -116,11 +116,11 @@ def __getattr__(name: str) -> Any:
     from importlib import import_module
 
     found = getattr(import_module(_FACE[name]), name)
-    globals()[name] = found if isinstance(found, type) else _telling_keywords(found)
+    globals()[name] = found if isinstance(found, type) else _telling_faults(found)
     return globals()[name]
 
 
-def _telling_keywords(function: Any) -> Any:
+def _telling_faults(function: Any) -> Any:
     """Return a function of the face that says what an unknown keyword could mean, and which type an argument must have.
 
     Errors of an exciter with units speak of the names and values that were given.
@@ -130,10 +130,9 @@ def _telling_keywords(function: Any) -> Any:
     from inspect import Parameter, signature
 
     from vibropipe.physics.parameter_error import ParameterError, check_keywords
-    from vibropipe.solve.argument_types import check_types
+    from vibropipe.solve.argument_types import check_types, checks_of
 
-    of_call = signature(function)
-    known = of_call.parameters
+    known, types = signature(function).parameters, checks_of(signature(function))
     if any(each.kind is Parameter.VAR_KEYWORD for each in known.values()):
         return function
 
@@ -141,7 +140,7 @@ def _telling_keywords(function: Any) -> Any:
     def checked(*args: Any, **given: Any) -> Any:
         check_keywords(given, known, "argument")
         by_name = {**dict(zip(known, args, strict=False)), **given}
-        check_types(of_call, by_name)
+        check_types(types, by_name)
         try:
             return function(*args, **given)
         except ParameterError as error:

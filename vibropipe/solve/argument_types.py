@@ -5,31 +5,45 @@ from __future__ import annotations
 from collections.abc import Callable, Mapping
 from inspect import Signature
 from os import PathLike
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.physics.parameter_error import ParameterError
 
 
-def check_types(signature: Signature, given: Mapping[str, Any]) -> None:
-    """Raise a ParameterError for an argument of another type than its annotation has, where that is simple.
+class Check(NamedTuple):
+    """What holds of an argument of a right type, that in words, and whether it may be left out."""
 
-    given : arguments by name
-    """
-    for name, value in given.items():
-        annotation = str(signature.parameters[name].annotation)
-        *others, last = annotation.split(" | ")
-        is_left_out = value is None and last == "None"
-        kinds = [KINDS.get(part.partition("[")[0]) for part in (*others, last) if part != "None"]
-        if is_left_out or annotation in OWN_CHECKS or None in kinds:
-            continue
+    holds: list[Callable[[Any], bool]]
+    allowed: str
+    may_be_none: bool
+
+
+def checks_of(signature: Signature) -> dict[str, Check]:
+    """Return the check of each argument whose annotation is simple, by its name."""
+    found = {}
+    for name, parameter in signature.parameters.items():
+        annotation = str(parameter.annotation)
+        parts = annotation.split(" | ")
+        kinds = [KINDS.get(part.partition("[")[0]) for part in parts if part != "None"]
         known = [kind for kind in kinds if kind is not None]
-        if not any(holds(value) for holds, _text in known):
-            *texts, last_text = dict.fromkeys(text for _holds, text in known)
-            allowed = " or ".join(filter(None, [", ".join(texts), last_text]))
+        if annotation not in OWN_CHECKS and len(known) == len(kinds):
+            *texts, last = dict.fromkeys(text for _holds, text in known)
+            allowed = " or ".join(filter(None, [", ".join(texts), last]))
+            found[name] = Check([holds for holds, _text in known], allowed, "None" in parts)
+    return found
+
+
+def check_types(checks: Mapping[str, Check], given: Mapping[str, Any]) -> None:
+    """Raise a ParameterError for an argument of another type than it has; given : arguments by name."""
+    for name, check in checks.items():
+        value = given.get(name)
+        if name not in given or (value is None and check.may_be_none):
+            continue
+        if not any(holds(value) for holds in check.holds):
             got = None if isinstance(value, SHORT) else type(value).__name__
-            raise ParameterError(name, value, allowed, got=got)
+            raise ParameterError(name, value, check.allowed, got=got)
 
 
 def _is_exciter(value: Any) -> bool:

@@ -162,7 +162,7 @@ def check_accuracy_of_housing(effect: int | None, accuracy: float | None) -> Non
         raise ParameterError("accuracy", accuracy, must=LEFT_OUT, got="")
 
 
-def check_soft(
+def check_varied(
     argument: str, exciter: Exciter, names: Collection[str], lows: Mapping[str, float]
 ) -> None:
     """Raise a ParameterError where parameters of a support vary that do not go together, or of a fixed housing.

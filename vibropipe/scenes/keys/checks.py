@@ -25,7 +25,7 @@ from vibropipe.scenes.keys.grids import MAX_ROWS, ValueGrid, comma_hint
 from vibropipe.scenes.keys.problems import KeyPath, Problem, argument_path, refused, required
 from vibropipe.scenes.keys.ties import check_ties
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.solve.checks import LEFT_OUT, check_soft
+from vibropipe.solve.checks import LEFT_OUT, check_varied
 from vibropipe.solve.sweep.sweep_starts import corners as corners_of_grid
 from vibropipe.words.exciter import EFFECTS as RECORDS
 from vibropipe.words.parameters import FORCES, PARAMETERS
@@ -230,7 +230,7 @@ def check_varied_supports(
     """Check that parameters of a support that vary, from `lows` on, go together."""
     ends = {str(name): low for name, low in lows.items()}
     try:
-        check_soft(key, Exciter(**scene.resolved_exciter()), ends, ends)
+        check_varied(key, Exciter(**scene.resolved_exciter()), ends, ends)
     except ParameterError as error:
         path = argument_path(error)
         yield refused(path if len(path) > 1 else ("exciter", *path), error)

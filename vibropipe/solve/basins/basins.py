@@ -24,7 +24,7 @@ from vibropipe.solve.basins.basin_shares import shares_dataset
 from vibropipe.solve.basins.border_orbits import border_orbits, with_border_orbits
 from vibropipe.solve.basins.knocks import sharpened
 from vibropipe.solve.basins.of_housing import settle_rows
-from vibropipe.solve.checks import LEFT_OUT, check_over, check_soft, check_whole
+from vibropipe.solve.checks import LEFT_OUT, check_over, check_varied, check_whole
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
@@ -259,7 +259,7 @@ def _check_over(exciter: Exciter, over: Mapping[str, Any], xs: np.ndarray) -> di
     check_untied(exciter, f"over.{name}", [name])
     if not (np.diff(values) > 0).all():
         raise ParameterError(f"over.{name}", over[name], "increasing numbers")
-    check_soft("over", exciter, (name,), {name: float(values[0])})
+    check_varied("over", exciter, (name,), {name: float(values[0])})
     exciter.check_frequency((name,))
     for value in values.tolist():
         for end in (xs[0], xs[-1]):

@@ -23,7 +23,7 @@ from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, va
 from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
-from vibropipe.solve.checks import check_law, check_soft, check_whole, with_frequency
+from vibropipe.solve.checks import check_law, check_varied, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.sweep.blocks import solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
@@ -251,7 +251,7 @@ def _check_box(
         reached |= ties.followed({**exciter.numbers()._asdict(), **reached}, names)
         reached = {name: values for name, values in reached.items() if name in PARAMETERS}
     lows = {name: float(values.min()) for name, values in reached.items()}
-    check_soft("along", exciter, reached, lows)
+    check_varied("along", exciter, reached, lows)
     for first in pairs[0]:
         for second in pairs[1]:
             corner = ties.applied(exciter, {names[0]: first, names[1]: second})

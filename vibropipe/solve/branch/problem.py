@@ -19,7 +19,7 @@ from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.stated import stated_names
 from vibropipe.physics.ties import SAMPLES, Ties
 from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces
-from vibropipe.solve.checks import check_soft
+from vibropipe.solve.checks import check_varied
 from vibropipe.words.parameters import (
     FOLLOWED,
     PARAMETERS,
@@ -110,7 +110,7 @@ def problem_of(
         reached |= ties.followed({**exciter.numbers()._asdict(), **reached}, [along])
     lows = {name: float(values.min()) for name, values in reached.items()}
     exciter.check_frequency(reached)
-    check_soft(
+    check_varied(
         "along", exciter, reached, {name: lows[name] for name in RIGID_AT_ZERO if name in lows}
     )
     wanted = [_check_value(exciter, along, "at", value, ties) for value in at]

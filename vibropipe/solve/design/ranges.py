@@ -11,7 +11,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.parameter_error import check_keys
 from vibropipe.physics.stated import stated_names
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.checks import check_soft, with_frequency
+from vibropipe.solve.checks import check_varied, with_frequency
 from vibropipe.words.parameters import CONTINUOUS, PARAMETERS
 from vibropipe.words.records import FINITE
 
@@ -64,5 +64,5 @@ def check_vary(
     ranges = {name: (float(vary[name][0]), float(vary[name][1])) for name in names}
     spans = ties.spans({**exciter.numbers()._asdict(), **(over or {})}, ranges)
     lows = {name: low for name, (low, _) in (ranges | spans).items() if name in PARAMETERS}
-    check_soft("vary", exciter, lows, lows)
+    check_varied("vary", exciter, lows, lows)
     return ranges

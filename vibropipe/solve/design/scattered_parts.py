@@ -13,7 +13,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import check_keys, number_within
 from vibropipe.physics.stated import stated_names
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.checks import check_soft
+from vibropipe.solve.checks import check_varied
 from vibropipe.solve.rows.points import clipped
 from vibropipe.words.parameters import CONTINUOUS
 from vibropipe.words.records import POSITIVE
@@ -124,7 +124,7 @@ def check_tolerances(
     if not tolerances:
         raise ParameterError(argument, tolerances, must="must have at least one parameter")
     check_keys(argument, tolerances, CONTINUOUS)
-    check_soft(argument, exciter, tolerances, {})
+    check_varied(argument, exciter, tolerances, {})
     return {
         name: number_within(f"{argument}.{name}", tolerances[name], POSITIVE)
         for name in Parameters._fields

@@ -13,7 +13,7 @@ from vibropipe.physics.parameter_error import number_within, si_value
 from vibropipe.physics.si import eigenfrequency
 from vibropipe.physics.stated import ties_of_call
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.checks import check_soft, check_whole
+from vibropipe.solve.checks import check_varied, check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.fit.fit_dataset import fit_dataset
@@ -201,7 +201,7 @@ def _identify(
     start = at_lower_ends(exciter, ranges, ties, first)
     start.check_start(x0, v0)
     lows = {name: ends[0] for name, ends in ranges.items()}
-    check_soft("measured", exciter, over, lows | {n: float(v.min()) for n, v in over.items()})
+    check_varied("measured", exciter, over, lows | {n: float(v.min()) for n, v in over.items()})
     for line in set(zip(*(values.tolist() for values in over.values()), strict=True)):
         replace(start, **dict(zip(over, line, strict=True))).check_start(x0, v0)
     if isinstance(data, Record):

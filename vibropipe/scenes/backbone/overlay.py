@@ -51,10 +51,10 @@ FAMILIES = (BLUES, ORANGES)
 BREAK, STEEP = 0.05, 2.5
 LAW = ("period_multiple", "impacts_per_orbit")
 MAX_ORDER = 3
-ROOM = {
-    True: 1.08,
-    False: 1.25,
-}  # height of axes over the largest value, of the large ones and of others
+LARGE_ROOM, SMALL_ROOM = (
+    1.08,
+    1.25,
+)  # height of the large axes, and of others, over the largest value
 LABEL_AT = 0.36  # of the largest value
 RAISED = (1.0, 1.3, 1.6)  # of that height, where the name of a line may stand
 LABEL_ROOM = 0.05  # of the range, from the middle of a name to a jump
@@ -96,7 +96,8 @@ def draw_overlay(
     small = [axes(figure, SMALL_LEFT, bottom, SMALL_WIDTH, small_high) for bottom in bottoms]
     limits = x_limits(free, forced)
     for ax, order in zip((main, *small), (large, *orders), strict=True):
-        draw_order(ax, free, forced, name, order, limits, ROOM[ax is main])
+        room = LARGE_ROOM if ax is main else SMALL_ROOM
+        draw_order(ax, free, forced, name, order, limits, room)
         if ax is not main:
             ax.tick_params(labelbottom=ax is small[-1])
             array = free[0][f"{name}_mean" if order == 0 else f"{name}_amplitude"]
@@ -247,8 +248,9 @@ def label_lines(ax: Axes, lines: Sequence[Line], top: float) -> None:
         x, coordinate = own[0].x, own[0].coordinate
         assert coordinate is not None
         low = np.fmin.reduce([line.y for line in own])
-        places = [min(int(np.flatnonzero(low >= h)[-1]) + 1, x.size - 1) if (low >= h).any() else x.size - 1
-                  for h in LABEL_AT * top * np.array(RAISED)]  # fmt: skip
+        # after the last point that is as high; at the end where none is, or the last one
+        above = [np.flatnonzero(low >= share * LABEL_AT * top) for share in RAISED]
+        places = [min(int(each[-1]) + 1 if each.size else x.size, x.size - 1) for each in above]
         room = LABEL_ROOM * np.ptp(x)
         clear = [each for each in places if (np.abs(jumped - x[each]) > room).all()]
         at = (clear or places)[0]

@@ -21,6 +21,7 @@ MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
 BESIDE_CM = 0.1, 0.18, 0.27, 0.36  # cm from a line to a label beside it, more where it is steep
 TIGHT = 0.08  # cm less around a label beside its line
+NEARER = 0.1  # cm by which other lines are farther from a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
 
@@ -83,13 +84,13 @@ def label_lines(
 
 
 def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
-    """Return places above and below a line whose labels are nearer to it than to others, and touch none."""
+    """Return places above and below a line whose labels are clearly nearer to it than to others, and touch none."""
     found = []
     for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
         places = own + np.array([0.0, side])
         fits = ((places > half) & (places < size - half)).all(axis=1)
         to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
-        found.append(places[fits & (to_own > 0.0) & (to_rest > to_own)])
+        found.append(places[fits & (to_own > 0.0) & (to_rest > to_own + NEARER)])
     return np.concatenate(found)
 
 

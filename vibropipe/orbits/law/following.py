@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator
+import math
+from collections.abc import Iterator, Sequence
 from dataclasses import replace
+from itertools import pairwise
 
 import numpy as np
 
@@ -32,7 +34,7 @@ from vibropipe.orbits.law.edits import edits
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import law_from, reference_of
 from vibropipe.orbits.law.law import SECTION, Law, without_events
-from vibropipe.orbits.law.steps import GAP, GAP_FLIGHT, MARGIN, SPEED
+from vibropipe.orbits.law.steps import GAP, GAP_FLIGHT, GAP_SIDE, MARGIN, SPEED
 
 # Lengths from the end of a law at which the next one is tried, and the largest distance of its first orbit from it.
 TRIED, NEAR = (1e-3, 1e-4, 1e-5, 1e-6), 1e-3
@@ -65,16 +67,20 @@ def follow_laws(
     """
     path = follow(curve, start, closes, first_length)
     begun: list[Point] = []
+    shortest = BESIDES[0] * (curve.problem.high - curve.problem.low)
     for _law in range(MAX_LAWS):
         if path.end not in ("gap", "speed", "lost"):
             return path
         end, last = path.points[-1], len(path.points) - 1
         if path.end == "lost":
             # next to a cusp Newton's method may fail where a march finds the next law
-            after = _marched_beyond(end)
+            after = _marched_beyond(end, path.points)
             path.events += [Event("lost", "", last)] if after else []
         else:
-            after = beyond(end)
+            # laws that follow each other ever faster are passed together; what rests forgets, and is marched
+            is_short = begun and abs(end.value - begun[-1].value) < shortest
+            after = _marched_beyond(end, path.points) if is_short or _ends_chatter(end) else None
+            after = beyond(end, path.points) if after is None else after
         if after is None:
             if path.end != "lost" and _halves_beyond(end):
                 path.events[-1], path.end = path.events[-1]._replace(reason="halved"), "halved"
@@ -100,16 +106,21 @@ def follow_laws(
     return path
 
 
+def _ends_chatter(point: Point) -> bool:
+    """Return whether a law ends where a chatter lasts up to the release, or its uncounted flights get long."""
+    return int(point.tests[MARGIN]) == of.SPAN and int(point.tests[GAP_SIDE]) == of.CHATTER
+
+
 def is_same_chatter(point: Point, after: Point) -> bool:
     """Return whether the law after a point counts more or fewer impacts of a chatter as events, and nothing else.
 
     A chatter has impacts without end; how many are counted is a matter of digits, and the motion is as before.
     """
-    law, other = point.curve.sequence, after.curve.sequence
+    law = point.curve.sequence
     is_chatter = law.codes[int(point.tests[GAP_FLIGHT]), CAUSE] == REST_BEGINS
     if not is_chatter or int(point.tests[MARGIN]) not in (of.SPAN, of.HOUSING_SLIDE):
         return False
-    return bool(law.without_chatters.key == other.without_chatters.key)
+    return _key(point.curve) == _key(after.curve)
 
 
 def _is_again(point: Point, before: Point) -> bool:
@@ -121,16 +132,44 @@ def _is_again(point: Point, before: Point) -> bool:
     return bool(is_same and curve.cosine(point, before) > 0.0)
 
 
-def beyond(point: Point) -> Point | None:
-    """Return the orbit at the end of a law as a point of the branch that goes on, along it; None if none is found."""
+def _has_passed(points: Sequence[Point], point: Point) -> bool:
+    """Return whether an orbit is one that a branch has passed, where it would go back along itself."""
+    key, value, speeds = _key(point.curve), point.value, _speeds(point)
+    least = SAME_HALVES * point.curve.speed
+    for before, after in pairwise(points):
+        if (before.value - value) * (after.value - value) > 0.0 or _key(before.curve) != key:
+            continue
+        same = before.curve.settle(np.append(before.u[:-1], value))
+        if same is not None and np.abs(_speeds(same) - speeds).max(initial=0.0) < least:
+            return True
+    return False
+
+
+def _key(curve: LawCurve) -> tuple[float, int, bytes]:
+    """Return what tells laws apart, no matter how many impacts of a chatter they count."""
+    return curve.sequence.without_chatters.key
+
+
+def _speeds(point: Point) -> np.ndarray:
+    """Return what an orbit has free at the events of `_key`, without signs, no matter which is listed first."""
+    law = point.curve.sequence
+    listed = [i for i in law.beside_chatters if law.codes[i, CAUSE] != REST_BEGINS]
+    return np.sort(np.abs(point.curve.events_of(point.u)[listed, 1]))
+
+
+def beyond(point: Point, points: Sequence[Point]) -> Point | None:
+    """Return the orbit at the end of a law as a point of the branch that goes on, along it; None if none is found.
+
+    points : of the branch up to there
+    """
     curve = point.curve
     for law, u in _laws_at(point):
         if law.key == curve.sequence.key:
             continue
         begun = begin_at(curve.with_sequence(law), np.concatenate([u.T.ravel(), point.u[-1:]]))
-        if begun is not None:
+        if begun is not None and _is_beside(begun, point) and not _has_passed(points, begun):
             return begun
-    return _marched_beyond(point)
+    return _marched_beyond(point, points)
 
 
 def _halves_beyond(point: Point) -> bool:
@@ -147,7 +186,7 @@ def _halves_beyond(point: Point) -> bool:
     return any(first is not None and _repeats(first) for first in beside)
 
 
-def _marched_beyond(point: Point) -> Point | None:
+def _marched_beyond(point: Point, points: Sequence[Point]) -> Point | None:
     """Return the orbit that a march next to the end of a law settles on, if it is close and has another law.
 
     Next to a chatter laws follow each other ever faster: one of those farther on, at last that with the rest.
@@ -156,9 +195,10 @@ def _marched_beyond(point: Point) -> Point | None:
     m = curve.sequence.m
     begin = curve.state_at(point)
     reach = problem.high - problem.low
-    for share in (side * beside for beside in BESIDES for side in (1.0, -1.0)):
+    ahead = math.copysign(1.0, point.tangent[-1])
+    for share in (side * beside for side in (ahead, -ahead) for beside in BESIDES):
         first = _settled_beside(point, share)
-        if first is not None and not _repeats(first):
+        if first is not None and not _repeats(first) and not _has_passed(points, first):
             return first if first.tangent[-1] * share > 0.0 else first.reversed()
     # From an unstable orbit a march settles on another one: what it meets at first has the law on either side.
     for share in (BESIDES[0], -BESIDES[0]):
@@ -170,7 +210,9 @@ def _marched_beyond(point: Point) -> Point | None:
             continue
         there = curve.with_sequence(read.law)
         begun = begin_at(there, np.concatenate([read.u.T.ravel(), [value]]))
-        if begun is not None and _is_close(there.state_at(begun), begin, curve):
+        if begun is None or not _is_close(there.state_at(begun), begin, curve):
+            continue
+        if not _has_passed(points, begun):
             return begun
     return None
 
@@ -190,6 +232,14 @@ def _settled_beside(point: Point, share: float) -> Point | None:
     if first is None or not is_kept(first) or not _is_close(there.state_at(first), begin, curve):
         return None
     return first
+
+
+def _is_beside(begun: Point, point: Point) -> bool:
+    """Return whether an orbit that was found from the end of a law is one beside it."""
+    curve, problem = point.curve, point.curve.problem
+    if abs(begun.value - point.value) > CLOSEST * (problem.high - problem.low):
+        return False
+    return _is_close(begun.curve.state_at(begun), curve.state_at(point), curve)
 
 
 def _is_close(state: np.ndarray, other: np.ndarray, curve: LawCurve) -> bool:

@@ -33,6 +33,8 @@ from vibropipe.physics.friction import jumps_at_slip
 
 # What begins the only piece of an orbit without events: its section, at a given phase.
 SECTION = np.int64(0)
+# No support, nor the frame of none.
+NOWHERE = -1
 # Column of `Law.codes` beside those of a `PieceLog`, of laws with a housing.
 WAY = 4
 
@@ -93,20 +95,23 @@ class Law(NamedTuple):
         return Law(codes, 0.5 * m if mirrored else float(m), mirrored)
 
     @property
+    def beside_chatters(self) -> list[int]:
+        """The events but the impacts, and turns, on a support that lead to a rest on it."""
+        rests, n = np.flatnonzero(self.codes[:, CAUSE] == REST_BEGINS), len(self.codes)
+        # From the last rest backwards, once round; a mirrored law goes on with its image.
+        last = int(rests[-1]) + 1 if rests.size and not self.mirrored else n
+        kept, rest = [], NOWHERE
+        for i in range(last - 1, last - 1 - n, -1):
+            cause, there = self.codes[i, CAUSE], int(self.codes[i, HOME])
+            if cause not in (IMPACT, TURN) or there != rest:
+                kept.append(i % n)
+                rest = there if cause == REST_BEGINS else NOWHERE
+        return kept[::-1]
+
+    @property
     def without_chatters(self) -> Law:
-        """The law without the impacts, and turns, on a support that lead to a rest on it."""
-        rests = np.flatnonzero(self.codes[:, CAUSE] == REST_BEGINS)
-        if rests.size == 0:
-            return self
-        kept, home, listed = [], 0, self.codes
-        if not self.mirrored:
-            # From the last rest backwards, once round.
-            listed = np.roll(listed, -int(rests[-1]) - 1, axis=0)
-        for codes in listed[::-1]:
-            if codes[CAUSE] not in (IMPACT, TURN) or codes[HOME] != home:
-                kept.append(codes)
-                home = int(codes[HOME]) if codes[CAUSE] == REST_BEGINS else 0
-        return self._replace(codes=np.array(kept[::-1], np.int8))
+        """The law of these events."""
+        return self._replace(codes=self.codes[self.beside_chatters])
 
     @property
     def key(self) -> tuple[float, int, bytes]:

@@ -10,6 +10,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.continuation.curve import FOLD, OWN_TESTS
 from vibropipe.continuation.newton import DONE, FAILED, GOES_ON, MAX_CORRECTIONS, verdict
+from vibropipe.march.piece_log import CAUSE, FORM, RELEASE, RESTING
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.determinants import (
     pair_share,
@@ -167,7 +168,9 @@ def fill_tests(system, c, tests) -> None:
     for kind in range(1, of.KINDS):
         scale = 1.0
         if kind == of.HOLD:
-            scale = max(p.friction, 1e-100)
+            at = int(margins[kind, of.AT])
+            rests = system.law.codes[at, FORM] == RESTING or system.law.codes[at, CAUSE] == RELEASE
+            scale = system.size if rests else max(p.friction, 1e-100)
         elif kind == of.HOUSING_HOLD:
             scale = abs(p.f) + abs(p.f2) + p.housing_friction_1 + p.housing_friction_2
         elif kind == of.GAP:

@@ -383,12 +383,12 @@ def test_an_unstable_pair_is_not_stable_where_it_begins():
     assert only.values[0] == pytest.approx(0.951334, abs=1e-6)
 
 
-def test_the_end_of_rests_is_no_bifurcation():
+def test_begins_and_ends_of_rests_are_no_jumps():
     exciter = vp.Exciter(l=0.5, nu=0.6, f=1.0, h=0.05, R1=0.3, R2=0.2)
-    branch = vp.branch(exciter, "nu", (0.5, 1.5))
-    assert list(branch.bifurcation_kind.values) == [Bifurcation.END]
-    lead = branch_answers(branch)[-1].lead
-    assert lead.endswith("at ν = 0.7169, where the branch is followed no further.")
+    branch = vp.branch(exciter, "nu", (0.5, 0.9))
+    assert set(branch.bifurcation_kind.values.tolist()) == {Bifurcation.CHANGE}
+    assert (branch.stable == 1).all()
+    assert not any("jump" in f"{answer}" for answer in branch_answers(branch))
 
 
 LAWFUL = """

@@ -296,17 +296,6 @@ def test_a_narrow_resonance_is_not_stepped_over() -> None:
     assert nu == pytest.approx(1 - 1e-4, abs=1e-5)
 
 
-def test_orbits_with_rests_are_followed_to_their_last_rest() -> None:
-    exciter = vp.Exciter(l=0.5, nu=0.5, f=2.0, h=0.1, R1=0.3, R2=0.3)
-    branch = vp.branch(exciter, "nu", (0.2, 3.0))
-    ((kind, nu, reason),) = bifurcations(branch)
-    assert (kind, reason) == (END, BranchEnd.REST)
-    assert (branch.regime == Regime.WITH_REST).all()
-    for moved, regime in ((nu, Regime.WITH_REST), (nu + 1e-6, Regime.TWO_SIDED)):
-        state = vp.steady_state(vp.Exciter(**{**vars(exciter), "nu": moved}))
-        assert int(state.regime) == regime or moved > nu
-
-
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

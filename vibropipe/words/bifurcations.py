@@ -42,8 +42,9 @@ class Meeting(IntEnum):
 class Bifurcation(IntEnum):
     """Where a branch turns, doubles its period, loses its symmetry, touches a support, or ends.
 
-    CHANGE: with soft supports, friction or a housing, where contacts, turns, sticks, rests or slips of the orbit begin
-    or end. NEIMARK_SACKER: with a housing, where a pair of multipliers meets the unit circle.
+    CHANGE: on a branch that begins with rests, soft supports, friction or a housing, where contacts, turns, sticks,
+    rests or slips of the orbit begin or end. NEIMARK_SACKER: with a housing, where a pair of multipliers meets the unit
+    circle.
     """
 
     FOLD = 0

@@ -103,7 +103,7 @@ def edits_of_mass(
             events, index, [Happening(STICK, 0, time, x), Happening(SLIP, way, time, 0.0)]
         )
         yield followed_by(events, index, [Happening(TURN, 0, time, x)] * 2)
-    elif margin == of.HOLD:
+    elif margin == of.HOLD and events:
         kind = events[index].kind
         if side:
             home = int(law.codes[index, HOME])

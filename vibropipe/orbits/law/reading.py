@@ -292,7 +292,7 @@ def _without_events(e: Effects, pieces: PieceLog, p: Any, m: int) -> Read:
     codes = np.array(
         [[BEGIN, FREE if form == FREE else form, 0, pieces.codes[0, DIRECTION]]], np.int8
     )
-    own = home if form == CONTACT else 0
+    own = home if form in (CONTACT, RESTING) else 0
     codes[0, HOME] = own
     x = to_displacement(p, home, float(pieces.values[0, Y])) - to_displacement(p, own, 0.0)
     width = width_of(e.housing)

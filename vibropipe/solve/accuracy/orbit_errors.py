@@ -72,6 +72,9 @@ def label_errors(rows: RowResults, nu: np.ndarray, parameters: np.ndarray) -> Va
         errors = _multipliers(rows, e[:, TRACE])
         # The determinant along pieces is a difference of products that a stick makes equal.
         errors += np.where(has_pieces, e[:, TRACE], 0.0)[:, None]
+        # A mass that rests forgets where it came from: both are exactly 0.
+        forgets = (rows.rests.sum(axis=1) > 0) & (rows.multipliers == 0.0).all(axis=1)
+        errors[forgets] = 0.0
         errors_of["floquet_multiplier"] = errors
     if rows.impact_count.size > 0:
         errors_of["impact_phase"] = SAFETY * rows.e_impacts[:, 0]

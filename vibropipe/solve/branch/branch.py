@@ -24,11 +24,7 @@ from vibropipe.solve.branch.arguments import (
     check_start,
     check_switch,
 )
-from vibropipe.solve.branch.branch_dataset import (
-    branch_dataset,
-    rest_dataset,
-    with_scatter,
-)
+from vibropipe.solve.branch.branch_dataset import branch_dataset
 from vibropipe.solve.branch.point_yields import check_bounds, outputs_beside, with_yields
 from vibropipe.solve.branch.problem import (
     check_range,
@@ -36,9 +32,9 @@ from vibropipe.solve.branch.problem import (
     problem_of,
     rules_of,
     seed_of_steady_state,
+    with_rests,
     with_ties,
 )
-from vibropipe.solve.branch.rest_branch import follow_rest
 from vibropipe.solve.branch.stretches import STARTS, VALUES, law_stretches
 from vibropipe.solve.checks import (
     check_law,
@@ -57,7 +53,6 @@ from vibropipe.solve.with_units import (
 )
 from vibropipe.words.outputs import OF_STEADY_STATE
 from vibropipe.words.parameters import PARAMETERS
-from vibropipe.words.regimes import Regime
 from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
@@ -87,9 +82,8 @@ def branch(
     start. Test functions find the bifurcations, each located to rounding: the component of the tangent along the
     parameter (fold), the derivative D of the return map with det(D + 1) = 0 (flip; for the map to the mirror image of
     a symmetric orbit pitchfork), and the least distance from a support at the turning points of all flights, and the
-    least impact velocity (grazing [2]_). An orbit with rests has the multipliers 0 and is followed as far as what
-    settles has the same rests. With soft supports, friction or a housing that slides an orbit is a zero of equations
-    over its law, the events of its period in turn, and is followed from law to law; where a chatter
+    least impact velocity (grazing [2]_). With rests, soft supports, friction or a housing that slides an orbit is a
+    zero of equations over its law, the events of its period in turn, and is followed from law to law; where a chatter
     pushes a held housing off without end, it is not.
 
     Parameters
@@ -151,8 +145,8 @@ def branch(
         Impacts are a contiguous ragged array, `row_size` of them for each point. Over `bifurcation`:
 
         bifurcation_kind
-            fold, flip, pitchfork, grazing, neimark_sacker, end or, with soft supports, friction or a housing, change:
-            contacts, turns, sticks, rests or slips of the orbit begin or end.
+            fold, flip, pitchfork, grazing, neimark_sacker, end or, if the branch begins with rests, soft supports,
+            friction or a housing, change: contacts, turns, sticks, rests or slips of the orbit begin or end.
         bifurcation_<along>
             The parameter.
         bifurcation_point
@@ -239,19 +233,15 @@ def branch(
     reached = {**values, **ends_of(problem)}
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
     attrs |= tied.attrs | ({"switch": " ".join(switches)} if switches else {})
-    if int(start.regime) == Regime.WITH_REST and not effects.has_pieces:
-        resting = follow_rest(exciter, problem, signs, start, harmonics, requested)
-        dataset = rest_dataset(problem, resting, harmonics, attrs)
-        dataset = dataset if sigma is None else with_scatter(dataset, (), sigma)
-        return with_yields(dataset, problem, sigma, bounds, at)
     check_start(exciter, start)
+    problem = with_rests(problem, start)
     seed = seed_of_steady_state(exciter, problem, signs, start)
     if seed is None:
         got = "an orbit within rounding of chatter"
         if effects.housing is not None:
             got += ", whose chatter pushes a held housing off without end, or that is not isolated"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
-    tree = follow_tree(problem, seed, switches, rules_of(effects))
+    tree = follow_tree(problem, seed, switches, rules_of(problem.effects))
     if tree.n_left:
         told = (
             f"{len(tree.branches)} branches are followed, the most of one call; "

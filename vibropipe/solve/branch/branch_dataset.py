@@ -24,7 +24,6 @@ from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.branch.branch_of_pieces import solve_branch_of_pieces
 from vibropipe.solve.branch.places import scattered_places, values_of
 from vibropipe.solve.branch.problem import exciter_at
-from vibropipe.solve.branch.rest_branch import RestBranch
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
 from vibropipe.solve.rows.row_results import (
     ImpactBuffer,
@@ -96,15 +95,9 @@ def branch_dataset(
 def with_scatter(
     dataset: xr.Dataset, branches: Sequence[Branch], sigma: Mapping[str, float]
 ) -> xr.Dataset:
-    """Return a dataset of branches with the derivatives and the scatter of the places of its bifurcations.
-
-    branches : none of orbits with rests, whose ends have no derivative
-    """
+    """Return a dataset of branches with the derivatives and the scatter of the places of its bifurcations."""
     place = f"bifurcation_{str(dataset.attrs['follow']).split()[0]}"
-    slopes = np.full((dataset.sizes["bifurcation"], len(sigma)), np.nan)
-    deviations = np.full(len(slopes), np.nan)
-    if branches:
-        slopes, deviations = scattered_places(branches, sigma)
+    slopes, deviations = scattered_places(branches, sigma)
     with np.errstate(invalid="ignore", divide="ignore"):
         shares = (slopes * np.array([*sigma.values()]) / deviations[:, None]) ** 2
     return describe(
@@ -116,18 +109,6 @@ def with_scatter(
             }
         )
     )
-
-
-def rest_dataset(
-    problem: Problem, branch: RestBranch, harmonics: int, attrs: Mapping[str, Any]
-) -> xr.Dataset:
-    """Return a branch of orbits with rests as the dataset of `vp.branch`; arguments are those of `branch_dataset`."""
-    events: list[LabelledEvent] = []
-    for ends, point in ((branch.ends_first, 0), (branch.ends_last, len(branch.values) - 1)):
-        if ends:
-            events.append(("end", BranchEnd.REST, point))
-    ids = np.zeros(len(branch.values), np.int64)
-    return _to_dataset(problem, branch.variables, branch.values, ids, events, harmonics, attrs)
 
 
 def _to_dataset(

@@ -1,4 +1,4 @@
-"""Branches of orbits with soft supports, friction or a housing: through a steady state, and their points as rows."""
+"""Branches of orbits with soft supports, friction, a housing or rests: through a steady state, and points as rows."""
 
 from __future__ import annotations
 

@@ -10,9 +10,13 @@ import numpy as np
 from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.branch.branch import branch as follow_branch
 from vibropipe.solve.branch.branch_dataset import branch_dataset
-from vibropipe.solve.branch.problem import problem_of, rules_of, seed_of_steady_state
+from vibropipe.solve.branch.problem import (
+    problem_of,
+    rules_of,
+    seed_of_steady_state,
+    with_rests,
+)
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rebuild import (
@@ -26,7 +30,6 @@ from vibropipe.solve.rebuild import (
 from vibropipe.solve.rows.label import decay
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.outputs import Output
-from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
 
 if TYPE_CHECKING:
@@ -176,11 +179,7 @@ def _branch_to(exciter: Exciter, nu: float, row: xr.Dataset, ties: Ties) -> xr.D
 
     x, v = section_of(row, exciter)
     problem, signs = problem_of(exciter, "nu", nu, (), STEP, ties)
-    if int(row["regime"]) == Regime.WITH_REST and not problem.effects.has_pieces:
-        return follow_branch(
-            ties.untied(exciter), "nu", nu, x0=x, v0=v, harmonics=1, outputs=OUTPUTS,
-            ties=ties.texts,
-        )  # fmt: skip
+    problem = with_rests(problem, row)
     m = int(row["period_multiple"])
     if problem.effects.has_pieces:
         held = {"displacement_strobe": x, "velocity_strobe": v, "displacement_amplitude": exciter.l}

@@ -29,6 +29,7 @@ from vibropipe.words.parameters import (
     stated_value,
 )
 from vibropipe.words.records import FINITE
+from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import physical_name
 
 if TYPE_CHECKING:
@@ -172,6 +173,13 @@ def _check_value(exciter: Exciter, along: str, name: str, value: Any, ties: Ties
         raise ParameterError(name, value, limits.text)
     all_effects(vars(ties.applied(exciter, {along: number})), pieces=True, housing=True)
     return number
+
+
+def with_rests(problem: Problem, start: xr.Dataset) -> Problem:
+    """Return the problem of an orbit: one with rests on rigid supports is known by its pieces, which may rest."""
+    if problem.effects.has_pieces or int(start["regime"]) != Regime.WITH_REST:
+        return problem
+    return problem._replace(effects=problem.effects._replace(soft=1, friction=1))
 
 
 def rules_of(effects: Effects) -> Rules:

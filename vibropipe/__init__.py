@@ -145,9 +145,9 @@ def _telling_faults(function: Any) -> Any:
             return function(*args, **given)
         except ParameterError as error:
             if getattr(by_name.get("exciter"), "written", None):
-                from vibropipe.solve.with_units import in_given_terms
+                from vibropipe.solve.given_units import in_given_units
 
-                raise in_given_terms(error, by_name) from None
+                raise in_given_units(error, by_name) from None
             raise
 
     checked.__module__ = __name__  # where pickle finds it

@@ -151,6 +151,19 @@ def test_a_study_with_units_knows_the_slope() -> None:
             StudyError, match=r"over\.load: must be left out beside slope, whose share"
         ):
             study_of_text(text, "s")
+    unbalance = swept.replace(
+        "load: [0 N, 5 N]}}", "shaker: [1 mm]}, physical: {m_e: 1 g, e: 2 mm}}"
+    )
+    for text, keys in (
+        (swept.replace("5 N]}}", "5 N]}, physical: {slope: 30 deg}}"), ["over.load"]),
+        (unbalance, ["physical.e", "physical.m_e"]),
+    ):
+        with pytest.raises(StudyError) as error:
+            study_of_text(text, "s")
+        faults = str(error.value).splitlines()
+        assert [fault.split(": ")[1] for fault in faults] == [
+            f"scenes.motion.{key}" for key in keys
+        ]
     level = swept.replace("}\nscenes", ", slope: 30 deg}\nscenes")
     level = level.replace("5 N]}}", "5 N]}, physical: {slope: 0 deg}}")
     assert study_of_text(level, "s").scenes["motion"].row_count == 2

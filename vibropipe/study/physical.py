@@ -70,6 +70,11 @@ def is_physical(tree: dict[str, Any]) -> bool:
     return isinstance(tree.get("physical"), dict)
 
 
+def _varied_by(scene: dict[str, Any], name: str) -> list[str]:
+    """Return the keys of a scene under which a parameter varies."""
+    return [key for key in VARIES if isinstance(scene.get(key), dict) and name in scene[key]]
+
+
 class _Reader(QuantityReader):
     """Reads the quantities of one study and lists their faults."""
 
@@ -144,6 +149,10 @@ class _Reader(QuantityReader):
                 allowed = f"a swept parameter ({', '.join(over)})"
                 self.refuse((*path, "follow", "along"), swept, allowed)
         plain = self.mapping(scene, path)
+        if isinstance(plain.get("exciter"), dict):
+            # A slope or an unbalance beside what it is a share of is refused above, by its own name.
+            told = {n for _, made in TOGETHER.values() for n in made if _varied_by(plain, n)}
+            plain["exciter"] = {n: v for n, v in plain["exciter"].items() if n not in told}
         followed = next(iter(along), None) if isinstance(along, dict) else None
         if followed in KEYS and "at" in scene:
             plain["at"] = self.quantity(str(followed), scene["at"], (*path, "at"))
@@ -201,7 +210,7 @@ class _Reader(QuantityReader):
         scene: Any = self.tree
         for key in path[:-1]:
             scene = scene[key]
-        varied = [key for key in VARIES if isinstance(scene.get(key), dict) and "M" in scene[key]]
+        varied = _varied_by(scene, "M")
         M = None if varied else si_of("M", self.above(path).get("M"))
         if M is None:
             beside = f"beside {varied[0]}.M" if varied else "without physical.M"

@@ -36,7 +36,7 @@ def rotor() -> vp.Exciter:
 
 MADE = {
     "motion": lambda: vp.simulate(exciter(), tau_end=20),
-    "steady state": lambda: vp.steady_state(exciter(), outputs=["harmonics", "impacts"]),
+    "steady state": lambda: vp.steady_state(exciter(), outputs=["motion", "harmonics", "impacts"]),
     "sweep": lambda: vp.sweep(exciter(), over={"nu": NU}),
     "both ways": lambda: vp.sweep(exciter(), over={"nu": NU}, follow=("nu", "both")),
     "map": lambda: vp.sweep(exciter(), over={"nu": NU, "f": np.linspace(0.2, 1, 9)}),
@@ -54,7 +54,7 @@ MADE = {
 }  # fmt: skip
 # The picture drawn of each by default, by a text of its axes.
 SHOWS = {
-    "motion": r"velocity $\dot{x}$", "steady state": "frequency of excitation", "sweep": "frequency of excitation",
+    "motion": r"velocity $\dot{x}$", "steady state": r"velocity $\dot{x}$", "sweep": "frequency of excitation",
     "both ways": "frequency of excitation", "map": "amplitude of excitation", "branch": "frequency of excitation",
     "branch without harmonics": "impacts per period", "motor": "torque added at a jump",
     "boundary": "amplitude of excitation", "basins": "velocity", "attractors": "at the section",
@@ -116,6 +116,38 @@ def test_what_cannot_be_drawn_is_refused(made, name, picture, options, message):
     with pytest.raises(vp.ParameterError) as caught:
         vp.plot(made[name], picture, **options)
     assert message in str(caught.value)
+
+
+def test_a_steady_state_is_drawn_over_one_period_of_its_motion(made):
+    given = {"omega": "9 Hz", "m": "2 kg", "C": "8 N/mm", "l": "8 mm", "H": "40 N s/m", "F": "120 N"}  # fmt: skip
+    struck = vp.Exciter.from_physical(**given, C1="40 N/mm", H1="20 N s/m", R2=0.7)
+    free = vp.steady_state(vp.Exciter(l=0.5), x0=0.3, v0=1.0, outputs=["motion", "impacts"])
+    for row, ends in (
+        (made["steady state"], 2 * np.pi),
+        (vp.steady_state(struck, "1 mm", outputs=["motion", "impacts"]), 1000 / 9),  # ms
+        (free, 2 * np.pi / float(free.base_frequency)),
+        (vp.sweep(exciter(), {"nu": [0.8, 1.0]}, outputs=["motion", "impacts"]).isel(nu=1), 2 * np.pi),
+    ):  # fmt: skip
+        over_time = vp.plot(row).axes[0]
+        x = next(line.get_ydata() for line in over_time.lines if len(line.get_xdata()) > 100)
+        assert over_time.get_xlim() == pytest.approx((0.0, ends))
+        assert x[-1] == pytest.approx(x[0])  # one period
+
+
+@pytest.mark.parametrize(
+    ("changed", "outputs", "message"),
+    [
+        ({}, ["harmonics"], "dataset: must hold the trajectory of its steady state: ask for the output motion, or"),
+        ({"nu": 0.35, "f": 1.5, "h": 0.02, "delta": 0.4, "R1": 0.9, "R2": 0.9}, ["motion"],
+         "dataset: must hold a periodic motion, of which one period is drawn: draw what simulate returns"),
+    ],
+)  # fmt: skip
+@pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
+def test_a_steady_state_without_its_orbit_is_refused(changed, outputs, message):
+    row = vp.steady_state(exciter(**changed), outputs=outputs)
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.plot(row)
+    assert changed or "harmonic" in labels(vp.plot(row, "spectrum"))
 
 
 def test_a_branch_without_stability_and_speeds_among_branches_are_refused(made):

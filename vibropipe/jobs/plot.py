@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any, get_args
 from pydantic import ValidationError
 
 from vibropipe.figures.units import display_units
+from vibropipe.jobs.steady_orbit import as_motion, as_row, is_steady_state
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem, StudyError
@@ -45,7 +46,7 @@ def plot(
     dataset : xarray.Dataset, xarray.DataTree, path, or several of them
         Any dataset of this package, in SI or not, a scene of what `open_study` returns, or a file of results. Several
         motions, or several sweeps of one parameter and branches along it, in a list or by name, are drawn over one
-        another.
+        another. Of a steady state with the output motion one period of its orbit is drawn.
     picture : str, optional
         The name of a picture in the key `figure` of a study (default: the one that the study of the dataset chooses,
         else the first that fits it).
@@ -82,6 +83,9 @@ def plot(
         return _overlay(dict(enumerate(dataset, 1)), picture, options, units)
     data = opened(dataset)
     kind = kind_of_data(data)
+    if picture is None and kind.name == "sweep" and is_steady_state(data):
+        data = as_motion(data)
+        kind = kind_of_data(data)
     data = with_a_grid(data)
     choice, others = _options(kind, data, dataset, picture, options)
     shown = display_units({SHOWN: with_units(data, units), **others})
@@ -131,12 +135,7 @@ def with_a_grid(data: xr.Dataset) -> xr.Dataset:
     """Return one steady state as a sweep of one row, that of `tolerance` as one design; any other as it is."""
     if "law_change_share" in data and "design" not in data.dims:
         return data.expand_dims("design")
-    is_row = "regime" in data and not data["regime"].dims and "displacement_end" not in data
-    if not is_row or not {"nu", "omega"} & {*data.coords}:
-        return data
-    name = "omega" if "omega" in data.coords else "nu"
-    lists = [each for each in data.variables if "impact" in data[each].dims]
-    return data.drop_vars(lists).expand_dims(name)
+    return as_row(data) if is_steady_state(data) else data
 
 
 def _options(

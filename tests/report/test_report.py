@@ -260,8 +260,13 @@ def test_methods_are_written_in_words(stored, words):
 
 
 def test_a_method_is_named_once():
-    datasets = {n: xr.Dataset(attrs={"method": m}) for n, m in enumerate(("exact", "crude, exact"))}
-    assert solved_line(datasets).text == "Newmark's method with impacts at the ends of steps, exact"
+    def told(*methods):
+        return solved_line({m: xr.Dataset(attrs={"method": m}) for m in methods}).text
+
+    both = "Newmark's method with impacts at the ends of steps, exact"
+    assert told("exact", "crude, exact") == both
+    absent = "; not installed: heyoka"
+    assert told(f"exact{absent}", f"crude, exact{absent}", "exact") == both + absent
 
 
 def test_the_model_has_the_force_that_there_is():

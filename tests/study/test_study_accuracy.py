@@ -4,7 +4,9 @@ import pytest
 from study_texts import study_of
 
 from vibropipe.jobs.plan import plan_scene
+from vibropipe.scenes.accuracy import keys
 from vibropipe.study import StudyError, fingerprint
+from vibropipe.words.measurements import OWN_METHODS
 
 TEXT = """
 title: Cost
@@ -38,6 +40,15 @@ def test_a_race_is_a_motion_by_a_method_at_a_setting(study):
     scene = study("methods: [newmark, exact, RK45]").scene("race")
     assert scene.row_count == 2 * (6 + 1 + 3)
     assert plan_scene(scene).rows == scene.row_count
+
+
+def test_methods_that_are_not_installed_are_told(study, monkeypatch):
+    scene = study("methods: [newmark, exact, heyoka, solve_nivp]").scene("race")
+    monkeypatch.setattr(keys, "is_installed", lambda method: method in OWN_METHODS)
+    told = "newmark, exact; not installed: heyoka, solve_nivp"
+    assert plan_scene(scene).method == scene.method_text() == told
+    monkeypatch.setattr(keys, "is_installed", lambda method: True)
+    assert scene.method_text() == "newmark, exact, heyoka, solve_nivp"
 
 
 def test_data_depend_on_motions_and_settings(study):

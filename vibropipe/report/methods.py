@@ -27,7 +27,7 @@ def solved_line(datasets: Datasets) -> Line:
     methods = dict.fromkeys(
         str(data.attrs["method"]) for data in datasets.values() if "method" in data.attrs
     )
-    parts = {method: {*method.split(", ")} for method in methods}
+    parts = {method: {*re.split("; .*: |, ", method)} for method in methods}
     whole = [each for each in methods if not any(parts[each] < other for other in parts.values())]
     texts = [method_words("; ".join(whole))] if whole else []
     texts = ["the exact method" if text == "exact" else text for text in texts]

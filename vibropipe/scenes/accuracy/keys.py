@@ -88,7 +88,10 @@ class AccuracyScene(SetOfMotions):
         return len(self.motions) * sum(len(self.settings(method)) for method in self.methods)
 
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
-        return ", ".join(method for method in self.methods if is_installed(method))
+        run, absent = (
+            ", ".join(m for m in self.methods if is_installed(m) is it) for it in (True, False)
+        )
+        return f"{run or 'none'}; not installed: {absent}" if absent else run
 
     def settings(self, method: ComparedMethod) -> list[float]:
         """Return the settings of a method; the exact method has none, written as 0."""

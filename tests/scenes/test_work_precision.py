@@ -124,7 +124,7 @@ def test_the_times_are_multiples_interpolated_between_settings(one):
     table = times_table("one", one)
     assert table.head[1:] == ["10⁻²", "10⁻⁴", "10⁻⁸", "10⁻¹²"]
     rows = {row[0]: row[1:] for row in table.rows}
-    assert rows["The exact method"] == ["1"] * 4
+    assert rows["The exact method"] == ["1.0"] * 4
     # 5/steps^2 = 1e-2 at 22.4 steps of 20 ns: 447 ns, 4.5 times 100 ns; 1e-4 at 223.6 steps
     assert rows["Newmark's method"] == ["4.5", "45", DASH, DASH]
     # 1e-3, 1e-6, 1e-9 at 1e5, 2e5, 4e5 ns: one third of the way from 1e-3 to 1e-6

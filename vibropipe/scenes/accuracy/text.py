@@ -293,7 +293,9 @@ def times_table(scene: str, dataset: xr.Dataset) -> Table | None:
     rows = []
     for method, times in times_to_errors(one, WANTED).items():
         if bool(succeeded(one.sel({"method": method})).any()):
-            cells = [multiple_text(t / exact_time[0]) if np.isfinite(t) else DASH for t in times]
+            texts = (multiple_text(t / exact_time[0]) if np.isfinite(t) else DASH for t in times)
+            # to two digits in all columns, whatever else they hold
+            cells = [f"{text}.0" if text.isdigit() and len(text) == 1 else text for text in texts]
             rows.append([capital(NAMES[method]), *cells])
     head = ["error at most", *(power(round(np.log10(error))) for error in WANTED)]
     note = f"Interpolated between settings, on logarithmic axes. {DASH}: reached by no setting that was tried."

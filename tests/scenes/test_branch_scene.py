@@ -12,8 +12,9 @@ from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
 from vibropipe.jobs.reporting import report_data
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
-from vibropipe.scenes.branch.curves import VALUE, draw_branches
+from vibropipe.scenes.branch.curves import draw_branches
 from vibropipe.scenes.branch.lines import both_alike, cascade_of, places_of
+from vibropipe.scenes.branch.names import VALUE
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.branch.stretches import common_intervals, stretches_of

@@ -12,18 +12,15 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import (
-    SMALL,
     axes,
     jump,
     legend_above,
     noted_canvas,
     open_mark,
     panel,
-    size_of,
 )
-from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
-from vibropipe.figures.text import axis_label, parameter_line, value_text
+from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.lines import (
     Panel,
@@ -35,6 +32,7 @@ from vibropipe.scenes.branch.lines import (
     pieces_of,
     swept,
 )
+from vibropipe.scenes.branch.names import line_names, write_names
 from vibropipe.scenes.branch.stretches import (
     Jump,
     arrows_of,
@@ -55,21 +53,10 @@ MARKS = {
 REACHED: dict[str, Any] = {"linestyle": "-", "linewidth": 2.8, "solid_capstyle": "butt"}
 STABLE: dict[str, Any] = {"linestyle": "-", "linewidth": 1.4}
 UNSTABLE: dict[str, Any] = {"linestyle": (0, (3, 1.6)), "linewidth": 0.9}
-VALUE = "value of a line"
-VALUE_STYLE: dict[str, Any] = {
-    "fontsize": SMALL, "ha": "center", "va": "center", "zorder": 4, "gid": VALUE,
-    "bbox": {"facecolor": "white", "edgecolor": "none", "pad": 0.6, "alpha": 0.85},
-}  # fmt: skip
-BESIDE_STYLE: dict[str, Any] = {
-    "textcoords": "offset points", "fontsize": SMALL, "ha": "center", "zorder": 4, "gid": VALUE,
-}  # fmt: skip
-LETTER_CM = 0.125  # of such a text
-LINE_CM = 0.4  # of a line of it, with its distance from the curve
 MANY_MARKS = 16  # bifurcations beyond which their marks shrink
 TICKS = 0.3  # cm for the ticks of every panel, where one is enlarged
 PLAIN_FLIPS = 3  # of a cascade, that the whole range tells apart
 UNSTABLE_MULTIPLES = 2  # of the shortest period: unstable orbits of a cascade that are drawn
-MIN_SPAN = 0.12  # of the range, that the words of a law need
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
 
 
@@ -109,9 +96,7 @@ def draw_branches(
         draw_panel(ax, dataset, each, pieces, jumps, colours)
         ax.set_xlim(*ends)
         draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
-        if swept(dataset) or position == 0:
-            names = line_names(dataset, pieces)
-            write_names(ax, dataset[along].values, each.values, pieces, names)
+        write_names(ax, dataset[along].values, each.values, pieces, line_names(dataset, pieces))
         title = each.label + (", enlarged" if ends is close else "")
         panel(ax, "abcdefgh"[position % 8] if number > 1 else "", title, indent=-1.1)
         ax.tick_params(labelbottom=bool(close) or (position == number - 1 and not bars))
@@ -199,14 +184,6 @@ def draw_bars(
     return ax
 
 
-def line_names(dataset: xr.Dataset, pieces: Sequence[Piece]) -> list[str]:
-    """Return what is written at the line of each piece: the value of the further parameter, or the motion in words."""
-    over = swept(dataset)
-    if over:
-        return [value_text(dataset[over], piece.value) for piece in pieces]
-    return [words_of(dataset.isel(point=piece.points.start)) for piece in pieces]
-
-
 def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
     """Return a colour for each value of the further parameter, or the colour of its regime for each law."""
     if swept(dataset):
@@ -241,63 +218,6 @@ def draw_pieces(
         if len(heights) > 1 and (np.isfinite(heights[-1]) != np.isfinite(heights[-2])).any():
             heights[-1] = np.nan  # of other impacts
         ax.plot(x[piece.points], heights, color=colour, **style)
-
-
-def write_names(
-    ax: Axes, x: np.ndarray, y: np.ndarray, pieces: Sequence[Piece], names: Sequence[str]
-) -> None:
-    """Write each name on the widest stable piece that has it, at places that differ from name to name.
-
-    Words of motions, which are long, stand beside their line.
-    """
-    over = len({piece.value for piece in pieces}) > 1
-    least = 0.0 if over else MIN_SPAN * np.ptp(x)
-    different = list(dict.fromkeys(names))
-    for position, name in enumerate(different, 1):
-        drawn = [
-            piece.points
-            for piece, own in zip(pieces, names, strict=True)
-            if own == name and piece.is_stable and np.isfinite(y[piece.points]).any()
-        ]
-        if not drawn:
-            continue
-        widest = max(drawn, key=lambda points: np.ptp(x[points]))
-        if np.ptp(x[widest]) < least:
-            continue
-        share = position / (len(different) + 1) if least == 0.0 else 0.5
-        at = x[widest].min() + share * np.ptp(x[widest])
-        index = widest.start + int(np.abs(x[widest] - at).argmin())
-        height = y[index][np.isfinite(y[index])]
-        if height.size:
-            if over:
-                ax.text(x[index], height[0], name, **VALUE_STYLE)
-            else:
-                write_beside(ax, x, y, widest, float(x[index]), name)
-
-
-def write_beside(
-    ax: Axes, x: np.ndarray, y: np.ndarray, piece: slice, at: float, text: str
-) -> None:
-    """Write a text at x above the first line of a piece, or below it where other lines or the frame are close above."""
-    half = 0.5 * LETTER_CM * len(text) * np.ptp(x) / size_of(ax)[0]
-    line = y[piece, 0][np.abs(x[piece] - at) <= half]
-    line = line[np.isfinite(line)]
-    if not line.size:
-        return
-    low, high = line.min(), line.max()
-    around = y[np.abs(x - at) <= half]
-    gaps = [
-        np.min(gap[gap > 1e-9 * np.nanmax(np.abs(y))], initial=np.inf)
-        for gap in (around - high, low - around)
-    ]
-    bottom, top = ax.get_ylim()
-    room = LINE_CM * (top - bottom) / size_of(ax)[1]
-    # Where the frame cuts a text off, no other line matters.
-    gaps[0] = gaps[0] if top - high > room else top - high - room
-    gaps[1] = gaps[1] if low - bottom > room else low - bottom - room
-    is_above = gaps[0] >= gaps[1]
-    place = {"xytext": (0, 2.5), "va": "bottom"} if is_above else {"xytext": (0, -2.5), "va": "top"}
-    ax.annotate(text, (at, high if is_above else low), **{**BESIDE_STYLE, **place})
 
 
 def draw_bifurcations(

@@ -18,7 +18,7 @@ from vibropipe.figures.canvas import (
     support_bands,
     time_ticks,
 )
-from vibropipe.figures.style import FAMILY, FONTS, house_style, save
+from vibropipe.figures.style import FAMILY, FONTS, house_style, save, set_apart
 
 
 def test_axes_stand_where_they_are_put():
@@ -110,3 +110,15 @@ def test_bands_keep_the_limits(axis):
     missed_band(ax, 0.6, 0.8, axis=axis)
     assert np.allclose([*ax.get_xlim(), *ax.get_ylim()], [-1, 1, -1, 1])
     assert len(ax.patches) == 3
+
+
+def test_powers_of_accented_letters_are_as_low_as_others():
+    def height(text):
+        with house_style():
+            figure = new_canvas(2.0)
+            shown = figure.text(0.1, 0.5, set_apart(text))
+            return shown.get_window_extent(figure.canvas.get_renderer()).height
+
+    assert height(r"$\dot{x}^-$") == pytest.approx(height(r"$\dot{x}$"), abs=1.0)
+    assert set_apart(set_apart(r"$\dot{x}(0)$")) == r"$\dot{x}\hspace{0.1}(0)$"
+    assert set_apart("the max(0, a)") == "the max(0, a)"

@@ -220,14 +220,20 @@ def is_plain(axis: Axis) -> bool:
 def set_apart(text: str) -> str:
     r"""Return a text with curly apostrophes, slanted symbols, and a wider space before a unit after a formula.
 
+    A power of a letter with an accent stands as low as that of one without, and a bracket does not touch an x.
+
     >>> set_apart("Newmark's velocity $U$ (mm/s)")
     'Newmark’s velocity $U\\,$ (mm/s)'
     >>> set_apart("at ν = 0.3, f = 1.5 and R₁")
     'at $ν$ = 0.3, $f$ = 1.5 and $R$₁'
+    >>> set_apart(r"$\dot{x}^-$, $\dot{x}(0)$")
+    '$\\dot{x}{}^-$, $\\dot{x}\\hspace{0.1}(0)$'
     """
     shown = re.sub(r"(?<=\w)'", "’", text)
     if "$" not in shown:
         shown = SYMBOLS.sub(r"$\g<0>$", shown)
+    shown = re.sub(r"(\\[a-z]+\{\w\})\^", r"\1{}^", shown)
+    shown = re.sub(r"(\\dot\{x\}|\$x)\(", r"\1\\hspace{0.1}(", shown)
     return re.sub(r"(?<!\\,)\$ \(", r"\\,$ (", shown)
 
 

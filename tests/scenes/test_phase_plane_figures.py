@@ -11,6 +11,7 @@ from matplotlib import style
 from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
+import vibropipe as vp
 from vibropipe.figures.phase_plane import Impacts, certain_jumps, draw_spectrum, lines_of, path
 from vibropipe.figures.style import MAX_VECTOR, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
@@ -270,3 +271,12 @@ def test_a_png_is_fine_enough_for_print_in_any_context(tmp_path):
         save_as(figure, tmp_path / "motion.png")
     head = (tmp_path / "motion.png").read_bytes()
     assert int.from_bytes(head[16:20], "big") == pytest.approx(16 / 2.54 * 300, abs=1)
+
+
+def test_a_soft_support_is_entered_without_a_jump():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, k1=40.0, h1=1.0, R2=0.7)
+    impacts = orbit_impacts(vp.steady_state(exciter, outputs=["impacts"]))
+    is_soft = impacts.support == 1
+    assert 0 < is_soft.sum() < is_soft.size
+    assert np.array_equal(impacts.after[is_soft], impacts.before[is_soft])
+    assert np.array_equal(impacts.after[~is_soft], -0.7 * impacts.before[~is_soft])

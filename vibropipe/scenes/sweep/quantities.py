@@ -311,8 +311,10 @@ def orbit_impacts(row: xr.Dataset) -> Impacts:
         return Impacts(none, np.empty(0, np.int8), none, none)
     before = row["impact_velocity"].values
     support = row["impact_support"].values
-    restitution = np.where(support == 1, float(row["R1"]), float(row["R2"]))
+    after = -np.where(support == 1, float(row["R1"]), float(row["R2"])) * before
+    if "contact_duration" in row:  # a soft support is entered without a jump
+        after = np.where(np.isfinite(row["contact_duration"].values), before, after)
     periods = max(1, int(row.get("period_multiple", xr.DataArray(1))))
     time = (row["impact_period"].values + row["impact_phase"].values) / periods
     order = np.argsort(time, kind="stable")
-    return Impacts(time[order], support[order], before[order], -(restitution * before)[order])
+    return Impacts(time[order], support[order], before[order], after[order])

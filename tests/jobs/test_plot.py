@@ -193,6 +193,16 @@ def test_motions_lie_over_one_another(made):
     assert [text.get_text() for text in si.legends[0].get_texts()] == ["$F$ = 2.4 kN", "$F$ = 4 kN"]
 
 
+def test_steady_states_lie_over_motions_and_over_sweeps(made):
+    steady, motion = made["steady state"], made["motion"]
+    for pair in ([steady, steady], [motion, steady]):
+        last = vp.plot(pair).axes[0].lines[-1].get_xdata()
+        assert (last[0], last[-1]) == pytest.approx((0.0, 2 * np.pi))
+    point = vp.plot([made["sweep"], steady]).axes[0].lines[-1]
+    assert point.get_xdata() == pytest.approx([1.0])
+    assert point.get_marker() == "o"
+
+
 def test_sweeps_and_branches_lie_over_one_another(made):
     figure = vp.plot([made["sweep"], made["both ways"], made["branch"]])
     assert [text.get_text() for text in figure.legends[0].get_texts()] == ["1", "2", "3"]

@@ -82,10 +82,9 @@ def plot(
     if isinstance(dataset, Sequence) and not isinstance(dataset, str):
         return _overlay(dict(enumerate(dataset, 1)), picture, options, units)
     data = opened(dataset)
-    kind = kind_of_data(data)
-    if picture is None and kind.name == "sweep" and is_steady_state(data):
+    if picture is None and _is_steady_state(data):
         data = as_motion(data)
-        kind = kind_of_data(data)
+    kind = kind_of_data(data)
     data = with_a_grid(data)
     choice, others = _options(kind, data, dataset, picture, options)
     shown = display_units({SHOWN: with_units(data, units), **others})
@@ -122,6 +121,10 @@ def kind_of_data(data: xr.Dataset) -> Kind:
         held = series(map(str, [*data.data_vars][:4])) or "nothing"
         raise ParameterError("dataset", data, must=must, got=f"a dataset of {held}")
     return kind
+
+
+def _is_steady_state(data: xr.Dataset) -> bool:
+    return kind_of_data(data).name == "sweep" and is_steady_state(data)
 
 
 def with_units(data: xr.Dataset, units: Mapping[str, str]) -> xr.Dataset:
@@ -271,9 +274,12 @@ def _overlay(
         name = "picture" if picture is not None else next(iter(options.keys() - {"show"}))
         must = "must be left out where datasets are drawn over one another: only show is taken"
         raise ParameterError(name, picture, must=must, got="")
-    datasets = {
-        key: with_units(with_a_grid(opened(source)), units) for key, source in sources.items()
-    }
+    datasets = {key: opened(source) for key, source in sources.items()}
+    steady = [key for key, data in datasets.items() if _is_steady_state(data)]
+    others = (kind_of_data(data).name for key, data in datasets.items() if key not in steady)
+    if all(name == "motion" for name in others):
+        datasets |= {key: as_motion(datasets[key]) for key in steady}
+    datasets = {key: with_units(with_a_grid(data), units) for key, data in datasets.items()}
     names = [kind_of_data(data).name for data in datasets.values()]
     with house_style():
         figure = draw_overlay(display_units(datasets), names, tuple(options.get("show", ())))

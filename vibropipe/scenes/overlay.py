@@ -58,7 +58,8 @@ def draw_overlay(
         for style, dataset in zip(LINES, shown, strict=False):
             for at, values, is_stable in _lines(dataset, x, name):
                 unstable = {"color": style["color"], "linestyle": DOTTED}
-                ax.plot(at, values, **(style if is_stable else unstable))
+                mark = "o" if len(at) == 1 else ""  # no line shows one point
+                ax.plot(at, values, **(style if is_stable else unstable), marker=mark)
         _finish(ax, shown[0], x, name, "abcdefg"[number] if len(names) > 1 else "")
         ax.tick_params(labelbottom=number == len(names) - 1)
     ax.set_xlabel(axis_label(shown[0][x]))

@@ -189,7 +189,7 @@ def test_motions_lie_over_one_another(made):
     assert [text.get_text() for text in named.legends[0].get_texts()] == ["weak", "strong"]
     assert len(named.axes) == 1
     si = vp.plot([vp.to_physical(each, "2 kg", "8 N/mm") for each in motions])
-    assert si.axes[0].get_ylabel() == "displacement $x$ (mm)"
+    assert si.axes[0].get_ylabel() == r"displacement $x\,$ (mm)"
     assert [text.get_text() for text in si.legends[0].get_texts()] == ["$F$ = 2.4 kN", "$F$ = 4 kN"]
 
 
@@ -198,7 +198,9 @@ def test_steady_states_lie_over_motions_and_over_sweeps(made):
     for pair in ([steady, steady], [motion, steady]):
         last = vp.plot(pair).axes[0].lines[-1].get_xdata()
         assert (last[0], last[-1]) == pytest.approx((0.0, 2 * np.pi))
-    point = vp.plot([made["sweep"], steady]).axes[0].lines[-1]
+    over = vp.plot([made["sweep"], steady])
+    assert r"\dot{x}{}^-" in labels(over)  # as in a report
+    point = over.axes[0].lines[-1]
     assert point.get_xdata() == pytest.approx([1.0])
     assert point.get_marker() == "o"
 
@@ -263,7 +265,7 @@ def test_a_scene_and_a_file_are_drawn_as_by_their_study(results):
         with pytest.raises(vp.ParameterError, match=r"must be a scene of a study \(.*response.*\)"):
             vp.plot(tree)
     for figure in (of_file, of_node):
-        assert r"$\omega/2\pi$ (Hz)" in labels(figure)
+        assert r"$\omega/2\pi\,$ (Hz)" in labels(figure)
         assert "(mm)" in labels(figure)
     all_panels = vp.plot(vp.load(results / "response.nc"), "curves")
     assert len(of_file.axes) == len(of_node.axes) < len(all_panels.axes)

@@ -74,7 +74,7 @@ def plot(
     >>> exciter = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, R1=0.7, R2=0.7)
     >>> figure = vp.plot(vp.simulate(exciter, tau_end=30))
     """
-    from vibropipe.figures.style import HouseFigure, house_style
+    from vibropipe.figures.style import HouseFigure, house_style, use_letters_for_indices
 
     units = checked_units(options.pop("units", {}))
     if isinstance(dataset, Mapping) and not hasattr(dataset, "dims"):
@@ -91,6 +91,7 @@ def plot(
     chosen = _picture(kind, shown[SHOWN], choice.chosen(), picture)
     with house_style():
         figure = chosen.draw(shown[SHOWN], choice, shown)
+        use_letters_for_indices(figure)
     figure.__class__ = HouseFigure
     return figure
 
@@ -265,7 +266,7 @@ def _overlay(
     units: Mapping[str, str],
 ) -> Figure:
     """Draw datasets over one another."""
-    from vibropipe.figures.style import HouseFigure, house_style
+    from vibropipe.figures.style import HouseFigure, house_style, use_letters_for_indices
     from vibropipe.scenes.overlay import draw_overlay
 
     if not sources:
@@ -283,5 +284,6 @@ def _overlay(
     names = [kind_of_data(data).name for data in datasets.values()]
     with house_style():
         figure = draw_overlay(display_units(datasets), names, tuple(options.get("show", ())))
+        use_letters_for_indices(figure)
     figure.__class__ = HouseFigure
     return figure

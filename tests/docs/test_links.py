@@ -8,6 +8,8 @@ import tomllib
 import pytest
 from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Page
 
+from vibropipe.scenes.motion import keys as motion
+from vibropipe.scenes.sweep import figure_keys as sweep
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -53,6 +55,20 @@ def first_column(page: Page, heading: str) -> set[str]:
     section = page.text.split(f"\n{heading}\n")[1].split("\n## ")[0]
     cells = re.findall(r"^\| (`[^|]*) \|", section, re.MULTILINE)
     return set(re.findall(r"`(\w+)`", " ".join(cells)))
+
+
+def test_pictures_need_the_outputs_that_the_tutorial_names() -> None:
+    rows = re.findall(
+        r"^\| `(\w+)` \| (.*) \| .* \| (.*) \|$", Page("docs/tutorial.md").text, re.MULTILINE
+    )
+    needs = {"motion": motion.PICTURE_NEEDS, "sweep": sweep.PICTURE_NEEDS}
+    assert len(rows) == 6
+    for picture, kinds, stated in rows:
+        if stated != "these quantities":
+            needed = {
+                output for kind in kinds.split(", ") for output in needs[kind].get(picture, ())
+            }
+            assert set(re.findall(r"`(\w+)`", stated)) == needed, picture
 
 
 def test_every_status_has_its_remedy() -> None:

@@ -48,6 +48,14 @@ def test_its_study_is_short(tmp_path: Path) -> None:
     assert len([line for line in block.text.splitlines() if line.strip()]) <= 12
 
 
+def test_the_pictures_that_it_names_fit_its_study(tmp_path: Path) -> None:
+    (block,) = README.blocks("yaml")
+    (figure,) = (text for text in README.quoted if text.startswith("figure: "))
+    path = tmp_path / "mine.yaml"
+    path.write_text(f"{block.text}    {figure}\n", encoding="utf-8")
+    assert load_study(path).scene("response").figure.pictures
+
+
 def test_its_two_commands() -> None:
     make, test = (block.text for block in README.blocks("sh"))
     for command in (make, test):

@@ -10,6 +10,7 @@ from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Page
 
 from vibropipe.scenes.motion import keys as motion
 from vibropipe.scenes.sweep import figure_keys as sweep
+from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
 
@@ -69,6 +70,11 @@ def test_pictures_need_the_outputs_that_the_tutorial_names() -> None:
                 output for kind in kinds.split(", ") for output in needs[kind].get(picture, ())
             }
             assert set(re.findall(r"`(\w+)`", stated)) == needed, picture
+
+
+def test_all_effects_are_counted() -> None:
+    number = {12: "twelve", 13: "thirteen", 14: "fourteen"}[len(EFFECTS)]
+    assert f"each of the {number} effects" in Page("docs/speed.md").text
 
 
 def test_every_status_has_its_remedy() -> None:

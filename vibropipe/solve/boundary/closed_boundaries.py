@@ -44,8 +44,8 @@ def symmetric_orbit_boundaries(exciter: Exciter, nu: Any, m: int = 1) -> xr.Data
     Raises
     ------
     ParameterError
-        If the exciter is not mirror-symmetric, or has soft supports, friction or a second harmonic, or an argument is
-        out of range.
+        If the exciter is not mirror-symmetric, or has soft supports, friction, a second harmonic, a shaker or a housing
+        that slides, or an argument is out of range.
 
     Notes
     -----
@@ -90,7 +90,8 @@ def one_sided_orbit_boundaries(
     Raises
     ------
     ParameterError
-        If an argument is out of range, or the exciter has soft supports, friction or a second harmonic.
+        If an argument is out of range, or the exciter has soft supports, friction, a second harmonic, a shaker or a
+        housing that slides.
 
     Notes
     -----

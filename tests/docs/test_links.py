@@ -8,6 +8,7 @@ import tomllib
 import pytest
 from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Page
 
+from vibropipe.physics.limits import LAW_IMPACTS, LAW_PERIODS
 from vibropipe.scenes.motion import keys as motion
 from vibropipe.scenes.sweep import figure_keys as sweep
 from vibropipe.words.exciter import EFFECTS
@@ -75,6 +76,11 @@ def test_pictures_need_the_outputs_that_the_tutorial_names() -> None:
 def test_all_effects_are_counted() -> None:
     number = {12: "twelve", 13: "thirteen", 14: "fourteen"}[len(EFFECTS)]
     assert f"each of the {number} effects" in Page("docs/speed.md").text
+
+
+def test_the_calls_tell_the_limits_of_a_law() -> None:
+    text = f"Period multiple, up to {LAW_PERIODS[1]}, and impacts on each support, up to {LAW_IMPACTS[1]}"
+    assert Page("docs/python.md").text.count(text) == 2  # of a branch and of a boundary
 
 
 def test_every_status_has_its_remedy() -> None:

@@ -93,9 +93,9 @@ def boundary(
         Largest distance of neighbouring points, up to 0.1, where 1 is the range of a parameter, a forcing period, or
         the largest impact velocity of the first orbit of the curve.
     law : (int, int, int), optional
-        Period multiple and impacts on each support: only curves of orbits of this law, and the grazings at which its
-        orbits begin, found as all others. Where mirror images are given once, either side may have the first number of
-        impacts.
+        Period multiple, up to 32, and impacts on each support, up to 64: only curves of orbits of this law, and the
+        grazings at which its orbits begin, found as all others. Where mirror images are given once, either side may
+        have the first number of impacts.
     ties : mapping of str to str or float, optional
         Parameters by expressions of others, as for `sweep`: what is tied to a parameter that varies varies with it, and
         so do names of one's own, which `along` may have. Curves of rigid supports then take some ten times as long.

@@ -45,8 +45,8 @@ def symmetric_orbit(exciter: Exciter, m: int = 1) -> xr.Dataset:
     Raises
     ------
     ParameterError
-        If the exciter is not mirror-symmetric or not forced, or has soft supports, friction or a second harmonic, or m
-        is not odd and from 1 to 999.
+        If the exciter is not mirror-symmetric or not forced, or has soft supports, friction, a second harmonic or a
+        housing that slides, or m is not odd and from 1 to 999.
 
     References
     ----------
@@ -95,8 +95,8 @@ def one_sided_orbit(exciter: Exciter, support: int = 1, m: int = 1) -> xr.Datase
     Raises
     ------
     ParameterError
-        If the exciter is not forced, or has soft supports, friction or a second harmonic, `support` is not 1 or 2, m is
-        not from 1 to 1,000, or a flight takes more than 1e8 steps.
+        If the exciter is not forced, or has soft supports, friction, a second harmonic or a housing that slides,
+        `support` is not 1 or 2, m is not from 1 to 1,000, or a flight takes more than 1e8 steps.
 
     References
     ----------

@@ -115,11 +115,11 @@ def branch(
     outputs : sequence of str
         Any of harmonics, impacts, stability, energy, power, frame, subharmonics, sensitivity, as for `steady_state`.
     law : (int, int, int), optional
-        Period multiple and impacts on each support, without rests: all stretches of this law in the range `to` that
-        are found, stable or not, each a branch of its own, and nothing else. Orbits are sought at 64 values of the
-        parameter, from 17 velocities and, of laws that have one, by the closed form, and what begins at their flips,
-        pitchforks and grazings is followed through other laws. The exciter's own value of `along`, x0, v0 and `switch`
-        are not used.
+        Period multiple, up to 32, and impacts on each support, up to 64, without rests: all stretches of this law in
+        the range `to` that are found, stable or not, each a branch of its own, and nothing else. Orbits are sought at
+        64 values of the parameter, from 17 velocities and, of laws that have one, by the closed form, and what begins
+        at their flips, pitchforks and grazings is followed through other laws. The exciter's own value of `along`, x0,
+        v0 and `switch` are not used.
     tolerance : mapping of str to float, optional
         Standard deviations of parameters that scatter independently: bifurcations then have the derivative of their
         place by each of them, and its standard deviation to first order.

@@ -79,9 +79,9 @@ def design(
     """Find parameters whose motion has wanted quantities, keeps to bounds, and has others as small as possible.
 
     Points of low discrepancy [1]_ in the ranges of `vary` are solved by one sweep. The best are refined along their
-    laws of motion by derivatives: targets and bounds in least squares [2]_, a quantity to be least by sequential
-    quadratic programming [3]_, the front of two of them under limits of the second [4]_. Only stable orbits count that
-    the motion from the start settles on: each design is marched from there again.
+    laws of motion by derivatives: targets and bounds in least squares [2]_, a quantity to be least by successive linear
+    programs [3]_, the front of two of them under limits of the second [4]_. Only stable orbits count that the motion
+    from the start settles on: each design is marched from there again.
 
     Parameters
     ----------
@@ -193,7 +193,8 @@ def design(
        Computational Mathematics and Mathematical Physics 7 (1967) 86.
     .. [2] M. A. Branch, T. F. Coleman, Y. Li, A subspace, interior, and conjugate gradient method for large-scale
        bound-constrained minimization problems, SIAM Journal on Scientific Computing 21 (1999) 1.
-    .. [3] D. Kraft, A software package for sequential quadratic programming, DFVLR-FB 88-28 (1988).
+    .. [3] R. E. Griffith, R. A. Stewart, A nonlinear programming technique for the optimization of continuous
+       processing systems, Management Science 7 (1961) 379.
     .. [4] Y. Y. Haimes, L. S. Lasdon, D. A. Wismer, On a bicriterion formulation of the problems of integrated system
        identification and system optimization, IEEE Transactions on Systems, Man, and Cybernetics 1 (1971) 296.
     .. [5] E. B. Wilson, Probable inference, the law of succession, and statistical inference, Journal of the American

@@ -15,10 +15,13 @@ from vibropipe.physics.exciter import Parameters
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.nominal import nominal_text, shown_tolerance
+from vibropipe.scenes.design.pictures import describe_sketch
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, best_design, tables
 from vibropipe.scenes.design.sorting_words import foretold_by, percent, sorting_text
+from vibropipe.scenes.design.workshop import workshop_texts
 from vibropipe.scenes.registry import kind_of
+from vibropipe.solve.design.scattered_parts import MAX_CORNERS, box
 from vibropipe.solve.design.sorting import NO_RULE
 from vibropipe.solve.physical import in_units
 from vibropipe.solve.rows.points import clipped, solve_points
@@ -121,6 +124,17 @@ def test_needed_tolerances_hold_at_random_corners(dataset):
         assert np.array_equal(orbit.impacts_per_orbit, best.impacts_per_orbit)
         assert abs(float(orbit.displacement_mean) + 0.1) <= 0.005
         assert float(orbit.impact_velocity_max.sel(support=1)) <= 0.8
+
+
+def test_all_tolerances_at_once_are_told_only_where_they_were_tried(dataset):
+    assert workshop_texts(dataset)[0].startswith("All parameters may be off at once")
+    names = [f"p{number}" for number in range(MAX_CORNERS)]
+    many = dataset.assign_coords(dict.fromkeys(names, 1.0))
+    many = many.assign({f"{name}_tolerance": dataset.R1_tolerance for name in names})
+    assert workshop_texts(many)[0].startswith("At each end of each tolerance alone")
+    assert "at once" not in describe_sketch(many)
+    assert len(box(MAX_CORNERS, 1.0)) == 2 * MAX_CORNERS + 2**MAX_CORNERS
+    assert len(box(MAX_CORNERS + 1, 1.0)) == 2 * (MAX_CORNERS + 1)
 
 
 def test_the_sorting_rule_in_the_report_sorts_random_parts():

@@ -7,6 +7,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_least
 from vibropipe.figures.text import format_number, measured, with_units
+from vibropipe.solve.design.scattered_parts import MAX_CORNERS
 
 # Significant digits of nominal values, at most and without a tolerance, and of tolerances and deviations; share of a
 # tolerance that the rounding of its nominal value may take unseen.
@@ -77,3 +78,8 @@ def held_too_wide(dataset: xr.Dataset, row: int) -> list[str]:
 def toleranced(dataset: xr.Dataset) -> list[str]:
     """Return the parameters that have tolerances."""
     return [str(name) for name in dataset.coords if f"{name}_tolerance" in dataset]
+
+
+def hold_at_once(dataset: xr.Dataset) -> bool:
+    """Return whether tolerances were tried in all combinations of their ends; else each was alone."""
+    return len(toleranced(dataset)) <= MAX_CORNERS

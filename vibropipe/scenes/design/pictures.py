@@ -36,6 +36,7 @@ from vibropipe.scenes.design.data import (
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
 from vibropipe.scenes.design.nominal import (
     held_too_wide,
+    hold_at_once,
     nominal_text,
     shown_tolerance,
     toleranced,
@@ -269,9 +270,12 @@ def describe_sketch(dataset: xr.Dataset) -> str:
     ]
     if has_tolerances(dataset):
         reason = no_tolerance(dataset, 0)
-        parts.append(
-            no_tolerance_text([0], reason) if reason else "May be off: all at once, rounded down"
+        off = (
+            "May be off: all at once, rounded down"
+            if hold_at_once(dataset)
+            else "May be off, rounded down"
         )
+        parts.append(no_tolerance_text([0], reason) if reason else off)
     if dataset.attrs.get("scatter") == "given":
         red = "; red: a tolerance below it" if held_too_wide(dataset, 0) else ""
         parts.append(f"Workshop: given standard deviation{red}")

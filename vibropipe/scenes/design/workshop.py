@@ -21,6 +21,7 @@ from vibropipe.scenes.design.data import (
 from vibropipe.scenes.design.nominal import (
     DIGITS,
     held_too_wide,
+    hold_at_once,
     kept_tolerance,
     shown_tolerance,
     toleranced,
@@ -37,9 +38,11 @@ MARK = "*"
 SAME_RATIO = 1e-6
 # Relative difference of one distance, by sensitivities and by the deviations of a dataset.
 SAME_DISTANCE = 1e-6
-BOX = (
-    "All parameters may be off at once, in any combination: at every corner the law of motion, the bounds and the "
-    "targets within what is allowed hold."
+HOLD = "the law of motion, the bounds and the targets within what is allowed hold"
+BOX = f"All parameters may be off at once: at each combination of their ends {HOLD}."
+AXES = (
+    f"At each end of each tolerance alone {HOLD}; with all parameters off at once the bounds and the targets do to "
+    "first order."
 )
 
 
@@ -47,7 +50,7 @@ def workshop_texts(dataset: xr.Dataset) -> list[str]:
     """Return what tables of tolerances mean, which designs have none and why, and which cannot be held."""
     if not has_tolerances(dataset):
         return []
-    texts, rows = [BOX], range(numbers(dataset).size)
+    texts, rows = [BOX if hold_at_once(dataset) else AXES], range(numbers(dataset).size)
     reasons = {row: reason for row in rows if (reason := no_tolerance(dataset, row))}
     for reason in dict.fromkeys(reasons.values()):
         texts.append(f"{no_tolerance_text([n for n in reasons if reasons[n] == reason], reason)}.")

@@ -155,10 +155,10 @@ def design(
             Least distance to a limit of a goal, to first order, in the standard deviations of its quantity.
         <parameter>_tolerance
             How far each parameter may be off, up or down, all at once, so that the law, the bounds and the targets
-            within `allow` hold, at all corners of this box. What the tightest goal leaves is shared in proportion to
-            what each parameter contributes with its deviation; where that is less than the deviations need together,
-            the smallest contributions are kept and the largest cut. Without a deviation in `tolerance` the 0.1 % above
-            take its place.
+            within `allow` hold, at the ends of each axis of this box and, of up to ten parameters, at all its corners.
+            What the tightest goal leaves is shared in proportion to what each parameter contributes with its deviation;
+            where that is less than the deviations need together, the smallest contributions are kept and the largest
+            cut. Without a deviation in `tolerance` the 0.1 % above take its place.
         tolerance_result
             Whether there are tolerances or, where they are NaN, why not: a bound or a change of law within a tenth of a
             deviation, that tenth misses a goal, or the design itself does.

@@ -105,7 +105,7 @@ def tolerance(
             samples with the same law of motion.
         <name>_worst (estimate)
             Largest deviation within `worst` sigma_i of each parameter: first order, worst sum |s_i| sigma_i; and the
-            largest at the corners and the ends of each axis of that box.
+            largest at the ends of each axis of that box and, of up to ten parameters, at its corners.
         <name>_sensitivity (parameter)
             Derivative s_i by each parameter with a tolerance.
         <name>_contribution (parameter)

@@ -59,8 +59,8 @@ def attractors(exciter: Exciter, starts: int | None = None, harmonics: int = 6) 
             Least distance, sqrt(dx^2 + dv^2), and least change of velocity (in SI an impulse, N s) at the section after
             which the motion is another: all smaller ones that were tried, 64 of equal steps along 24 directions and up
             and down, lead back. A tongue of another basin that is narrower than a step may be missed; `prove_knock`
-            proves lower bounds. NaN where none tried up to
-            `reachable_velocity` does not lead back, and without an orbit. Not with a housing that slides.
+            proves lower bounds. NaN where none tried up to `reachable_velocity` does not lead back, without an orbit,
+            and of an orbit of more than 32 forcing periods. Not with a housing that slides.
         basin_share, basin_share_low, basin_share_high
             Share of the starts that settle on it, and the 95 % confidence interval [3]_ for as many random starts.
         poincare_displacement, poincare_velocity (visit)

@@ -177,3 +177,13 @@ def test_the_resonances_of_large_motions() -> None:
     for nu, regime in ((2 / (1 + 1 / math.sqrt(1 + k1)), Regime.UNBOUNDED), (1.4, None)):
         row = vp.steady_state(vp.Exciter(l=1e9, delta=-1e9, nu=nu, f=1.0, k1=k1), outputs=())
         assert (int(row.regime) == Regime.UNBOUNDED) == (regime is not None)
+
+
+def test_the_first_section_is_that_of_the_row_to_the_bit() -> None:
+    """At nu = 2 a free vibration takes two periods, and the state at the section is rounding."""
+    for f, delta in ((-0.496392399945797, -0.03883651563597157), (-0.5318474622293621, 0.0)):
+        exciter = vp.Exciter(l=0.5, nu=2.0, f=f, delta=delta, R1=0.4, R2=0.0)
+        row = vp.steady_state(exciter, outputs=("poincare",))
+        assert row.period_multiple.item() == 2
+        for name in ("displacement", "velocity"):
+            assert row[f"poincare_{name}"].values[0] == row[f"{name}_strobe"].item() != 0.0

@@ -50,6 +50,8 @@ def undamped_state(p, x, v, periods, swings, share):
     periods, swings : int
         Of `repeats_after`.
     """
+    if share == 0.0:
+        return x, v
     steady_x, steady_v = steady_at(p, 0.0)
     dx, dv = x - steady_x, v - steady_v
     s, c = sincos_turns(share * swings % 1.0)

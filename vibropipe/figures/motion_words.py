@@ -93,24 +93,22 @@ def times_word(amount: int) -> str:
     return TIMES.get(amount, f"{number_word(amount)} times")
 
 
-# What of an orbit begins or ends at a change of its pieces, by the parameters with which it may.
-CHANGING = {
-    ("k1", "k2", "C1", "C2"): ["contact"],
-    ("friction",): ["turn", "stick"],
-    ("mass_ratio", "M"): ["slip"],
-}
+# What of an orbit may begin or end at a change of its law, beside contacts, by the parameters with which it does.
+CHANGING = {("friction",): ["turn", "stick"], ("mass_ratio", "M"): ["slip"]}
 
 
 def changing_text(dataset: xr.Dataset) -> str:
-    """Write what a change of an orbit is by the effects that it has: a contact or slip begins or ends.
+    """Write what a change of an orbit is by its rests and the effects that it has.
 
     >>> changing_text(xr.Dataset({"friction": 0.1, "mass_ratio": 0.5}))
-    'a turn, stick or slip begins or ends'
+    'a contact, turn, stick or slip begins or ends'
     """
     has = {*dataset.variables}
-    found = [word for names, words in CHANGING.items() if has & {*names} for word in words]
-    *others, last = found or [word for words in CHANGING.values() for word in words]
-    return f"a {' or '.join(filter(None, [', '.join(others), last]))} begins or ends"
+    others = [word for names, words in CHANGING.items() if has & {*names} for word in words]
+    if "rests_per_orbit" in has and bool((dataset["rests_per_orbit"] > 0.0).any()):
+        others.insert(0, "rest")
+    *first, last = ["contact", *others]
+    return f"a {' or '.join(filter(None, [', '.join(first), last]))} begins or ends"
 
 
 def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[float]) -> str:

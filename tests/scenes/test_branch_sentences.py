@@ -15,6 +15,7 @@ from vibropipe.scenes.branch.answers import (
     branch_answers,
     gap_answer,
     jump_answer,
+    kinds_answer,
     lopsided_answer,
     velocity_answer,
 )
@@ -132,6 +133,11 @@ def test_where_no_orbit_is_stable_is_told():
     dataset["stable"][:] = np.tile([1, 1, 0, 0, 1, 1], 2)
     assert gap_answer(dataset, [left, right]) == Answer(
         "No orbit that is followed here is stable from ν = 1.2 to 1.6."
+    )
+    # as the table of the stable motions writes them
+    narrow = stretch(1.2, 1.20007, 0.4, both, "pitchfork", "grazing")
+    assert gap_answer(dataset, [left, narrow, right]) == Answer(
+        "No orbit that is followed here is stable from ν = 1.2001 to 1.6."
     )
 
 
@@ -301,3 +307,19 @@ def test_a_branch_of_its_own_begins_anew():
     )
     expected = [[0.3, 0.2], [0.4, np.nan], [0.2, 0.3]]
     np.testing.assert_array_equal(velocities_of(dataset), expected)
+
+
+def test_what_a_change_is_is_told():
+    dataset = mirrored().drop_dims("bifurcation").assign(friction=0.1)
+    dataset["stable"][3] = 0
+    codes = [int(Bifurcation[name]) for name in ("CHANGE", "CHANGE")]
+    at = {"nu": [1.2, 1.4], "point": [1, 2], "kind": codes}
+    found = {f"bifurcation_{name}": ("bifurcation", values) for name, values in at.items()}
+    alone = dataset.isel(point=range(NU.size)).assign(found)
+    assert kinds_answer(alone) is None
+    assert title_branches(alone, []) == "A turn or stick begins or ends at two values of ν"
+    found["bifurcation_kind"] = ("bifurcation", [codes[0], int(Bifurcation["FOLD"])])
+    with_fold = alone.assign(found)
+    answer = kinds_answer(with_fold)
+    assert answer is not None
+    assert answer.rest == "At a change a turn or stick begins or ends."

@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Sequence
 
 import numpy as np
 import xarray as xr
@@ -90,12 +91,19 @@ def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     return Answer(f"Orbits {law} exist{place} {ranges_text(dataset, found[widest])}.", rest)
 
 
-def ranges_text(dataset: xr.Dataset, intervals: list[tuple[float, float]]) -> str:
-    """Write the widest of some intervals: from ν = 1 to 2 and from 3 to 4."""
+def ranges_text(
+    dataset: xr.Dataset,
+    intervals: list[tuple[float, float]],
+    beside: Sequence[tuple[float, float]] = (),
+) -> str:
+    """Write the widest of some intervals: from ν = 1 to 2 and from 3 to 4.
+
+    beside : other intervals that are told of the same places: with fewer digits an end may lie within one of them
+    """
     axis = dataset[followed(dataset)]
     shown = sorted(sorted(intervals, key=lambda each: each[0] - each[1])[:MAX_RANGES])
     texts: list[str] = []
-    for first, last in distinct_texts(*shown):
+    for first, last in distinct_texts(*shown, *beside)[: len(shown)]:
         texts.append(f"from {first if texts else f'{symbol_text(axis)} = {first}'} to {last}")
     text = with_units(axis, series(texts))
     left = len(intervals) - len(shown)
@@ -202,8 +210,8 @@ def gap_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     if swept(dataset) or not stretches or not steady.any():
         return None
     axis = dataset[followed(dataset)]
-    known = united([(float(s.values[0]), float(s.values[-1])) for s in stretches])
-    ends = [float(axis.min()), *(end for each in known for end in each), float(axis.max())]
+    known = [(float(s.values[0]), float(s.values[-1])) for s in stretches]
+    ends = [float(axis.min()), *(end for each in united(known) for end in each), float(axis.max())]
     gaps = [
         (low, high)
         for low, high in zip(ends[::2], ends[1::2], strict=True)
@@ -212,7 +220,7 @@ def gap_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     ]
     if not gaps:
         return None
-    return Answer(f"No orbit that is followed here is stable {ranges_text(dataset, gaps)}.")
+    return Answer(f"No orbit that is followed here is stable {ranges_text(dataset, gaps, known)}.")
 
 
 def cascade_answer(dataset: xr.Dataset) -> Answer | None:
@@ -229,14 +237,15 @@ def cascade_answer(dataset: xr.Dataset) -> Answer | None:
 
 
 def kinds_answer(dataset: xr.Dataset) -> Answer | None:
-    """Write how many bifurcations of each kind there are."""
+    """Write how many bifurcations of each kind there are, and what changes are; none of changes alone."""
     if not dataset.sizes["bifurcation"] and dataset.sizes["point"]:
         return Answer("No bifurcation is found on the branches.")
     places = {kind: at for kind, at in places_of(dataset).items() if kind != "end"}
-    if not places:
+    if not {*places} - {"change"}:
         return None
     texts = series(amount_text(at.size, kind) for kind, at in places.items())
-    return Answer(f"The branches have {texts}.")
+    rest = f"At a change {changing_text(dataset)}." if "change" in places else ""
+    return Answer(f"The branches have {texts}.", rest)
 
 
 def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:

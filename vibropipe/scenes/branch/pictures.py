@@ -26,7 +26,7 @@ from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor,
 from vibropipe.scenes.branch.stretches import arrows_of, jumps_of, stretches_of
 from vibropipe.scenes.kind import Picture
 from vibropipe.store.table import is_neutral
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
 MAX_TITLE = 85  # letters
 
@@ -61,6 +61,9 @@ def _alone(dataset: xr.Dataset, symbol: str) -> str:
     if not stable.any():
         return f"No orbit along {symbol} is stable"
     passed = f"Orbits along {symbol} pass {bifurcations_text(dataset)}"
+    if {*(places := places_of(dataset))} == {"change"}:
+        values = amount_text(places["change"].size, "value")
+        passed = capitalised(f"{changing_text(dataset)} at {values} of {symbol}")
     if kinds_present(dataset) and len(passed) <= MAX_TITLE:
         return passed
     return f"Stable and unstable orbits along {symbol}"

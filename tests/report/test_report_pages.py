@@ -197,6 +197,19 @@ def test_figures_are_a_little_smaller_where_that_saves_a_page(pages_of):
     assert min(sizes) >= MIN_TYPE
 
 
+def test_figures_are_a_little_smaller_where_that_closes_a_gap(pages_of):
+    path, texts = pages_of(11.0, [[9.6], [9.6], [9.6], [9.6]])
+    assert len(texts) == 3
+    assert "T2" in texts[0]
+    assert min(filled(path)[:-1]) > 0.75
+
+
+def test_a_heading_alone_is_measured_with_the_space_below_it(pages_of):
+    path, texts = pages_of(15.0, [[10.9], [11.4], [10.9]])
+    assert len(texts) == 3
+    assert filled(path)[1] > 0.95
+
+
 def test_rows_beside_the_answers_and_units_do_not_break(tmp_path):
     rows = [
         {"symbol": "C₁", "value": "100, 200, 800 N·s/mm", "words": "stiffness of support 1"},

@@ -38,14 +38,12 @@ def test_below_the_longest_period_alone_both_supports_are_struck(delta_over_l: f
 
 
 def test_findings_of_a_backbone_over_amplitude():
-    first, second = answers({"free": amplitude_frequency(0.01)})["free"]
+    (first,) = answers({"free": amplitude_frequency(0.01)})["free"]
     assert first.lead == "Free motions strike one support before both."
     assert first.rest == "One from amplitude 0.49 on, both from 0.51."
-    assert second.lead == "The frequency of the free motion reaches 3 here."
     faster = "With impacts the free motion is up to 3 times as fast as without"
     assert amplitude_title(amplitude_frequency(0.01)) == faster
-    assert second.rest == "That is at the largest amplitude."
-    (both, _) = answers({"free": amplitude_frequency(0.0)})["free"]
+    (both,) = answers({"free": amplitude_frequency(0.0)})["free"]
     assert both.lead == "Free motions strike both supports from amplitude 0.5 on."
 
 

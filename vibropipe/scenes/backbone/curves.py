@@ -70,6 +70,12 @@ def rows_of(
     return rows
 
 
+def drawn_kinds(dataset: xr.Dataset, show: Collection[str] = ()) -> list[str]:
+    """Return which of displacement and velocity have curves, or have any of `show`."""
+    names = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
+    return [name for name in names if rows_of(dataset, name, show)]
+
+
 def without_rounding(
     rows: list[tuple[str, NDArray[np.float64]]],
 ) -> list[tuple[str, NDArray[np.float64]]]:
@@ -92,9 +98,8 @@ def draw_parts(
 
 def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     """Draw rows: mean, first three harmonics; columns: displacement, velocity; or those of `show`."""
-    names = [name for name in ("displacement", "velocity") if f"{name}_mean" in dataset]
-    found = {name: without_rounding(rows_of(dataset, name, show)) for name in names}
-    columns = [name for name in names if found[name]]
+    columns = drawn_kinds(dataset, show)
+    found = {name: without_rounding(rows_of(dataset, name, show)) for name in columns}
     depth = max(len(found[name]) for name in columns)
     high = depth * (PANEL + GAP) - GAP
     figure = new_canvas(BOTTOM + high + TOP)

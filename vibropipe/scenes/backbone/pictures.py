@@ -22,6 +22,7 @@ from vibropipe.report.findings import value_text
 from vibropipe.scenes.backbone.curves import (
     draw_amplitude_frequency,
     draw_backbone,
+    drawn_kinds,
     first_strikes,
     longest_period,
 )
@@ -31,12 +32,12 @@ from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.parameters import or_default
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS, held_name
-from vibropipe.words.wording import capitalised, series
+from vibropipe.words.wording import series
 
 PARAMETERS_OF_FREE = ("l", "delta", "load")
 
 
-def describe_backbone(dataset: xr.Dataset) -> str:
+def describe_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the curves of eq. (10), with the periods where they end."""
     ends = []
     period = held_name(dataset, "tau_bar")
@@ -46,35 +47,32 @@ def describe_backbone(dataset: xr.Dataset) -> str:
             longest = longest_period(dataset, float(value))
             offset = f"{PLAIN_SYMBOLS['delta_over_l']} = {format_number(float(value))}"
             ends.append(f"{value_text(dataset[period], longest)} at {offset}")
+    names = {"tau_bar": "the period", "omega_bar": "the frequency"}
+    against = series(sided([words for name, words in names.items() if not show or name in show]))
     return sentences(
-        "Relative velocity before the impact on support 1 by eq. (10), against the period (left) "
-        "and the frequency (right) of free vibration with impacts on both supports",
+        f"Relative velocity before the impact on support 1 by eq. (10), against {against} of free vibration with "
+        "impacts on both supports",
         f"Both supports are struck at every period below {series(ends)}" if ends else "",
         "Markers: simulated motions" if f"simulated_{period}" in dataset else "",
     )
 
 
-def describe_amplitude_frequency(dataset: xr.Dataset) -> str:
-    """Return the caption over amplitude: which supports are struck, up to which frequency."""
-    amplitude, regime = dataset["amplitude"], dataset["regime"].values
-    (near, far), last = first_strikes(dataset), float(amplitude.max())
-    least = value_text(dataset["eigenfrequency"], float(dataset["eigenfrequency"].min()), 3)
-    texts = []
-    if (regime == Regime.NO_IMPACT).any():
-        texts.append(
-            f"below A = {value_text(amplitude, near)} no support is reached and the frequency is {least}"
-        )
-    one = set(regime.tolist()) & {Regime.ONE_SIDED_1, Regime.ONE_SIDED_2}
-    if one:
-        end = f" up to A = {value_text(amplitude, far)}" if last > far else ""
-        texts.append(f"{'then ' if texts else ''}only support {int(min(one))} is struck{end}")
-    if (regime == Regime.TWO_SIDED).any():
-        texts.append(f"{'then ' if texts else ''}both supports are struck and the frequency rises")
-    text = series(texts)
+def sided(words: Sequence[str]) -> list[str]:
+    """Return the words of two panels with the side on which each is; of one alone, its words."""
+    if len(words) < 2:
+        return [*words]
+    return [f"{text} ({side})" for text, side in zip(words, ("left", "right"), strict=True)]
+
+
+def describe_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the caption over amplitude: what is drawn, and which supports are struck in which parts of a curve."""
+    struck = {*dataset["regime"].values.tolist()}
+    one = [support for support in (1, 2) if Regime[f"ONE_SIDED_{support}"] in struck]
+    curves = series(sided(drawn_kinds(dataset, show)))
     return sentences(
-        "Constant part and first harmonics of displacement (left) and velocity (right) of the free "
-        "motion against its frequency",
-        capitalised(text),
+        f"Free motion against its frequency: {curves}",
+        "Dashed: no support is struck" if Regime.NO_IMPACT in struck else "",
+        *(f"On grey: only support {support} is struck" for support in one),
         symmetry_text(dataset),
         ", ".join(plain_value(dataset[n]) for n in PARAMETERS_OF_FREE if n in dataset.coords),
     )
@@ -170,7 +168,7 @@ def describe_characteristics(
 ) -> str:
     """Return the caption of the same."""
     if not together:
-        return describe_amplitude_frequency(dataset)
+        return describe_amplitude_frequency(dataset, show)
     return describe_overlay(*free_and_forced(dataset, together))
 
 
@@ -195,7 +193,7 @@ PICTURES = (
     Picture(
         "backbone",
         draw_backbone,
-        lambda dataset, show: describe_backbone(dataset),
+        describe_backbone,
         lambda dataset: "velocity_over_l" in dataset,
         keywords=showing,
         titled=lambda dataset, show: backbone_title(dataset),

@@ -4,8 +4,7 @@ from __future__ import annotations
 
 import xarray as xr
 
-from vibropipe.figures.claims import rising_text
-from vibropipe.report.findings import largest, symbol_text, value_text
+from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import Answer, of_each
 from vibropipe.scenes.backbone.curves import first_strikes, longest_period
 from vibropipe.scenes.kind import ReportPart
@@ -30,7 +29,7 @@ def law_answers(dataset: xr.Dataset) -> list[Answer]:
 
 
 def amplitude_answers(dataset: xr.Dataset) -> list[Answer]:
-    """Return from which amplitudes the supports are struck, and how far the frequency rises."""
+    """Return from which amplitudes the supports are struck."""
     limits = first_strikes(dataset)
     near, far = (value_text(dataset["amplitude"], limit) for limit in limits)
     lead, rest = f"Free motions strike both supports from amplitude {near} on.", ""
@@ -40,17 +39,7 @@ def amplitude_answers(dataset: xr.Dataset) -> list[Answer]:
     elif near != far:
         lead = "Free motions strike one support before both."
         rest = f"One from amplitude {near} on, both from {far}."
-    return [Answer(lead, rest), *frequency_answers(dataset)]
-
-
-def frequency_answers(dataset: xr.Dataset) -> list[Answer]:
-    """Return how far the frequency rises over the amplitudes of a dataset; none if it does not."""
-    frequency = dataset["eigenfrequency"]
-    top = largest(frequency)
-    if top is None or not rising_text(frequency, top, ("amplitude",)):
-        return []
-    lead = f"The frequency of the free motion reaches {value_text(frequency, top, 3)} here."
-    return [Answer(lead, "That is at the largest amplitude.")]
+    return [Answer(lead, rest)]
 
 
 answers = of_each(

@@ -19,6 +19,7 @@ from vibropipe.figures.text import (
     axis_label,
     format_number,
     in_brackets,
+    measured,
     parameters_text,
     sentences,
 )
@@ -96,7 +97,7 @@ def draw_bars(ax: Axes, terms: list[tuple[str, xr.DataArray, float]]) -> None:
         ax.bar(position, value, linewidth=0, width=0.6, **style)
     for position, value in enumerate(values):
         ax.annotate(
-            format_number(value, 3), (position, value), (0, 2 if value >= 0 else -2),
+            measured(value), (position, value), (0, 2 if value >= 0 else -2),
             textcoords="offset points", ha="center", va="bottom" if value >= 0 else "top",
             fontsize=SMALL,
         )  # fmt: skip

@@ -15,7 +15,6 @@ from vibropipe.figures.style import keep_zero_scale
 from vibropipe.figures.text import (
     axis_label,
     clock,
-    is_forced,
     parameters_text,
     sentences,
     with_units,
@@ -96,15 +95,11 @@ def draw_section(dataset: xr.Dataset) -> Figure:
 
 
 def portrait_title(dataset: xr.Dataset) -> str:
-    """Write how fast the mass is, and whether its path repeats."""
+    """Write how fast the mass is, in what the picture shows."""
     velocity = dataset["velocity"]
     speeds = np.abs(np.concatenate([velocity.values, impacts_of(dataset).before]))
     fastest = with_units(velocity, at_most(float(speeds.max()), 4))
-    text = f"In the phase plane no sample or impact is faster than {fastest}"
-    multiple = int(dataset["period_multiple"]) if "period_multiple" in dataset else 0
-    if multiple and is_forced(dataset):
-        return f"{text}; the steady state repeats after {count(multiple, 'forcing period')}"
-    return text
+    return f"In the phase plane no sample or impact is faster than {fastest}"
 
 
 def section_title(dataset: xr.Dataset) -> str:

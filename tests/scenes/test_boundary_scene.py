@@ -89,9 +89,9 @@ def test_the_picture_draws_every_curve_over_the_regimes(study, datasets):
     shown = {text.get_text() for text in ax.texts}
     assert {"no impact", "each support struck once a period"} & shown
     caption = picture.describe(dataset, scene.figure, datasets)
-    curves = np.unique(dataset["curve_id"]).size
-    assert f"{amount_text(curves, 'curve').capitalize()}: " in caption
-    assert "part the motions" in picture.title(dataset, scene.figure, datasets)
+    assert "curve: " not in caption  # the answer has their number
+    assert "curves: " not in caption
+    assert "Motions change at " in picture.title(dataset, scene.figure, datasets)
     assert not picture.draw(dataset, None, {}).axes[0].collections
 
 
@@ -170,7 +170,7 @@ def test_the_answers_count_curves_and_meetings(datasets):
     dataset = datasets["borders"]
     curves, meet = answers({"borders": dataset})["borders"]
     number = np.unique(dataset["curve_id"]).size
-    assert curves.lead == f"{amount_text(number, 'curve').capitalize()} part the motions."
+    assert curves.lead == f"Motions change along {amount_text(number, 'curve')}."
     assert curves.rest.startswith(("Among them are ", "They are "))
     assert re.fullmatch(r"Curves meet in at least [a-z-]+ points?\.", meet.lead)
     assert re.fullmatch(

@@ -136,7 +136,7 @@ def test_one_kind_of_boundary():
     assert figure.axes[0].get_xlim() == (1.0, 1.5)
     assert [list(line.get_xdata()) for line in figure.axes[0].lines] == [[1.2, 1.5], []]
     caption = picture_of("boundary", dataset).describe(dataset, options, {})
-    assert "One curve: one fold. Not drawn: grazing." in caption
+    assert "Not drawn: grazing." in caption
     assert "curves meet" not in caption.lower()
     whole = picture_of("boundary", dataset).describe(dataset, None, {})
     assert "Not drawn" not in whole

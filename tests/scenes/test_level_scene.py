@@ -93,7 +93,7 @@ def test_values_stand_on_their_lines(study, datasets):
     assert f"{WORDS} = 0.5" in caption
     assert "amplitude of harmonic 1 = 0.3" in caption
     assert picture.title(dataset, scene.figure, datasets) == (
-        f"Folds part the motions; levels of amplitude of harmonic 1 and {WORDS}"
+        f"Motions change at folds; levels of amplitude of harmonic 1 and {WORDS}"
     )
 
 

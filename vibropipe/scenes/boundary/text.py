@@ -66,11 +66,11 @@ def without_levels(dataset: xr.Dataset) -> xr.Dataset:
 def title_boundaries(
     dataset: xr.Dataset, regimes: xr.Dataset | None = None, show: Collection[str] = ()
 ) -> str:
-    """Return the title: which bifurcations part the motions and which levels there are; else that of the scene."""
+    """Return the title: at which bifurcations motions change and which levels there are; else that of the scene."""
     shown = of_kinds(dataset, show)
     kinds = series(f"{name}s" for name in kinds_present(without_levels(shown)))
     levels = [level for _number, level in level_numbers(shown)]
-    titles = [f"{kinds} part the motions"] if kinds else []
+    titles = [f"motions change at {kinds}"] if kinds else []
     if len(levels) == 1:
         titles.append(f"where the {levels[0].words} is {levels[0].value}")
     elif levels:
@@ -92,7 +92,7 @@ def describe_boundaries(
     return sentences(
         f"Curves of {series(what)} of orbits over {x} and {y}"
         + ("; thin: of an unstable orbit" if unstable else ""),
-        curves_text(dataset),
+        "" if dataset.sizes["point"] else curves_text(dataset),
         f"Levels: {'; '.join(levels)}" if levels else "",
         f"Not drawn: {series(left_out)}" if left_out else "",
         f"Circles: curves meet{change_text(dataset)}" if marks(dataset).any() else "",
@@ -132,11 +132,11 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     lead, _, kinds = curves_text(dataset).partition(": ")
     if not kinds:
         return [Answer(f"{lead} within the ranges that were searched.")]
-    verb, they = ("parts", "It is") if lead.startswith("One ") else ("part", "They are")
+    they = "It is" if lead.startswith("One ") else "They are"
     first = kinds.partition(",")[0]
     are = "is" if first.startswith("one ") else "are"
     rest = f"{they} {kinds}." if "," not in kinds else f"Among them {are} {first}."
-    answers = [Answer(f"{lead} {verb} the motions.", rest)]
+    answers = [Answer(f"Motions change along {lead.lower()}.", rest)]
     met, rest = meetings_text(dataset)
     if met:
         answers.append(Answer(f"Curves meet in at least {met}.", rest))

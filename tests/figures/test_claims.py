@@ -62,7 +62,7 @@ AXIS = xr.DataArray([2.515, 2.52, 2.525, 2.53], dims="nu", name="nu")
 
 
 def test_a_border_lies_between_two_rows() -> None:
-    assert between_text(AXIS, 2.52, 2.515) == "between ν = 2.515 and 2.52"
+    assert between_text(AXIS, 2.52, 2.515) == "between ν = 2.515 and 2.520"
     units = AXIS.rename("omega").assign_attrs(units="rad s-1")
     assert between_text(units, 251.3274, 251.3281) == "between ω = 251.3274 and 251.3281 rad/s"
 
@@ -70,7 +70,7 @@ def test_a_border_lies_between_two_rows() -> None:
 @pytest.mark.parametrize(
     ("mask", "text"),
     [
-        ([0, 1, 1, 0], "only between ν = 2.515 and 2.53"),
+        ([0, 1, 1, 0], "only between ν = 2.515 and 2.530"),
         ([1, 1, 0, 0], "only below ν = 2.525"),
         ([0, 0, 0, 1], "only above ν = 2.525"),
         ([1, 0, 0, 1], ""),

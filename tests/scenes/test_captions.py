@@ -6,7 +6,7 @@ from drawing import caption, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import motion, sweep
 
-from vibropipe.figures.text import format_number
+from vibropipe.figures.text import digits
 from vibropipe.scenes.backbone.pictures import describe_amplitude_frequency
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
 from vibropipe.scenes.motion.findings import answers
@@ -102,7 +102,7 @@ def test_captions_of_maps_name_what_has_no_label_and_the_largest_values(made):
     orbits = dataset["regime"] < Regime.APERIODIC
     top = float(dataset["impact_velocity_max"].where(orbits).max())
     assert (
-        f"Largest in size of each map, in orbits: {format_number(top, 3)} (largest velocity before impact"
+        f"Largest in size of each map, in orbits: {digits(top)} (largest velocity before impact"
         in text
     )
 

@@ -171,4 +171,4 @@ def test_a_housing_that_stays_is_not_said_to_creep():
     moving = maps.assign(housing_velocity_mean=("attractor_id", [-1e-17, -0.02], {"units": "1"}))
     moving["housing_velocity_max"][1] = 0.4
     (told,) = creep_answers(moving)
-    assert told.lead == "The housing creeps at 0.02 against x on B."
+    assert told.lead == "The housing creeps at 0.0200 against x on B."

@@ -273,7 +273,7 @@ def test_ranges_along_a_line_and_energies_are_tables():
         ["0.9 … 1.1", "both supports struck", "1", "1.1"],
         ["1.2", "both supports struck", "2", "1.2"],
         ["1.3 … 1.6", "both supports struck", "1", "1.6"],
-        ["1.7 … 2", "no impact", "1", "–"],
+        ["1.7 … 2.0", "no impact", "1", "–"],
     ]
     assert energies.rows[0] == ["work of the force", "0.1 … 0.2"]
     assert energies.rows[3] == ["loss by friction", "0.025 … 0.05"]
@@ -371,7 +371,7 @@ def cascade(*multiples: int) -> xr.Dataset:
     ("multiples", "told"),
     [
         ((0, 8, 4, 2, -1, 1), "With falling ν the period doubles three times before aperiodic motion. "
-                              "First between ν = 1.7 and 2."),
+                              "First between ν = 1.7 and 2.0."),
         ((1, 3, 6, 12, 0, 1, 2, 0), "With rising ν the period doubles twice before aperiodic motion. "
                                     "First between ν = 1.3 and 1.4."),
         ((1, 2, 4, 8), ""), ((1, 2, 0, 4, 8), ""), ((1, 2, 4, 3, 0), ""),
@@ -391,7 +391,7 @@ def test_the_rows_of_each_period_of_a_way_to_chaos_are_a_table():
     (table,) = tables({"s": falling})
     assert table.title == "How the period doubles as ν falls"
     assert table.rows == [
-        ["1", "2.1 … 2"], ["2", "1.7 … 1.6"], ["4", "1.5 … 1.4"], ["8", "1.3 … 1.2"], ["aperiodic", "1.1"]
+        ["1", "2.1 … 2.0"], ["2", "1.7 … 1.6"], ["4", "1.5 … 1.4"], ["8", "1.3 … 1.2"], ["aperiodic", "1.1"]
     ]  # fmt: skip
 
 

@@ -7,6 +7,7 @@ true of the number itself. A value of a grid is no border: that lies between two
 from __future__ import annotations
 
 import math
+import re
 from collections.abc import Hashable, Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
 
@@ -53,13 +54,49 @@ def _rounded(value: float, digits: int, rounding: str) -> float:
     return float(context.plus(EXACT.create_decimal_from_float(value)))
 
 
+# Text that is one number: sign, whole part, decimals, per cent.
+_NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
+
+
+def even_digits(cells: list[str]) -> list[str]:
+    """Return texts, of a column or of both ends of a range, whose numbers have their last zeros.
+
+    These are as many digits as most of those with decimals have.
+
+    >>> even_digits(["0.652", "0.4466", "0.1782", "–"])
+    ['0.6520', '0.4466', '0.1782', '–']
+    >>> even_digits(["24", "8.9", "7"])
+    ['24', '8.9', '7.0']
+    """
+    found = [_NUMBER.fullmatch(cell) for cell in cells]
+    digits = [
+        len(re.sub(r"\D", "", cell).lstrip("0")) if match else 0
+        for cell, match in zip(cells, found, strict=True)
+    ]
+    decimals = [len(match[3] or ".") - 1 if match else 0 for match in found]
+    broken = sorted((n for n, places in zip(digits, decimals, strict=True) if places), reverse=True)
+    if not broken:
+        return cells
+    usual, texts = max(broken, key=broken.count), []
+    for cell, match, n, places in zip(cells, found, digits, decimals, strict=True):
+        zeros = min(usual - n, max(decimals) - places)
+        if match is None or not n or zeros < 1:
+            texts.append(cell)
+        else:
+            texts.append(
+                f"{match[1] or ''}{match[2]}{match[3] or '.'}{'0' * zeros}{match[4] or ''}"
+            )
+    return texts
+
+
 def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
     """Write both ends of an interval, rounded outwards, with as many digits as show most of its width."""
     for number in range(digits, MOST_DIGITS + 1):
         first, last = _rounded(low, number, ROUND_FLOOR), _rounded(high, number, ROUND_CEILING)
         if abs((last - first) - (high - low)) <= 0.2 * (high - low):
             break
-    return format_number(first, number), format_number(last, number)
+    low_text, high_text = even_digits([format_number(end, number) for end in (first, last)])
+    return low_text, high_text
 
 
 def between_text(axis: xr.DataArray, one: float, other: float) -> str:

@@ -328,5 +328,11 @@ def departure(dataset: xr.Dataset) -> float:
 
 
 def digits(value: float) -> str:
-    """Write a number with three significant digits, in full from 100 to 1e6."""
-    return f"{value:.0f}" if 100 <= value < 1e6 else format_number(value, 3)
+    """Write a computed number with three significant digits, in full from 100 to 1e6; whole ones without decimals.
+
+    >>> digits(1098.4), digits(1.4001), digits(-0.2101), digits(2.0)
+    ('1,098', '1.40', '−0.210', '2')
+    """
+    if 100 <= value < 1e6:
+        return f"{value:,.0f}"
+    return format_number(value) if float(value).is_integer() else measured(value)

@@ -12,6 +12,7 @@ from typing import Any
 
 import xarray as xr
 
+from vibropipe.figures.claims import even_digits
 from vibropipe.figures.units import LOWERED
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
@@ -81,39 +82,6 @@ class Table:
             "widths": list(widths),
             "left": self.left,
         }
-
-
-# A cell that is one number: sign, whole part, decimals, per cent.
-_NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
-
-
-def even_digits(cells: list[str]) -> list[str]:
-    """Return a column whose numbers have their last zeros: as many digits as most of those with decimals.
-
-    >>> even_digits(["0.652", "0.4466", "0.1782", "–"])
-    ['0.6520', '0.4466', '0.1782', '–']
-    >>> even_digits(["24", "8.9", "7"])
-    ['24', '8.9', '7.0']
-    """
-    found = [_NUMBER.fullmatch(cell) for cell in cells]
-    digits = [
-        len(re.sub(r"\D", "", cell).lstrip("0")) if match else 0
-        for cell, match in zip(cells, found, strict=True)
-    ]
-    decimals = [len(match[3] or ".") - 1 if match else 0 for match in found]
-    broken = sorted((n for n, places in zip(digits, decimals, strict=True) if places), reverse=True)
-    if not broken:
-        return cells
-    usual, texts = max(broken, key=broken.count), []
-    for cell, match, n, places in zip(cells, found, digits, decimals, strict=True):
-        zeros = min(usual - n, max(decimals) - places)
-        if match is None or not n or zeros < 1:
-            texts.append(cell)
-        else:
-            texts.append(
-                f"{match[1] or ''}{match[2]}{match[3] or '.'}{'0' * zeros}{match[4] or ''}"
-            )
-    return texts
 
 
 def told_once(table: Table, whose: str) -> Table:

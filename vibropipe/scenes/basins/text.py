@@ -217,7 +217,7 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
         which = "it" if len(lost) == 1 else "one of them"
         rest = f"Of the impulses tried, the least that ended {which} is {least_text}."
         return [Answer(lead, rest)]
-    steps = f"steps of {with_units(dataset['v0'], digits(step))}"
+    steps = f"steps of {with_units(dataset['v0'], format_number(step, 3))}"
     if least < step:
         whose = "its" if len(lost) == 1 else "their"
         rest = f"Beside {whose} states, the map ({steps} in velocity) has starts that settle elsewhere."
@@ -277,7 +277,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += (
             f"Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states of "
             "the motion lead back, rounded down, 0 for less than a step of the map, "
-            f"{with_units(speed, digits(step_of(dataset)))}."
+            f"{with_units(speed, format_number(step_of(dataset), 3))}."
         )
     if beyond:
         note += " With ≥: to the end of the map."
@@ -311,7 +311,7 @@ def knock_text(knock: float, step: float, ends: bool = False) -> str:
     unit = 10.0 ** (math.floor(math.log10(knock)) - 1)
     units = knock / unit
     units = math.ceil(units * (1 - 1e-12)) if ends else math.floor(units * (1 + 1e-12))
-    return digits(unit * units)
+    return format_number(unit * units)
 
 
 def proved_text(value: xr.DataArray) -> str:

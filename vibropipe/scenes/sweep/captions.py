@@ -10,13 +10,15 @@ import xarray as xr
 from vibropipe.figures.motion_words import aperiodic_text
 from vibropipe.figures.text import (
     NO_CURVES,
+    digits,
     grid_with_units,
     parameters_text,
     plain_symbol_of,
     reasons_text,
     sentences,
+    with_units,
 )
-from vibropipe.report.findings import largest, value_text
+from vibropipe.report.findings import largest
 from vibropipe.scenes.sweep.laws import Region, regions_of
 from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, combinations_drawn, fitting_panels
 from vibropipe.scenes.sweep.lines import has_arrows, lines_of
@@ -208,7 +210,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     _, _, further = map_axes(dataset)
     tops = [(largest(of_orbits(dataset, each)), series_words(dataset, each)) for each in found]
     largest_values = [
-        f"{value_text(top, top, 3)} ({words.split(' of ')[0]})"
+        f"{with_units(top, digits(float(top)))} ({words.split(' of ')[0]})"
         for top, words in tops
         if top is not None
     ]

@@ -8,6 +8,7 @@ from itertools import groupby
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import even_digits
 from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
@@ -78,11 +79,13 @@ def doublings_table(label: str, dataset: xr.Dataset, doubles: Doublings) -> Tabl
     """Return the rows of each period on a way of doublings to aperiodic motion."""
     axis = dataset[axis_of(dataset)]
     symbol, way = symbol_text(axis), "falls" if doubles.is_falling else "rises"
+    ends = [end for _, *both in doubles.runs for end in both]
+    texts = even_digits([format_number(end, 5) for end in (*ends, doubles.end)])
     rows = [
-        [str(m), " … ".join(dict.fromkeys(format_number(end, 5) for end in ends))]
-        for m, *ends in doubles.runs
+        [str(m), " … ".join(dict.fromkeys(both))]
+        for (m, *_), *both in zip(doubles.runs, texts[::2], texts[1::2], strict=False)
     ]
-    rows.append(["aperiodic", format_number(doubles.end, 5)])
+    rows.append(["aperiodic", texts[-1]])
     note = (
         f"First and last row of each period, and the first aperiodic row. {between_rows(dataset)}"
     )
@@ -122,8 +125,7 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
     kept = sorted(sorted(runs, key=lambda run: run[1] - run[2])[:MAX_ROWS], key=lambda run: run[1])
     rows = []
     for (code, m), low, high in kept:
-        values = [format_number(float(line[axis].values[n]), 5) for n in (low, high)]
-        cells = [" … ".join(dict.fromkeys(values)), words[code]]
+        cells = [ends_text(line[axis].values[[low, high]]), words[code]]
         cells += [str(m) if m > 0 else DASH] if has_period else []
         if has_velocity:
             cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
@@ -150,6 +152,11 @@ def hardest_text(rows: xr.Dataset) -> str:
     return format_number(float(values.max()), DIGITS) if values.size else DASH
 
 
+def ends_text(ends: np.ndarray) -> str:
+    """Write the first and the last row of a range; a single row once."""
+    return " … ".join(dict.fromkeys(even_digits([format_number(float(end), 5) for end in ends])))
+
+
 def lines_table(label: str, dataset: xr.Dataset) -> Table:
     """Return the outermost rows with impacts of each line, and the hardest impact of its orbits."""
     axis = axis_of(dataset)
@@ -161,8 +168,7 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     rows = []
     for point, line in lines_of(dataset, "impact_velocity_max"):
         struck = np.flatnonzero(strikes(line).values)
-        values = line[axis].values[struck[[0, -1]]] if struck.size else ()
-        ends = " … ".join(dict.fromkeys(format_number(float(v), 5) for v in values)) or DASH
+        ends = ends_text(line[axis].values[struck[[0, -1]]]) if struck.size else DASH
         cells = [point, ends, share_text(struck.size, line.sizes[axis])]
         rows.append([*cells, hardest_text(line)] if has_velocity else cells)
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])

@@ -88,8 +88,8 @@ def test_the_answers_say_where_common_methods_fail():
     found = answers_of(failures())
     assert [answer.lead for answer in found] == [
         "Grazing: vibropipe's exact method finds all 3 impacts.",
-        "Chatter: the time of its end is off by at most 2.3 × 10⁻¹⁴ of it, for a restitution up to 0.9.",
-        "A million impacts: the energy is off by at most 4.3 × 10⁻¹⁰ of it if marched.",
+        "Chatter: the time of its end is off by at most 2.3 × 10⁻¹⁴ of it, up to a restitution of 0.9.",
+        "A million impacts: the marched energy is off by at most 4.3 × 10⁻¹⁰ of it.",
     ]
     assert (
         found[0].rest == "DOP853 with events misses 2 of them, and none once its steps are short; "

@@ -73,8 +73,10 @@ def test_steps_whose_force_is_in_no_table_are_drawn_apart(one):
     assert told not in picture_of("accuracy", others).describe(others, None, {})
     # the price of a digit is that of steps from the table
     steps = answers(one)[1]
-    assert steps.lead.startswith("Newmark's method, its force read from a table: ")
-    assert steps.rest == "The most accurate of these runs leaves 0.0013."
+    assert steps.lead.startswith("Newmark's method: ")
+    assert steps.rest == (
+        "This holds near its most accurate run with a tabulated force, which leaves 0.0013."
+    )
 
 
 def test_several_motions_have_a_panel_each_and_what_fails_is_a_cross(work_precision):
@@ -138,9 +140,9 @@ def test_answers_say_what_accuracy_costs(one):
     # 10 ns a step: ten steps would take as long, of which none was tried
     assert exact.rest == ""
     # from 5/16^2 to 5/256^2, 16 times the time: sqrt(10) for each digit
-    assert steps.lead == "Newmark's method: 3.2 times the time for the last digit."
+    assert steps.lead == "Newmark's method: 3.2 times the time for one more digit."
     assert packages.lead == "scipy's RK45: at least 1,000 times as long."
-    assert packages.rest == "That run leaves an error of 0.001."
+    assert packages.rest == "Its fastest run leaves an error of 0.001."
     one["time_per_period"][0, 2, 0] = 170.0
     assert answers(one)[0].rest == (
         "In that time, Newmark's method with impacts at the ends of steps leaves an error of 3.2 %."

@@ -179,7 +179,7 @@ def in_that_time(one: xr.Dataset, time: float) -> str:
 
 
 def price_of_steps(one: xr.Dataset) -> Answer:
-    """Return what Newmark's method asks for the last digit, while its force is read from a table."""
+    """Return what one more digit takes by Newmark's method, while its force is read from a table."""
     if "newmark" not in one["method"].values:
         return Answer("")
     limit = one.attrs.get("tabulated_steps", np.inf)
@@ -189,9 +189,10 @@ def price_of_steps(one: xr.Dataset) -> Answer:
     if not np.isfinite(factor):
         return Answer("")
     has_more = cheap.sizes["setting"] < one.sizes["setting"]
-    these = ", its force read from a table" if has_more else ""
-    lead = f"Newmark's method{these}: {multiple_text(factor)} times the time for the last digit."
-    return Answer(lead, f"The most accurate of these runs leaves {error_text(error.min())}.")
+    which = " with a tabulated force" if has_more else ""
+    lead = f"Newmark's method: {multiple_text(factor)} times the time for one more digit."
+    rest = f"This holds near its most accurate run{which}, which leaves {error_text(error.min())}."
+    return Answer(lead, rest)
 
 
 def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
@@ -207,7 +208,7 @@ def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
     lead = f"{capital(NAMES[name])}: at least {multiple_text(time / exact_time, np.floor)} times as long."
     others = [m for m in runs if m != name]
     tail = f"; no run of {names_text(others)} is faster" if others else ""
-    return Answer(lead, f"That run leaves an error of {error_text(error)}{tail}.")
+    return Answer(lead, f"Its fastest run leaves an error of {error_text(error)}{tail}.")
 
 
 def names_text(methods: Iterable[str]) -> str:

@@ -69,8 +69,8 @@ def on_chatter(dataset: xr.Dataset) -> Answer:
     if (outcome != Outcome.OK).any():
         return Answer("Chatter: its end is not found for every restitution.")
     R = format_number(float(dataset["restitution"].values.max()), 2)
-    off = f"off by at most {size_text(error.max())} of it"
-    lead = f"Chatter: the time of its end is {off}, for a restitution up to {R}."
+    off = f"off by at most {size_text(error.max())}"
+    lead = f"Chatter: the time of its end is {off} of it, up to a restitution of {R}."
     other = errors_of(dataset, "chatter", "DOP853")[1]
     stuck = "DOP853 with events never comes to rest: it is stuck before."
     return Answer(lead, stuck if (other != Outcome.OK).all() else "")
@@ -81,8 +81,7 @@ def on_energy(dataset: xr.Dataset) -> Answer:
     error = errors_of(dataset, "energy", "exact")[0]
     if not np.isfinite(error[-1]):
         return Answer("A million impacts: the exact method does not finish them.")
-    off = f"off by at most {size_text(error[-1])} of it"
-    lead = f"A million impacts: the energy is {off} if marched."
+    lead = f"A million impacts: the marched energy is off by at most {size_text(error[-1])} of it."
     closed = errors_of(dataset, "energy", "closed")[0]
     rest = "The closed form, used without losses and force, does not drift."
     return Answer(lead, rest if closed.max() <= np.finfo(float).eps else "")

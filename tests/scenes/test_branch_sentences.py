@@ -215,7 +215,7 @@ def test_mirror_images_are_told_apart_from_motions_in_the_same_words():
 
 def test_a_border_has_the_same_digits_everywhere():
     together = share_together(shares(1.05432, 1.25678))
-    assert together.lead == "The start decides which motion settles from ν = 1.054 to ν = 1.257."
+    assert together.lead == "The start decides which motion settles from ν = 1.054 to 1.257."
     assert re.fullmatch(r"There A \(.*\) and B \(.*\) coexist\.", together.rest)
     assert "from at least ν = 1.1 to at least ν = 1.2" in share_together(shares()).lead
     motions = stretch(1.05432, 1.65678, 0.4, "a", "fold", ""), stretch(1.0, 1.7, 0.1, "b", "", "")

@@ -113,6 +113,8 @@ def together_answer(dataset: xr.Dataset) -> Answer:
         _place(axis, border, rounded)
         for border, rounded in zip(ranges[0], (at_most, at_least), strict=True)
     ]
+    if all(place.startswith(f"{symbol} = ") for place in places):
+        places[1] = places[1].removeprefix(f"{symbol} = ")
     ways = "from", "to" if places[0] else "up to"
     texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
     where = " ".join(texts) or f"at all values of {symbol}"

@@ -107,7 +107,11 @@ def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     where = "of those in the borders" if is_crowded else "on the borders"
     lines = f", and thin lines: the starts that approach {'it' if orbits == 1 else 'them'}"
     lines = lines if has_lines else ""
-    return states, f"Red crosses: {amount_text(orbits, 'unstable orbit')} {where}{lines}"
+    amount = int(np.isfinite(dataset["border_point_displacement"].values).sum())
+    return (
+        states,
+        f"Red cross{'es' * (amount != 1)}: {amount_text(orbits, 'unstable orbit')} {where}{lines}",
+    )
 
 
 def missing_text(dataset: xr.Dataset) -> str:

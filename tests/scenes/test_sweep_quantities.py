@@ -27,7 +27,13 @@ from vibropipe.scenes.sweep.laws import MORE, OTHER, chosen_rows, laws_of, regio
 from vibropipe.scenes.sweep.lines import BAR_NAME
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.neighbours import jump_steps
-from vibropipe.scenes.sweep.quantities import axis_and_others, directions, panels_of, swept
+from vibropipe.scenes.sweep.quantities import (
+    axis_and_others,
+    directions,
+    fitted_label,
+    panels_of,
+    swept,
+)
 from vibropipe.scenes.sweep.report import tables
 from vibropipe.scenes.sweep.titles import map_title, quantities_title
 from vibropipe.words.regimes import Regime
@@ -259,6 +265,13 @@ def test_titles_of_maps_say_what_is_seen():
     ends = f"ν = {corner['nu'].values[0]:.4g}, f = {f[0]:.4g}, the ends of their ranges"
     assert quantities_title(corner.transpose(*kept.dims)).endswith(ends)
     assert "White is 0, orange positive, towards support 1" in describe_quantities(kept)
+
+
+def test_the_label_of_a_narrow_axis_keeps_the_symbol():
+    force = xr.DataArray(0.0, name="F", attrs={"units": "N"})
+    assert [fitted_label(force, width) for width in (7.0, 3.5, 1.0)] == [
+        "amplitude of excitation $F$ (N)", "amplitude $F$ (N)", "$F$ (N)",
+    ]  # fmt: skip
 
 
 def test_the_title_of_maps_says_that_a_value_lies_at_an_end_in_few_letters_too():

@@ -240,10 +240,11 @@ def fitted_title(dataset: xr.Dataset, series: Series, width_cm: float) -> str:
 
 
 def fitted_label(array: xr.DataArray, width_cm: float) -> str:
-    """Return words, symbol and units of a coordinate as far as they fit on a line."""
+    """Return words, symbol and units of a coordinate as far as they fit on a line; the symbol says of what it is."""
     words, symbol = axis_label(array).partition("$")[0].partition(" (")[0].strip(), symbol_of(array)
     both = words if symbol == words else f"{words} {symbol}".strip()  # equal of a name of one's own
-    return _fitted([both, words, symbol or words], array, width_cm)
+    short = f"{words.partition(' of ')[0]} {symbol}" if symbol != words else words
+    return _fitted([both, short, words, symbol or words], array, width_cm)
 
 
 def _fitted(texts: list[str], array: xr.DataArray, width_cm: float) -> str:

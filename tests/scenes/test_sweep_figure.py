@@ -13,7 +13,7 @@ from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES
 from vibropipe.scenes.keys.parts import MAX_LINES
-from vibropipe.scenes.sweep import line_names
+from vibropipe.scenes.sweep import curves, line_names
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
@@ -76,6 +76,31 @@ def test_names_of_lines_keep_off_other_lines_and_jumps():
             )
             assert not inside.any()
     assert len(ax.texts) == 3
+
+
+def test_lines_are_named_once_the_limits_of_their_panel_are_known(made, monkeypatch):
+    seen = []
+
+    def limits(ax):
+        return *ax.get_xlim(), *ax.get_ylim()
+
+    def kept(ax, lines, others=()):
+        seen.extend([(ax, limits(ax))] if lines else [])
+
+    monkeypatch.setattr(curves, "label_lines", kept)
+    draw_sweep(made["line"][1])
+    assert seen
+    assert all(limits(ax) == then for ax, then in seen)
+
+
+def test_a_name_beside_a_line_is_close_to_it_and_off_the_frame():
+    x = np.linspace(0.0, 1.0, 101)
+    ax = axes(new_canvas(5), 1, 1, 8, 1.7)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    label_lines(ax, [Named(x, 0.4 + 0.1 * x, "line", "k"), Named(x, 0.0 * x, "other", "k")])
+    box = ax.texts[0].get_window_extent().transformed(ax.transData.inverted())
+    assert 0.0 < box.y0 - (0.4 + 0.1 * box.x1) < 0.12  # 0.2 cm
+    assert 0.02 < box.y0 < box.y1 < 0.98
 
 
 def test_names_of_lines_of_many_points_are_written_at_once(monkeypatch):

@@ -66,6 +66,7 @@ from vibropipe.words.vocabulary import OF_SOFT
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.
 HIGH_SHARE, HIGH = 0.99, 2.0
 ALIKE: Any = (0, (3, 2))
+Curve = tuple[np.ndarray, np.ndarray]
 BACKBONE: dict[str, Any] = {
     "color": HAIRLINE,
     "linewidth": 4.0,
@@ -104,15 +105,19 @@ def draw_sweep(
     layout = layout_with(legend)
     drawn = spot_axes(layout, along)
     first: dict[Panel, Axes] = {}
+    names = []
     letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
     for number, (spot, ax) in enumerate(drawn):
         arrows = number == 0 or lines_dim is None
-        draw_panel(ax, spot, along, lines_dim, backbone, arrows)
+        names.append((ax, *draw_panel(ax, spot, along, lines_dim, backbone, arrows)))
         words = spot.panel.title(dataset, spot.width - 0.2)
         write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
     scale_ordinates(first, dataset)
     finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
+    # once the limits are known
+    for ax, named_lines, other_lines in names:
+        label_lines(ax, named_lines, other_lines)
     if lines_dim is not None and drawn:
         name_lines(drawn[0], along, lines_dim, backbone)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
@@ -191,8 +196,8 @@ def draw_panel(
     lines_dim: str | None,
     backbone: xr.Dataset | None,
     arrows: bool,
-) -> None:
-    """Draw the series of a panel; those that share it are named on their lines."""
+) -> tuple[list[Named], list[Curve]]:
+    """Draw the series of a panel; return those that share it, with their names, and lines that names avoid."""
     part, series = spot.part, spot.panel.series
     for x, y in backbone_curves(spot.panel, along, backbone):
         ax.plot(x, y, **BACKBONE)
@@ -202,7 +207,8 @@ def draw_panel(
     if not any(np.isfinite(each).any() for each in values):
         write_centred(ax, empty_text(spot.panel))
     colours = shades(part.sizes[lines_dim]) if lines_dim else series_colours(series)
-    named = []
+    named: list[Named] = []
+    others: list[Curve] = []  # of the other direction, where they differ
     for number, each in enumerate(series):
         for line in lines_of(part, lines_dim):
             colour = colours[line.position if lines_dim else number]
@@ -214,12 +220,11 @@ def draw_panel(
             )
             if lines_dim is None and len(series) > 1 and line.direction != "down":
                 named.append(Named(x, y, each.text, colour))
+            elif named:
+                others.append((x, np.where(np.isclose(y, named[-1].y), np.nan, y)))
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
         named = ways_of(part, series[0], along, colours[0])
-    if named:  # in the only column: others would still scale the ordinate
-        if series[0].name not in SIGNED:
-            ax.set_ylim(bottom=0.0)
-        label_lines(ax, named)
+    return named, others
 
 
 def ways_of(part: xr.Dataset, series: Series, along: str, colour: str) -> list[Named]:
@@ -285,9 +290,7 @@ def panel_size(dataset: xr.Dataset, panel: Panel) -> float:
     return float(values[np.isfinite(values)].max(initial=0.0))
 
 
-def backbone_curves(
-    panel: Panel, along: str, backbone: xr.Dataset | None
-) -> list[tuple[np.ndarray, np.ndarray]]:
+def backbone_curves(panel: Panel, along: str, backbone: xr.Dataset | None) -> list[Curve]:
     """Return the curves of the backbone of the conservative exciter under those of a panel over the frequency."""
     if backbone is None or along not in ("nu", "omega") or "eigenfrequency" not in backbone:
         return []

@@ -21,6 +21,7 @@ MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
 BESIDE_CM = 0.1, 0.18, 0.27, 0.36  # cm from a line to a label beside it, more where it is steep
 TIGHT = 0.08  # cm less around a label beside its line
+AMPLE = 0.4  # cm of clearance beyond which a place beside a line is no better
 NEARER = 0.1  # cm by which other lines are farther from a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
@@ -66,8 +67,11 @@ def label_lines(
         ]
         tried = _beside(half - TIGHT, size, own, rest)
         tried = tried[_is_free(tried, half - TIGHT, boxes)]
-        clearance = _distance(tried, half - TIGHT, rest)
+        clearance = np.minimum(_distance(tried, half - TIGHT, rest), AMPLE)
+        clearance -= 0.5 * _distance(tried, half - TIGHT, [own])  # better close to its line
+        upright = "center"
         if not len(tried):
+            upright = "center_baseline"  # letters without descenders are centred on their line
             tried = _evenly(inside, PLACES)
             tried = tried[_is_free(tried, half, boxes)]
             clearance = _distance(tried, half, rest)
@@ -79,8 +83,8 @@ def label_lines(
         at = tried[int(np.argmax(clearance - middle))]
         boxes.append(np.array([at - half, at + half]))
         x, y = at / size
-        label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center",
-              va="center_baseline", bbox=TIGHT_GROUND, zorder=6)  # fmt: skip
+        label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center", va=upright,
+              bbox=TIGHT_GROUND, zorder=6)  # fmt: skip
 
 
 def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
@@ -88,9 +92,9 @@ def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> 
     found = []
     for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
         places = own + np.array([0.0, side])
-        fits = ((places > half) & (places < size - half)).all(axis=1)
+        fits = ((places > half + TIGHT) & (places < size - half - TIGHT)).all(axis=1)
         to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
-        found.append(places[fits & (to_own > 0.0) & (to_rest > to_own + NEARER)])
+        found.append(places[fits & (to_own > CLEAR) & (to_rest > to_own + NEARER)])
     return np.concatenate(found)
 
 

@@ -265,7 +265,8 @@ def test_the_sketch_is_to_scale(dataset):
     half, offset = float(dataset.l), float(dataset.delta[0])
     scale = 3.2 / half
     title = picture_of("design", dataset, "sketch").title(dataset, None, {})
-    assert title.startswith(f"Design 1, δ = {nominal_text(dataset, 'delta')}, R₁ = ")
+    # its numbers stand in the answer and beside the drawing
+    assert title == "Design 1, drawn to scale"
     for place in (-half, half, -offset):
         assert any(abs(x - (6.4 + scale * place)) < 1e-9 for x in upright)
 

@@ -30,7 +30,6 @@ from vibropipe.scenes.design.data import (
     goals,
     has_tolerances,
     is_met,
-    varied,
     wanted_parts,
 )
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
@@ -58,7 +57,6 @@ FEW_LINES = 5  # of the table, beside the mass
 MASS = 1.1
 TOP = 5.62  # of the frame of a housing that slides
 FRAME: dict[str, Any] = {"color": GREY, "lw": 1.2, "zorder": 1}
-LONGEST = 85  # letters of a title
 NAMES_DRAWN = ("l", "delta", "R1", "R2", "k1", "k2", "C1", "C2", "h1", "h2", "H1", "H2")
 
 
@@ -249,13 +247,7 @@ def title_sketch(dataset: xr.Dataset) -> str:
     """Return the title of the sketch."""
     if not is_met(dataset)[0] and least_miss(dataset) == 0:
         return "The design found that misses least, drawn to scale"
-    which = "The design" if dataset.sizes["design"] == 1 else "Design 1"
-    values = [
-        f"{plain_symbol_of(dataset[name])} = {nominal_text(dataset, name)}"
-        for name in varied(dataset)
-    ]
-    title = f"{which}, {', '.join(values)}, drawn to scale"
-    return title if len(title) <= LONGEST else f"{which}, drawn to scale"
+    return f"{'The design' if dataset.sizes['design'] == 1 else 'Design 1'}, drawn to scale"
 
 
 def describe_sketch(dataset: xr.Dataset) -> str:

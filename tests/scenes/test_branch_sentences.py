@@ -24,7 +24,13 @@ from vibropipe.scenes.branch.curves import REACHED, draw_branches, drawn_pieces,
 from vibropipe.scenes.branch.lines import velocities_of
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
-from vibropipe.scenes.branch.stretches import Stretch, arrows_of, jumps_of, stable_words
+from vibropipe.scenes.branch.stretches import (
+    Stretch,
+    arrows_of,
+    jumps_of,
+    stable_words,
+    stretches_of,
+)
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
@@ -318,6 +324,13 @@ def test_what_a_change_is_is_told():
     alone = dataset.isel(point=range(NU.size)).assign(found)
     assert kinds_answer(alone) is None
     assert title_branches(alone, []) == "A turn or stick begins or ends at two values of ν"
+    # right at a change those beside it tell whether an orbit is stable
+    found["bifurcation_point"] = ("bifurcation", [2, 3])
+    whole = alone.assign(found)
+    assert title_branches(whole, []) == "All orbits along ν are stable"
+    (only,) = stretches_of(whole)
+    assert only.values[[0, -1]].tolist() == [1.0, 2.0]
+    found["bifurcation_point"] = ("bifurcation", [1, 2])
     found["bifurcation_kind"] = ("bifurcation", [codes[0], int(Bifurcation["FOLD"])])
     with_fold = alone.assign(found)
     answer = kinds_answer(with_fold)

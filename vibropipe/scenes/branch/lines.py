@@ -136,9 +136,20 @@ def velocities_of(dataset: xr.Dataset) -> np.ndarray:
     return velocities
 
 
+def stable_points(dataset: xr.Dataset) -> np.ndarray:
+    """Return whether the orbit at each point is stable; right at a change, those beside it tell."""
+    branches, stable = dataset["branch_id"].values, dataset["stable"].values == 1
+    changes = dataset["bifurcation_kind"].values == Bifurcation.CHANGE
+    inner = dataset["bifurcation_point"].values[changes].astype(int)
+    inner = inner[(inner > 0) & (inner < stable.size - 1)]
+    before, after = inner - 1, inner + 1
+    stable[inner] |= stable[before] & stable[after] & (branches[before] == branches[after])
+    return stable
+
+
 def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
     """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
-    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    branches, stable = dataset["branch_id"].values, stable_points(dataset)
     laws, over = orbit_texts(dataset, "point"), swept(dataset)
     values = dataset[over].values if over else np.zeros(branches.size)
     keys = list(zip(branches, stable, laws, strict=True))

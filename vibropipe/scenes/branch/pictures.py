@@ -20,6 +20,7 @@ from vibropipe.scenes.branch.lines import (
     kinds_present,
     panels_of,
     places_of,
+    stable_points,
     swept,
 )
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
@@ -51,10 +52,8 @@ def title_branches(
 
 def _alone(dataset: xr.Dataset, symbol: str) -> str:
     """Return the title where no two orbits are stable at a time."""
-    stable = dataset["stable"] == 1
-    neutral = is_neutral(dataset)
-    unstable = ~(stable.values | neutral)
-    kinds = {"stable": stable.values, "neutral": neutral, "unstable": unstable}
+    stable, neutral = stable_points(dataset), is_neutral(dataset)
+    kinds = {"stable": stable, "neutral": neutral, "unstable": ~(stable | neutral)}
     for name, of_kind in kinds.items():
         if of_kind.all():
             return f"All orbits along {symbol} are {name}"

@@ -13,7 +13,7 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.branch.lines import KINDS, followed, pieces_of, swept
+from vibropipe.scenes.branch.lines import KINDS, followed, pieces_of, stable_points, swept
 from vibropipe.words.quantities import FLAGS
 
 UNKNOWN, NOT_STABLE = "unknown", -2
@@ -63,7 +63,7 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
     mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
     points = dataset["bifurcation_point"].values
     kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
-    branches, stable = dataset["branch_id"].values, dataset["stable"].values
+    branches, stable = dataset["branch_id"].values, stable_points(dataset)
     moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
     over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
     gap = SAME * float(along.max() - along.min())

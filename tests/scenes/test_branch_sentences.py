@@ -22,7 +22,7 @@ from vibropipe.scenes.branch.answers import (
 from vibropipe.scenes.branch.answers import together_answer as branch_together
 from vibropipe.scenes.branch.curves import REACHED, draw_branches, drawn_pieces, enlarged
 from vibropipe.scenes.branch.lines import velocities_of
-from vibropipe.scenes.branch.pictures import title_branches
+from vibropipe.scenes.branch.pictures import describe_branches, title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
 from vibropipe.scenes.branch.stretches import (
     Stretch,
@@ -328,6 +328,8 @@ def test_what_a_change_is_is_told():
     found["bifurcation_point"] = ("bifurcation", [2, 3])
     whole = alone.assign(found)
     assert title_branches(whole, []) == "All orbits along ν are stable"
+    assert describe_branches(whole, []).startswith("Orbits along ν; solid: stable, wide: ")
+    assert stable_table("s", whole) is None
     (only,) = stretches_of(whole)
     assert only.values[[0, -1]].tolist() == [1.0, 2.0]
     found["bifurcation_point"] = ("bifurcation", [1, 2])

@@ -36,7 +36,7 @@ from vibropipe.scenes.branch.names import line_names, write_names
 from vibropipe.scenes.branch.stretches import (
     Jump,
     arrows_of,
-    common_intervals,
+    coexistence,
     jumps_of,
     stretches_of,
 )
@@ -148,21 +148,16 @@ def drawn_pieces(dataset: xr.Dataset) -> list[Piece]:
     return [each for each in pieces if each.is_stable or multiples[each.points.start] <= most]
 
 
+def stabilities(dataset: xr.Dataset) -> list[str]:
+    """Return which of stable and unstable orbits are drawn."""
+    found = {piece.is_stable for piece in drawn_pieces(dataset)}
+    return [name for name, is_it in (("stable", True), ("unstable", False)) if is_it in found]
+
+
 def is_reached(dataset: xr.Dataset) -> np.ndarray:
     """Return at which points the mass is known to settle on the orbit from rest."""
     codes = dataset.get("from_rest", np.zeros(dataset.sizes["point"]))
     return np.asarray(codes) == FLAGS["settled_same"]["same"]
-
-
-def coexistence(dataset: xr.Dataset) -> dict[float, list[tuple[float, float]]]:
-    """Return the intervals in which at least two motions are stable, by the values of the further parameter."""
-    stretches = list(stretches_of(dataset))
-    values = dict.fromkeys(stretch.over for stretch in stretches)
-    found = {
-        value: common_intervals([each for each in stretches if each.over == value])
-        for value in values
-    }
-    return {value: intervals for value, intervals in found.items() if intervals}
 
 
 def draw_bars(
@@ -243,9 +238,9 @@ def mark_style(name: str, size: float = 4.5) -> dict[str, Any]:
 
 def handles_of(dataset: xr.Dataset, backbone: xr.Dataset | None) -> list[Line2D]:
     """Return legend entries of stability, of the bifurcations and of the free motion."""
+    styles = {"stable": STABLE, "unstable": UNSTABLE}
     handles = [
-        Line2D([], [], color=INK, **STABLE, label="stable"),
-        Line2D([], [], color=INK, **UNSTABLE, label="unstable"),
+        Line2D([], [], color=INK, **styles[name], label=name) for name in stabilities(dataset)
     ]
     if is_reached(dataset).any():
         handles.insert(0, Line2D([], [], color=INK, **REACHED, label="reached from rest"))

@@ -34,6 +34,7 @@ from vibropipe.scenes.branch.curves import (
     WIDTH,
     colours_of,
     draw_pieces,
+    stabilities,
 )
 from vibropipe.scenes.branch.lines import followed, has_points, pieces_of, swept
 from vibropipe.scenes.branch.names import line_names, write_names
@@ -103,9 +104,12 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
         )  # fmt: skip
     panel(ax, title=in_brackets("torque of load and motor", dataset["motor_torque"]))
     ax.set_xlabel(axis_label(speeds))
+    loads = {
+        "stable": {**STABLE, "label": "load, stable motion"},
+        "unstable": {**UNSTABLE, "label": "load, unstable motion"},
+    }
     handles = [
-        Line2D([], [], color=INK, **STABLE, label="load, stable motion"),
-        Line2D([], [], color=INK, **UNSTABLE, label="unstable"),
+        *(Line2D([], [], color=INK, **loads[name]) for name in stabilities(dataset)),
         Line2D([], [], **MOTOR, label="motor"),
         *(
             Line2D([], [], markerfacecolor=COLOURS[is_kept], label=text, **KEPT)

@@ -11,7 +11,12 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.curves import coexistence, draw_branches, enlarged, is_reached
+from vibropipe.scenes.branch.curves import (
+    draw_branches,
+    enlarged,
+    is_reached,
+    stabilities,
+)
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     cascade_of,
@@ -24,7 +29,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
-from vibropipe.scenes.branch.stretches import arrows_of, jumps_of, stretches_of
+from vibropipe.scenes.branch.stretches import arrows_of, coexistence, jumps_of, stretches_of
 from vibropipe.scenes.kind import Picture
 from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import capitalised, series
@@ -74,8 +79,10 @@ def describe_branches(
     """Return the caption: what is drawn, and how many bifurcations there are."""
     ties, jumps = ties_text(dataset), jumps_of(dataset, list(stretches_of(dataset)))
     panels = panels_of(dataset, show, backbone)
+    lines = {"stable": "solid: stable", "unstable": "dashed: unstable"}
+    drawn = ", ".join(lines[name] for name in stabilities(dataset))
     return sentences(
-        f"Orbits along {symbol_text(dataset[followed(dataset)])}; solid: stable, dashed: unstable"
+        f"Orbits along {symbol_text(dataset[followed(dataset)])}; {drawn}"
         + (", wide: what the mass settles on from rest" if is_reached(dataset).any() else ""),
         f"Marks: {bifurcations_text(dataset)}{once_text(dataset)}"
         if kinds_present(dataset)

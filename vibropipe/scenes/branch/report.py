@@ -14,12 +14,12 @@ from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Table, of_each, tables_of_each
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
-from vibropipe.scenes.branch.curves import coexistence
 from vibropipe.scenes.branch.lines import KINDS, cascade_of, followed, places_of, swept
 from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
 from vibropipe.scenes.branch.stretches import (
     SAME,
     Stretch,
+    coexistence,
     group_words,
     image_groups,
     rest_text,
@@ -32,11 +32,12 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.proofs import Proved
 
 MAX_ROWS = 10  # of a table
+N_ENDS = 4  # cells of both ends of a stable motion
 STEP_DIGITS = 3  # of a step of a cascade
 
 
 def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return the table of the stable motions: from where to where, and what ends them; None without bifurcations."""
+    """Return the table of the stable motions: from where to where, and what ends them; None without ends."""
     if not dataset.sizes["bifurcation"] or is_one_cascade(dataset):
         return None
     axis, over = dataset[followed(dataset)], swept(dataset)
@@ -49,6 +50,8 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     rows = [
         stable_row(dataset, alike, ends, limits) for alike, ends in zip(images, texts, strict=True)
     ]
+    if len(rows) == 1 and {*rows[0][-N_ENDS:]} == {DASH}:
+        return None  # one motion, stable all along
     if "from_rest" in dataset:
         rows = [[*row, rest_text(alike)] for row, alike in zip(rows, images, strict=True)]
     head = [

@@ -199,6 +199,17 @@ def common_intervals(stretches: list[Stretch]) -> list[tuple[float, float]]:
     return intervals
 
 
+def coexistence(dataset: xr.Dataset) -> dict[float, list[tuple[float, float]]]:
+    """Return the intervals in which at least two motions are stable, by the values of the further parameter."""
+    stretches = list(stretches_of(dataset))
+    values = dict.fromkeys(stretch.over for stretch in stretches)
+    found = {
+        value: common_intervals([each for each in stretches if each.over == value])
+        for value in values
+    }
+    return {value: intervals for value, intervals in found.items() if intervals}
+
+
 def united(intervals: list[tuple[float, float]]) -> list[tuple[float, float]]:
     """Return the union of intervals, as intervals in order."""
     joined: list[tuple[float, float]] = []

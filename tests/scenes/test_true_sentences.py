@@ -97,6 +97,8 @@ def test_regions_of_one_size_are_equally_frequent() -> None:
     dataset = sweep(4, f=[1.0, 2.0]).copy(deep=True)
     dataset["regime"].values[:] = [[NONE, ONE]] * 4
     assert fills_answer(dataset).lead == "No way to move is the most frequent."
+    dataset["regime"].values[0] = NONE
+    assert fills_answer(dataset).lead == "In most of the map the mass strikes no support."
 
 
 def test_a_line_with_unknown_rows_may_have_impacts() -> None:

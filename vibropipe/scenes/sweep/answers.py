@@ -114,7 +114,8 @@ def fills_answer(dataset: xr.Dataset) -> Answer:
     whole = "the map" if len(swept(dataset)) == dataset["regime"].ndim == 2 else "the maps"
     if not others:
         return Answer(f"The mass {first.does} at all points of {whole}.")
-    lead = "At most points the mass" if 2 * first.amount > first.total else "The mass most often"
+    is_most = 2 * first.amount > first.total
+    lead = f"In most of {whole} the mass" if is_most else "The mass most often"
     second = f"on {others[0].share} it {others[0].does}"
     if others[0].amount == first.amount:
         lead = "No way to move is the most frequent."

@@ -125,6 +125,7 @@ def test_a_page_holds_the_panels_and_no_type_is_too_small(work_precision, amount
 def test_the_times_are_multiples_interpolated_between_settings(one):
     table = times_table("one", one)
     assert table.head[1:] == ["10⁻²", "10⁻⁴", "10⁻⁸", "10⁻¹²"]
+    assert table.rows[0][0] == "The exact method"  # of which the others are multiples
     rows = {row[0]: row[1:] for row in table.rows}
     assert rows["The exact method"] == ["1.0"] * 4
     # 5/steps^2 = 1e-2 at 22.4 steps of 20 ns: 447 ns, 4.5 times 100 ns; 1e-4 at 223.6 steps

@@ -292,7 +292,8 @@ def times_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if not exact_time.size:
         return None
     rows = []
-    for method, times in times_to_errors(one, WANTED).items():
+    found = times_to_errors(one, WANTED)
+    for method, times in sorted(found.items(), key=lambda each: each[0] != "exact"):
         if bool(succeeded(one.sel({"method": method})).any()):
             texts = (multiple_text(t / exact_time[0]) if np.isfinite(t) else DASH for t in times)
             # to two digits in all columns, whatever else they hold

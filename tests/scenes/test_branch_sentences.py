@@ -323,7 +323,7 @@ def test_what_a_change_is_is_told():
     found = {f"bifurcation_{name}": ("bifurcation", values) for name, values in at.items()}
     alone = dataset.isel(point=range(NU.size)).assign(found)
     assert kinds_answer(alone) is None
-    assert title_branches(alone, []) == "A turn or stick begins or ends at two values of ν"
+    assert title_branches(alone, []) == "A contact, turn or stick begins or ends at two values of ν"
     # right at a change those beside it tell whether an orbit is stable
     found["bifurcation_point"] = ("bifurcation", [2, 3])
     whole = alone.assign(found)

@@ -8,7 +8,7 @@ from study_texts import faults, study_of
 
 import vibropipe as vp
 from vibropipe.jobs.reporting import report_data
-from vibropipe.scenes.branch.curves import VALUE
+from vibropipe.scenes.branch.names import VALUE
 from vibropipe.scenes.registry import kind_of
 
 STUDY = """\

@@ -37,6 +37,14 @@ def test_a_branch_passes_the_onset_of_a_second_rest_and_never_goes_back(chatteri
         assert steady.rests_per_orbit.sel(support=1).item() == rests
 
 
+def test_laws_that_are_passed_together_leave_no_step_back() -> None:
+    """Where the last impact of a law has no speed the tangent lies across the parameter, and its sign is rounding."""
+    exciter = vp.Exciter(l=0.5, nu=0.6, f=1.0, h=0.05, R1=0.3, R2=0.2)
+    branch = vp.branch(exciter, "nu", (0.5, 0.9), outputs=("impacts",))
+    assert (np.diff(branch.nu.values) > 0.0).all()
+    assert branch.rests_per_orbit.sum("support").values[[0, -1]].tolist() == [2.0, 1.0]
+
+
 @pytest.mark.parametrize("nu", [0.8, 0.95, 1.2])
 def test_points_are_steady_states(nu: float, chattering) -> None:
     at = chattering.isel(point=int(np.flatnonzero(chattering.nu.values == nu)[0]))

@@ -110,11 +110,9 @@ def marched_beyond(point: Point, points: Sequence[Point]) -> Point | None:
     m = curve.sequence.m
     begin = curve.state_at(point)
     reach = problem.high - problem.low
-    ahead = math.copysign(1.0, point.tangent[-1])
-    for share in (side * beside for side in (ahead, -ahead) for beside in BESIDES):
-        first = _settled_beside(point, share)
-        if first is not None and not _repeats(first) and not has_passed(points, first):
-            return first if first.tangent[-1] * share > 0.0 else first.reversed()
+    settled = settled_ahead(point, points) or settled_ahead(point, points, -1.0)
+    if settled is not None:
+        return settled
     # From an unstable orbit a march settles on another one: what it meets at first has the law on either side.
     for share in (BESIDES[0], -BESIDES[0]):
         value = point.value + share * reach
@@ -130,6 +128,22 @@ def marched_beyond(point: Point, points: Sequence[Point]) -> Point | None:
         if not has_passed(points, begun):
             return begun
     return None
+
+
+def settled_ahead(point: Point, points: Sequence[Point], way: float = 1.0) -> Point | None:
+    """Return the orbit of another law, close to the end of one, that a march settles on ahead of it, or behind (-1)."""
+    for share in (way * _heading(points) * beside for beside in BESIDES):
+        first = _settled_beside(point, share)
+        if first is not None and not _repeats(first) and not has_passed(points, first):
+            return first if first.tangent[-1] * share > 0.0 else first.reversed()
+    return None
+
+
+def _heading(points: Sequence[Point]) -> float:
+    """Return whether the parameter has risen (1) or fallen (-1); at the end of a law the tangent may be across it."""
+    last = points[-1].value
+    far = (each.value for each in reversed(points) if abs(each.value - last) > SAME * abs(last))
+    return math.copysign(1.0, last - next(far, last))
 
 
 def _settled_beside(point: Point, share: float) -> Point | None:

@@ -14,7 +14,14 @@ from vibropipe.orbits.branches.following import Branch, Seed, follow
 from vibropipe.orbits.branches.switching import limit_at, seeds_at
 from vibropipe.orbits.branches.tree import Rules
 from vibropipe.orbits.law import least as of
-from vibropipe.orbits.law.beyond import BESIDES, beyond, halves_beyond, key_of, marched_beyond
+from vibropipe.orbits.law.beyond import (
+    BESIDES,
+    beyond,
+    halves_beyond,
+    key_of,
+    marched_beyond,
+    settled_ahead,
+)
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, MARGIN
 
@@ -46,7 +53,7 @@ def follow_laws(
         else:
             # laws that follow each other ever faster are passed together; what rests forgets, and is marched
             is_short = begun and abs(end.value - begun[-1].value) < shortest
-            after = marched_beyond(end, path.points) if is_short or _ends_chatter(end) else None
+            after = settled_ahead(end, path.points) if is_short or _ends_chatter(end) else None
             after = beyond(end, path.points) if after is None else after
         if after is None:
             if path.end != "lost" and halves_beyond(end):

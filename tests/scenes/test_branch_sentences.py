@@ -337,4 +337,4 @@ def test_what_a_change_is_is_told():
     with_fold = alone.assign(found)
     answer = kinds_answer(with_fold)
     assert answer is not None
-    assert answer.rest == "At a change a turn or stick begins or ends."
+    assert answer.rest == "At a change a contact, turn or stick begins or ends."

@@ -171,7 +171,7 @@ RETURNING = {
             mass_ratio=1.168, housing_friction_1=0.077, housing_friction_2=0.184,
         ),
         "flip",
-        ((0.75, 1.0), (1.35, 2.0)),
+        ((0.9, 1.0), (1.35, 2.0)),
         3,
         0,
     ),

@@ -8,6 +8,7 @@ import pytest
 import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, CONTACT, FORM, HOME, SLIP, STICK, TURN
 from vibropipe.orbits.law import least as of
+from vibropipe.orbits.law.beyond import has_passed
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
@@ -200,6 +201,18 @@ def test_orbits_of_all_laws_of_a_branch_return_when_marched(name, way, marcher):
         returned = marcher.after(at, state, float(own.sequence.m))
         growth = 1.0 + np.abs(point.tests[4]) ** (2 if own.sequence.mirrored else 1)
         np.testing.assert_allclose(returned, state, atol=1e-11 * growth)
+
+
+def test_only_an_orbit_met_the_other_way_is_passed(marcher):
+    """A branch that comes to its start in the same direction is closed, and goes on as before."""
+    curve, read, p, _state = point_of("soft and rigid", marcher, low=0.9)
+    path = follow_laws(curve, curve.settle(np.append(read.u.T.ravel(), p.nu)).reversed(), False)
+    assert len({point.curve for point in path.points}) > 1
+    for n in (3, len(path.points) // 2, len(path.points) - 4):
+        point = path.points[n]
+        assert not has_passed(path.points, point)
+        assert has_passed(path.points, point.reversed())
+        assert not has_passed(path.points[: n - 1], point.reversed())
 
 
 def turns_within(curve, point, i, end, n=40_001):

@@ -48,11 +48,13 @@ KEPT = 1e-13
 
 
 def has_passed(points: Sequence[Point], point: Point) -> bool:
-    """Return whether an orbit is one that a branch has passed, where it would go back along itself."""
+    """Return whether an orbit is one that a branch has passed the other way: it would go back along itself."""
     key, value, speeds = key_of(point.curve), point.value, _speeds(point)
     least = SAME * point.curve.speed
     for before, after in pairwise(points):
-        if (before.value - value) * (after.value - value) > 0.0 or key_of(before.curve) != key:
+        is_between = (before.value - value) * (after.value - value) <= 0.0
+        is_back = (after.value - before.value) * point.tangent[-1] < 0.0
+        if not (is_between and is_back) or key_of(before.curve) != key:
             continue
         same = before.curve.settle(np.append(before.u[:-1], value))
         if same is not None and np.abs(_speeds(same) - speeds).max(initial=0.0) < least:
@@ -134,8 +136,11 @@ def settled_ahead(point: Point, points: Sequence[Point], way: float = 1.0) -> Po
     """Return the orbit of another law, close to the end of one, that a march settles on ahead of it, or behind (-1)."""
     for share in (way * _heading(points) * beside for beside in BESIDES):
         first = _settled_beside(point, share)
-        if first is not None and not _repeats(first) and not has_passed(points, first):
-            return first if first.tangent[-1] * share > 0.0 else first.reversed()
+        if first is None or _repeats(first):
+            continue
+        begun = first if first.tangent[-1] * share > 0.0 else first.reversed()
+        if not has_passed(points, begun):
+            return begun
     return None
 
 

@@ -3,8 +3,8 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Iterator, Sequence
-from itertools import pairwise
+from collections.abc import Iterable, Iterator, Sequence
+from itertools import chain, pairwise
 
 import numpy as np
 
@@ -68,7 +68,7 @@ def key_of(curve: LawCurve) -> tuple[float, int, bytes]:
 
 
 def _speeds(point: Point) -> np.ndarray:
-    """Return what an orbit has free at the events of `_key`, without signs, no matter which is listed first."""
+    """Return what an orbit has free at the events of `key_of`, without signs, no matter which is listed first."""
     law = point.curve.sequence
     listed = [i for i in law.beside_chatters if law.codes[i, CAUSE] != REST_BEGINS]
     return np.sort(np.abs(point.curve.events_of(point.u)[listed, 1]))
@@ -79,14 +79,29 @@ def beyond(point: Point, points: Sequence[Point]) -> Point | None:
 
     points : of the branch up to there
     """
-    curve = point.curve
-    for law, u in _laws_at(point):
-        if law.key == curve.sequence.key:
-            continue
-        begun = begin_at(curve.with_sequence(law), np.concatenate([u.T.ravel(), point.u[-1:]]))
-        if begun is not None and _is_beside(begun, point) and not has_passed(points, begun):
-            return begun
-    return marched_beyond(point, points)
+    return _first_new(points, chain(_edited(point), _marched(point, _heading(points))))
+
+
+def marched_beyond(point: Point, points: Sequence[Point]) -> Point | None:
+    """Return what `beyond` does, by marches alone."""
+    return _first_new(points, _marched(point, _heading(points)))
+
+
+def settled_ahead(point: Point, points: Sequence[Point]) -> Point | None:
+    """Return the orbit of another law that a march ahead of the end of one settles on; arguments as of `beyond`."""
+    return _first_new(points, _settled(point, _heading(points)))
+
+
+def _first_new(points: Sequence[Point], found: Iterable[Point]) -> Point | None:
+    """Return the first of some orbits that no branch has passed."""
+    return next((each for each in found if not has_passed(points, each)), None)
+
+
+def _heading(points: Sequence[Point]) -> float:
+    """Return whether the parameter has risen (1) or fallen (-1); at the end of a law the tangent may be across it."""
+    last = points[-1].value
+    far = (each.value for each in reversed(points) if abs(each.value - last) > SAME * abs(last))
+    return math.copysign(1.0, last - next(far, last))
 
 
 def halves_beyond(point: Point) -> bool:
@@ -103,69 +118,60 @@ def halves_beyond(point: Point) -> bool:
     return any(first is not None and _repeats(first) for first in beside)
 
 
-def marched_beyond(point: Point, points: Sequence[Point]) -> Point | None:
-    """Return the orbit that a march next to the end of a law settles on, if it is close and has another law.
+def _edited(point: Point) -> Iterator[Point]:
+    """Yield the orbits that begin the laws to which the edits of a margin lead."""
+    curve = point.curve
+    for law, u in _laws_at(point):
+        if law.key == curve.sequence.key:
+            continue
+        begun = begin_at(curve.with_sequence(law), np.concatenate([u.T.ravel(), point.u[-1:]]))
+        if begun is not None and _is_beside(begun, point):
+            yield begun
+
+
+def _marched(point: Point, way: float) -> Iterator[Point]:
+    """Yield the orbits of other laws that marches next to the end of one lead to, first those on one side (1 or -1).
 
     Next to a chatter laws follow each other ever faster: one of those farther on, at last that with the rest.
     """
-    curve, problem = point.curve, point.curve.problem
-    m = curve.sequence.m
-    begin = curve.state_at(point)
-    reach = problem.high - problem.low
-    settled = settled_ahead(point, points) or settled_ahead(point, points, -1.0)
-    if settled is not None:
-        return settled
+    yield from _settled(point, way)
+    yield from _settled(point, -way)
     # From an unstable orbit a march settles on another one: what it meets at first has the law on either side.
     for share in (BESIDES[0], -BESIDES[0]):
-        value = point.value + share * reach
-        p = curve.parameters(value)
-        state = curve.marcher.after(p, begin, float(m))
-        read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
-        if read is None or read.law.key == curve.sequence.key:
-            continue
-        there = curve.with_sequence(read.law)
-        begun = begin_at(there, np.concatenate([read.u.T.ravel(), [value]]))
-        if begun is None or not _is_close(there.state_at(begun), begin, curve):
-            continue
-        if not has_passed(points, begun):
-            return begun
-    return None
+        met = _law_beside(point, share, 1)
+        begun = begin_at(*met) if met is not None else None
+        if begun is not None and _is_beside(begun, point):
+            yield begun
 
 
-def settled_ahead(point: Point, points: Sequence[Point], way: float = 1.0) -> Point | None:
-    """Return the orbit of another law, close to the end of one, that a march settles on ahead of it, or behind (-1)."""
-    for share in (way * _heading(points) * beside for beside in BESIDES):
+def _settled(point: Point, way: float) -> Iterator[Point]:
+    """Yield the orbits of other laws that marches on one side settle on, each along the way that leads off."""
+    for share in (way * beside for beside in BESIDES):
         first = _settled_beside(point, share)
-        if first is None or _repeats(first):
-            continue
-        begun = first if first.tangent[-1] * share > 0.0 else first.reversed()
-        if not has_passed(points, begun):
-            return begun
-    return None
-
-
-def _heading(points: Sequence[Point]) -> float:
-    """Return whether the parameter has risen (1) or fallen (-1); at the end of a law the tangent may be across it."""
-    last = points[-1].value
-    far = (each.value for each in reversed(points) if abs(each.value - last) > SAME * abs(last))
-    return math.copysign(1.0, last - next(far, last))
+        if first is not None and not _repeats(first):
+            yield first if first.tangent[-1] * share > 0.0 else first.reversed()
 
 
 def _settled_beside(point: Point, share: float) -> Point | None:
-    """Return the orbit, close to the end of a law, that a march settles on at a share of the range from it."""
+    """Return the orbit of another law that a march settles on at a share of the range from the end of one."""
+    found = _law_beside(point, share, SETTLING)
+    if found is None:
+        return None
+    curve, u = found
+    first = curve.settle(u)
+    return first if first is not None and is_kept(first) and _is_beside(first, point) else None
+
+
+def _law_beside(point: Point, share: float, orbits: int) -> tuple[LawCurve, np.ndarray] | None:
+    """Return another law that a motion has some orbits after the end of one, at a share of the range, and unknowns."""
     curve, problem = point.curve, point.curve.problem
-    m, begin = curve.sequence.m, curve.state_at(point)
-    value = point.value + share * (problem.high - problem.low)
+    m, value = curve.sequence.m, point.value + share * (problem.high - problem.low)
     p = curve.parameters(value)
-    state = curve.marcher.after(p, begin, float(SETTLING * m))
+    state = curve.marcher.after(p, curve.state_at(point), float(orbits * m))
     read = None if state is None else curve.marcher.law_of(p, state, m, problem.symmetric)
     if read is None or read.law.key == curve.sequence.key:
         return None
-    there = curve.with_sequence(read.law)
-    first = there.settle(np.concatenate([read.u.T.ravel(), [value]]))
-    if first is None or not is_kept(first) or not _is_close(there.state_at(first), begin, curve):
-        return None
-    return first
+    return curve.with_sequence(read.law), np.concatenate([read.u.T.ravel(), [value]])
 
 
 def _is_beside(begun: Point, point: Point) -> bool:
@@ -173,11 +179,7 @@ def _is_beside(begun: Point, point: Point) -> bool:
     curve, problem = point.curve, point.curve.problem
     if abs(begun.value - point.value) > CLOSEST * (problem.high - problem.low):
         return False
-    return _is_close(begun.curve.state_at(begun), curve.state_at(point), curve)
-
-
-def _is_close(state: np.ndarray, other: np.ndarray, curve: LawCurve) -> bool:
-    """Return whether two states at the section are those of neighbouring orbits."""
+    state, other = begun.curve.state_at(begun), curve.state_at(point)
     change = (state - other) / np.array([*curve.scales, curve.speed][: other.size])
     return bool(np.abs(change).max() < CLOSEST)
 

@@ -33,8 +33,6 @@ from vibropipe.physics.friction import jumps_at_slip
 
 # What begins the only piece of an orbit without events: its section, at a given phase.
 SECTION = np.int64(0)
-# No support, nor the frame of none.
-NOWHERE = -1
 # Column of `Law.codes` beside those of a `PieceLog`, of laws with a housing.
 WAY = 4
 
@@ -100,12 +98,12 @@ class Law(NamedTuple):
         rests, n = np.flatnonzero(self.codes[:, CAUSE] == REST_BEGINS), len(self.codes)
         # From the last rest backwards, once round; a mirrored law goes on with its image.
         last = int(rests[-1]) + 1 if rests.size and not self.mirrored else n
-        kept, rest = [], NOWHERE
+        kept, rest = list[int](), None
         for i in range(last - 1, last - 1 - n, -1):
-            cause, there = self.codes[i, CAUSE], int(self.codes[i, HOME])
-            if cause not in (IMPACT, TURN) or there != rest:
+            cause, home = self.codes[i, CAUSE], self.codes[i, HOME]
+            if cause not in (IMPACT, TURN) or home != rest:
                 kept.append(i % n)
-                rest = there if cause == REST_BEGINS else NOWHERE
+                rest = home if cause == REST_BEGINS else None
         return kept[::-1]
 
     @property

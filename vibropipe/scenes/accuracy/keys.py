@@ -88,9 +88,8 @@ class AccuracyScene(SetOfMotions):
         return len(self.motions) * sum(len(self.settings(method)) for method in self.methods)
 
     def method_text(self) -> str:  # noqa: D102 - as BaseScene
-        run, absent = (
-            ", ".join(m for m in self.methods if is_installed(m) is it) for it in (True, False)
-        )
+        run = ", ".join(each for each in self.methods if is_installed(each))
+        absent = ", ".join(each for each in self.methods if not is_installed(each))
         return f"{run or 'none'}; not installed: {absent}" if absent else run
 
     def settings(self, method: ComparedMethod) -> list[float]:

@@ -51,10 +51,8 @@ FAMILIES = (BLUES, ORANGES)
 BREAK, STEEP = 0.05, 2.5
 LAW = ("period_multiple", "impacts_per_orbit")
 MAX_ORDER = 3
-LARGE_ROOM, SMALL_ROOM = (
-    1.08,
-    1.25,
-)  # height of the large axes, and of others, over the largest value
+LARGE_ROOM = 1.08  # height of the large axes over the largest value
+SMALL_ROOM = 1.25  # of others
 LABEL_AT = 0.36  # of the largest value
 RAISED = (1.0, 1.3, 1.6)  # of that height, where the name of a line may stand
 LABEL_ROOM = 0.05  # of the range, from the middle of a name to a jump

@@ -85,7 +85,7 @@ def draw_branches(
     base = LOW + (BARS_CM + BAR_CM * len(bars) if bars else 0.0)
     note = parameter_line(dataset)
     figure = noted_canvas(base + number * (high + between) + TOP, note, LEFT)
-    colours, drawn = colours_of(dataset, pieces), []
+    colours, drawn, names = colours_of(dataset, pieces), [], line_names(dataset, pieces)
     jumps = jumps_of(dataset, list(stretches_of(dataset)))
     for position, (each, ends) in enumerate(shown):
         bottom = base + (number - 1 - position) * (high + between)
@@ -96,7 +96,7 @@ def draw_branches(
         draw_panel(ax, dataset, each, pieces, jumps, colours)
         ax.set_xlim(*ends)
         draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
-        write_names(ax, dataset[along].values, each.values, pieces, line_names(dataset, pieces))
+        write_names(ax, dataset[along].values, each.values, pieces, names)
         title = each.label + (", enlarged" if ends is close else "")
         panel(ax, "abcdefgh"[position % 8] if number > 1 else "", title, indent=-1.1)
         ax.tick_params(labelbottom=bool(close) or (position == number - 1 and not bars))

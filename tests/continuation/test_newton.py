@@ -14,9 +14,9 @@ from vibropipe.continuation.newton import (
     factorise,
     fill_tangent,
     new_work,
-    newton_step,
     predict,
     solve_factorised,
+    verdict,
 )
 
 
@@ -38,28 +38,32 @@ def test_a_zero_pivot_gives_the_null_vector() -> None:
     assert b / b[1] == pytest.approx([-2.0, 1.0])
 
 
-def test_steps_end_on_the_plane_across_the_prediction() -> None:
+def test_the_tangent_points_along_the_plane() -> None:
     """On the unit circle from (1, 0) along its tangent: the plane across it is y = 0.3."""
     work, weights, u = new_work(2), np.array([1.0, 2.0]), np.empty(2)
     start, tangent = np.array([1.0, 0.0]), np.array([0.0, 0.5])
-    target, said, steps = predict(start, tangent, 0.6, weights, work.border, u), GOES_ON, 0
+    target = predict(start, tangent, 0.6, weights, work.border, u)
     assert u == pytest.approx([1.0, 0.3])
-    work.last[0] = math.inf
-    while said == GOES_ON:
-        work.rhs[0], work.matrix[0] = u @ u - 1.0, 2.0 * u
-        said, steps = newton_step(u, target, weights, work), steps + 1
-    assert said == DONE
-    assert steps <= 5
-    assert u == pytest.approx([math.sqrt(0.91), 0.3], abs=1e-15)
-    new = np.empty(2)
+    assert work.border @ u == pytest.approx(target)
+    on_circle, new = np.array([math.sqrt(0.91), 0.3]), np.empty(2)
+    work.matrix[:] = [2.0 * on_circle, work.border]
+    factorise(work.matrix, work.pivots)
     fill_tangent(weights, work, new)
-    assert new @ u == pytest.approx(0.0, abs=1e-8)
+    assert new @ on_circle == pytest.approx(0.0, abs=1e-15)
     assert np.linalg.norm(new * weights) == pytest.approx(1.0)
     assert new[1] > 0.0
 
 
-def test_a_step_that_leaves_the_curve_fails() -> None:
-    work, u = new_work(1), np.array([3.0])
-    work.border[:], work.last[0] = 1.0, math.inf
-    assert newton_step(u, 0.0, np.ones(1), work) == FAILED
-    assert u == [3.0]
+@pytest.mark.parametrize(
+    ("change", "previous", "said"),
+    [
+        (1e-13, 1.0, DONE),
+        (1e-3, 1e-1, GOES_ON),
+        (9e-9, 1e-8, DONE),  # rounding: small, and decreases no more
+        (1e-9, 1e-8, GOES_ON),
+        (0.6, math.inf, FAILED),
+        (math.nan, 1.0, FAILED),
+    ],
+)
+def test_changes_say_whether_newtons_method_goes_on(change, previous, said) -> None:
+    assert verdict(change, previous) == said

@@ -115,20 +115,24 @@ def test_mirrored_exciter_has_the_same_curves():
 
 def test_halved_steps_find_the_same_curves(borders):
     halved = vp.boundary(EXCITER, ALL, within=BOX, lines=8, max_step=0.01)
-    assert ends_of(halved) == ends_of(borders)
+    one, two = ends_of(halved), ends_of(borders)
+    assert len(one) == len(two)
+    # Where an orbit touches twice at once the equations are singular: such ends are known to half of the digits.
+    apart = np.abs(one[:, None] - two).max(axis=2)
+    assert apart.min(axis=1).max() < 3e-6
+    assert apart.min(axis=0).max() < 3e-6
 
 
 def ends_of(dataset):
-    """Return kind, law and both ends of each curve, sorted."""
+    """Return kind and both ends of each curve, that with the lower frequency first."""
     found = []
     for number in np.unique(dataset["curve_id"]):
         points = np.flatnonzero(dataset["curve_id"] == number)
         ends = sorted(
-            (round(float(dataset["nu"][n]), 4), round(float(dataset["f"][n]), 4))
-            for n in (points[0], points[-1])
+            (float(dataset["nu"][n]), float(dataset["f"][n])) for n in (points[0], points[-1])
         )
-        found.append((int(dataset["boundary_kind"][points[0]]), *ends))
-    return sorted(found)
+        found.append([float(dataset["boundary_kind"][points[0]]), *ends[0], *ends[1]])
+    return np.array(found)
 
 
 def test_a_branch_across_a_curve_meets_its_bifurcation_there(borders):

@@ -251,28 +251,3 @@ class Curve:
                 f_low *= 0.5 if side == -1 else 1.0
                 side = -1
         return best[1], best[2]
-
-
-class CompiledCurve(Curve):
-    """A curve whose equations are compiled.
-
-    kernel : kernel(sought, u, target, weights, work, tangent, tests) -> bool does what `Curve.solve` does with Newton
-        steps of its own, and fills tangent (size,) and tests (n_tests,), FOLD and CROSSING first
-    sought : what it solves for
-    """
-
-    def __init__(
-        self,
-        weights: NDArray,
-        max_length: float,
-        kernel: Callable[..., bool],
-        sought: Any,
-        n_tests: int,
-    ) -> None:
-        super().__init__(weights, max_length)
-        self.kernel, self.sought, self.n_tests = kernel, sought, n_tests
-
-    def solve(self, u: NDArray, target: float) -> Point | None:  # noqa: D102 - as Curve
-        tangent, tests = np.empty(u.size), np.empty(self.n_tests)
-        is_found = self.kernel(self.sought, u, target, self.weights, self.work, tangent, tests)
-        return Point(u, tangent, tests) if is_found else None

@@ -1,7 +1,4 @@
-"""Newton's method on n equations in n + 1 unknowns within a plane, which is regular at a fold, and the tangent there.
-
-Callers fill `Work.matrix` and `Work.rhs` with their equations and call `newton_step` until it says how that ended.
-"""
+"""Newton's method on n equations in n + 1 unknowns within a plane, regular at a fold, and the tangent there."""
 
 from __future__ import annotations
 
@@ -31,25 +28,19 @@ class Work(NamedTuple):
     matrix : (size, size) float, derivatives of the equations; its last row is for the plane. After a step its factors
     pivots : (size,) int
     rhs : (size,) float, values of the equations
-    above, below : (size,) float, values beside them, for callers that take differences
     border : (size,) float, normal of the plane
-    last : (1,) float, weighted change of the last step
     """
 
     matrix: np.ndarray
     pivots: np.ndarray
     rhs: np.ndarray
-    above: np.ndarray
-    below: np.ndarray
     border: np.ndarray
-    last: np.ndarray
 
 
 def new_work(size: int) -> Work:
     """Return work arrays for a number of unknowns."""
-    rhs, above, below, border = np.zeros((4, size))
-    pivots = np.zeros(size, np.int64)
-    return Work(np.zeros((size, size)), pivots, rhs, above, below, border, np.zeros(1))
+    rhs, border = np.zeros((2, size))
+    return Work(np.zeros((size, size)), np.zeros(size, np.int64), rhs, border)
 
 
 @jit
@@ -118,28 +109,6 @@ def verdict(change, previous):
         return FAILED
     stalls = change <= STALLED and change >= 0.8 * previous
     return DONE if change <= CONVERGED or stalls else GOES_ON
-
-
-@jit
-def newton_step(u, target, weights, work):
-    """Take one Newton step of u, in place, for the equations in work, within the plane work.border . u = target.
-
-    Returns DONE, GOES_ON, or FAILED, which leaves u. work.last[0] must be infinite before the first step.
-    """
-    size, across, change = u.size, -target, 0.0
-    for column in range(size):
-        work.matrix[size - 1, column] = work.border[column]
-        across += work.border[column] * u[column]
-    work.rhs[size - 1] = across
-    factorise(work.matrix, work.pivots)
-    solve_factorised(work.matrix, work.pivots, work.rhs)
-    for k in range(size):
-        change = max(change, abs(work.rhs[k] * weights[k]))
-    said, work.last[0] = verdict(change, work.last[0]), change
-    if said != FAILED:
-        for k in range(size):
-            u[k] -= work.rhs[k]
-    return said
 
 
 @jit

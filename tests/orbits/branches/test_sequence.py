@@ -6,15 +6,17 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.orbits.branches.clearance import clearance
+from vibropipe.orbits.branches.curve import ImpactCurve, is_no_motion
 from vibropipe.orbits.branches.sequence import (
     eigenvalues,
     fill_equations,
     return_derivative,
 )
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
+from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.law import law_of_impacts
-from vibropipe.physics.flow import DEGREE
+from vibropipe.solve.boundary.closed_orbits import one_sided_orbit
+from vibropipe.solve.branch.problem import problem_of
 
 NONE = np.zeros((0, 0))
 TWO_SIDED = vp.Exciter(l=0.5, nu=1.3, f=1.0, h=0.1, delta=0.1, R1=0.8, R2=0.6)
@@ -69,11 +71,11 @@ def test_derivative_is_that_of_differences(exciter) -> None:
 
 
 @pytest.mark.parametrize("exciter", EXCITERS)
-def test_clearance_is_the_least_gap_of_the_sampled_motion(exciter) -> None:
+def test_the_margin_is_the_least_gap_of_the_sampled_motion(exciter) -> None:
     state, m, supports, u = orbit_of(exciter)
-    gap, time, side, _flight = clearance(
-        exciter.parameters(), float(m), 0, supports, u, np.empty(DEGREE + 1)
-    )
+    curve = curve_of(exciter, m, supports)
+    assert curve.settle(u) is not None
+    gap, _flight, side, time = curve.system.margins[of.GAP]
     motion = vp.simulate(
         exciter, tau_end=m * exciter.period, samples_per_period=20_000,
         x0=float(state.displacement_strobe), v0=float(state.velocity_strobe),
@@ -83,7 +85,7 @@ def test_clearance_is_the_least_gap_of_the_sampled_motion(exciter) -> None:
     struck = np.isin(np.arange(x.size - 1), np.searchsorted(motion.tau, motion.impact_tau) - 1)
     turns = np.flatnonzero((v[1:] * v[:-1] < 0) & ~struck)
     gaps = np.where(v[turns] > 0, exciter.upper - x[turns], x[turns] - exciter.lower)
-    assert gap == pytest.approx(gaps.min() if turns.size else 2 * exciter.l, abs=1e-6)
+    assert gap == pytest.approx(gaps.min(initial=np.inf), abs=1e-6)
     if turns.size and exciter.delta != 0.0:  # a symmetric orbit has its least gap at both supports
         at = turns[gaps.argmin()]
         assert side == (1 if v[at] > 0 else 2)
@@ -91,13 +93,24 @@ def test_clearance_is_the_least_gap_of_the_sampled_motion(exciter) -> None:
         assert (difference + m / 2) % m - m / 2 == pytest.approx(0.0, abs=2e-4)
 
 
-def test_a_flight_beyond_a_support_has_a_negative_gap() -> None:
-    # The orbit without its impacts on support 2 solves the equations of no motion.
-    p = vp.Exciter(l=0.5, nu=0.5, f=1.0, h=0.1, R1=0.5).parameters()
-    u = np.array([0.25, 0.3, 0.5])
-    gap, _time, side, flight = clearance(p, 1.0, 0, np.array([1], np.int8), u, np.empty(DEGREE + 1))
+def test_a_flight_beyond_a_support_has_a_negative_margin() -> None:
+    # Closed forms without impacts on support 2 that would pass through it.
+    exciter = vp.Exciter(l=0.5, nu=0.5, f=1.0, h=0.1, R1=0.5)
+    orbits = one_sided_orbit(exciter, 1, 1)
+    orbit = orbits.isel(solution=int(np.flatnonzero(orbits.admissible == 0)[0]))
+    curve = curve_of(exciter, 1, np.array([1], np.int8))
+    times = orbit.impact_phase.values + orbit.impact_period.values
+    point = curve.settle(np.concatenate([times, orbit.impact_velocity.values, [exciter.nu]]))
+    assert is_no_motion(point)
+    gap, flight, side, _time = curve.system.margins[of.GAP]
     assert gap < 0
     assert (side, flight) == (2, 0)
+
+
+def curve_of(exciter, m, supports):
+    """Return the branch over nu of orbits that strike supports in turn."""
+    problem, _signs = problem_of(exciter, "nu", 2.0 * exciter.nu, (), 0.02)
+    return ImpactCurve(problem, law_of_impacts(m, 0, supports), 1.0)
 
 
 def test_doubled_and_halved_are_inverse() -> None:

@@ -14,8 +14,7 @@ import numpy as np
 from vibropipe.continuation.curve import Curve as Continued
 from vibropipe.continuation.curve import Point
 from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, REST_BEGINS, STICK, TURN
-from vibropipe.orbits.boundaries.curve import TOUCHES, Box
-from vibropipe.orbits.boundaries.system import FOLDS, GRAZINGS
+from vibropipe.orbits.boundaries.curve import FOLDS, GRAZINGS, TOUCHES, Box
 from vibropipe.orbits.boundaries.touches import touch_beside
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import least as of
@@ -43,7 +42,7 @@ TOUCHED = N_TESTS
 # Weighted step of the central differences of a condition. It affects the speed of convergence alone.
 DIFFERENCE = 1e-6
 # Gap, weighted, of a support that an orbit without contacts touches with the other.
-AT_ONCE = 1e-9
+AT_ONCE = 1e-12
 # Weighted difference of the halves of an orbit next to which its equations are nearly those of its half.
 NEAR_HALVES = 0.03
 # Margin, weighted, next to which an orbit may meet two ends at once, where no step succeeds.

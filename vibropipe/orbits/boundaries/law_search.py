@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.continuation.curve import Point
-from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.curve import GRAZINGS, KINDS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, level_curves
 from vibropipe.orbits.boundaries.search import (
@@ -17,17 +17,14 @@ from vibropipe.orbits.boundaries.search import (
     is_known,
     new_levels,
 )
-from vibropipe.orbits.boundaries.seeds import MAX_CONTACTS, begin_at, begin_law, settled
-from vibropipe.orbits.boundaries.system import GRAZINGS, KINDS
+from vibropipe.orbits.boundaries.seeds import MAX_CONTACTS, begin, begin_at, settled
 from vibropipe.orbits.boundaries.touches import touching
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.switching import SWITCHES
-from vibropipe.orbits.branches.tree import follow_tree
+from vibropipe.orbits.branches.tree import with_children
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.following import LAWS, limit_of_laws, seeds_of_laws
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.problem import Problem, Scales
+from vibropipe.orbits.law.problem import Scales
 from vibropipe.orbits.row import row_parameters
 
 # Speed, as a share of the scale, below which a march only touches a support at a grazing.
@@ -95,7 +92,7 @@ def _seeds(
     for event in branch.events:
         kind = "grazing" if event.kind == "change" else event.kind
         if kind in of and kind in KINDS:
-            begun = begin_law(box, branch, event, KINDS[kind], marcher)
+            begun = begin(box, branch, event, KINDS[kind], marcher)
             if begun is not None:
                 yield begun
     yield from level_curves(box, branch, levels, marcher)
@@ -135,21 +132,11 @@ def _branches(box: Box, orbits: Iterable[SettledPieces], marcher: Marcher) -> It
             if point is None:
                 continue
             seed = Seed(curve, point, value, (1.0, -1.0))
-            for branch in _with_children(problem, seed, marcher):
+            for branch in with_children(problem, seed):
                 orbits_there += _passed(branch, set(at))
                 yield branch
-
-
-def _with_children(problem: Problem, seed: Seed, marcher: Marcher) -> Iterator[Branch]:
-    """Yield the branch of a seed, and those that begin at its bifurcations."""
-    (parent,) = follow_tree(problem, seed, (), LAWS).branches
-    yield parent
-    for event in parent.events:
-        if event.kind in SWITCHES and not limit_of_laws(parent, event):
-            for child in seeds_of_laws(parent, event):
                 if marcher.is_spent:
                     return
-                yield from follow_tree(problem, child, (), LAWS).branches
 
 
 def _passed(branch: Branch, at: set[float]) -> list[tuple[float, int, np.ndarray]]:

@@ -11,10 +11,9 @@ import numpy as np
 from vibropipe.continuation.curve import Point, Zero
 from vibropipe.continuation.path import Event, Mark, Step
 from vibropipe.march.piece_log import CAUSE
-from vibropipe.orbits.boundaries.curve import BoundaryFollower, Box
+from vibropipe.orbits.boundaries.curve import LEVELS, BoundaryFollower, Box
 from vibropipe.orbits.boundaries.law_curve import DIFFERENCE, LawBoundary
 from vibropipe.orbits.boundaries.seeds import settled
-from vibropipe.orbits.boundaries.system import LEVELS
 from vibropipe.orbits.branches.curve import is_no_motion
 from vibropipe.orbits.branches.following import PARENT_LENGTH, Branch
 from vibropipe.orbits.branches.linear import linear_state
@@ -221,8 +220,8 @@ def _orbits_of(box: Box, branch: Branch) -> Iterator[tuple[Law, Scales, np.ndarr
         ]
         yield without_events(1.0, 0), Scales(p.l, p.l * p.nu), np.array(orbits)
         return
-    for _id, group in groupby(branch.points, lambda each: id(each.curve or branch.curve)):
+    for _id, group in groupby(branch.points, lambda each: id(each.curve)):
         points = [*group]
-        curve = points[0].curve or branch.curve
+        curve = points[0].curve
         orbits = [np.concatenate([each.u[:-1], ends(each.value)]) for each in points]
         yield curve.sequence, curve.scales, np.array(orbits)

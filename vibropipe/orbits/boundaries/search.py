@@ -9,18 +9,15 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event, both_ways, joined
-from vibropipe.orbits.boundaries.curve import BoundaryCurve, BoundaryFollower, Box, followed, forms
+from vibropipe.orbits.boundaries.curve import KINDS, BoundaryFollower, Box, followed
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve, LevelFollower, level_curves
-from vibropipe.orbits.boundaries.seeds import begin, begin_law
-from vibropipe.orbits.boundaries.system import KINDS
+from vibropipe.orbits.boundaries.seeds import begin
 from vibropipe.orbits.branches.curve import is_no_motion
-from vibropipe.orbits.branches.following import Branch, Seed
-from vibropipe.orbits.branches.switching import SWITCHES, seeds_at
+from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
-from vibropipe.orbits.branches.tree import follow_branches, seed_of_orbit
+from vibropipe.orbits.branches.tree import seed_of_orbit, with_children
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.problem import Problem
 
 # Difference of the sum of impact speeds, relative, at which two orbits of the same parameters are one.
 SAME_SPEEDS = 1e-6
@@ -61,12 +58,7 @@ def find_boundaries(
         for event in branch.events:
             if event.kind not in of:
                 continue
-            # Kernels of impacts do not know what is tied.
-            begun = (
-                begin(box, branch, event)
-                if box.tied is None
-                else begin_law(box, branch, event, KINDS[event.kind], marcher)
-            )
+            begun = begin(box, branch, event, KINDS[event.kind], marcher)
             if begun is None or is_known(boundaries, *begun) or is_no_motion(begun[1]):
                 continue
             boundaries.append(follow_both_ways(*begun))
@@ -97,19 +89,9 @@ def _branches(box: Box, orbits: Iterable[Settled]) -> Iterator[Branch]:
             passed.append(key)
             if seed is None:
                 continue
-            for branch in _with_children(problem, seed):
+            for branch in with_children(problem, seed):
                 passed += _passed(branch, set(at))
                 yield branch
-
-
-def _with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
-    """Yield the branch of a seed, and those that begin at its bifurcations."""
-    (parent,) = follow_branches(problem, seed, ())
-    yield parent
-    for event in parent.events:
-        if event.kind in SWITCHES:
-            for child in seeds_at(parent, event):
-                yield from follow_branches(problem, child, ())
 
 
 def _size(u: np.ndarray) -> tuple[int, float]:
@@ -140,38 +122,17 @@ def _contains(
     )
 
 
-def is_known(
-    boundaries: Iterable[Boundary], curve: BoundaryCurve | LawBoundary, point: Point
-) -> bool:
+def is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -> bool:
     """Return whether a point lies on a boundary that is known, or its mirror image does."""
     if isinstance(curve, LevelCurve):
         return curve.is_again(point, boundaries)
-    if isinstance(curve, LawBoundary):
-        law = curve.sequence
-        keys = {law.key, law._replace(codes=law.image(law.codes)).key}
-        return any(
-            isinstance(each.curve, LawBoundary)
-            and each.curve.kind == curve.kind
-            and each.curve.sequence.key in keys
-            and each.curve.passes(each.points, point)
-            for each in boundaries
-        )
-    alike = [
-        each
-        for each in boundaries
-        if isinstance(each.curve, BoundaryCurve)
-        and each.curve.kind == curve.kind
-        and each.curve.sequence[:2] == curve.sequence[:2]
-        and len(each.curve.sequence.supports) == len(curve.sequence.supports)
-    ]
-    if not alike:
-        return False
+    law = curve.sequence
+    keys = {law.key, law._replace(codes=law.image(law.codes)).key}
     return any(
-        np.array_equal(form.supports, each.curve.sequence.supports)
-        and form.touch == each.curve.touch
-        and each.curve.passes(each.points, form.u)
-        for form in forms(curve, point.u)
-        for each in alike
+        each.curve.kind == curve.kind
+        and each.curve.sequence.key in keys
+        and each.curve.passes(each.points, point)
+        for each in boundaries
     )
 
 

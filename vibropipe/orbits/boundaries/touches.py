@@ -7,11 +7,12 @@ from typing import TYPE_CHECKING, NamedTuple
 import numpy as np
 
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, STICK, TURN
+from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, IMPACT, STICK, TURN
+from vibropipe.orbits.branches.grazing import NO_SPEED
 from vibropipe.orbits.branches.symmetry import primitive
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.edits import edits
-from vibropipe.orbits.law.happenings import happenings, law_from
+from vibropipe.orbits.law.happenings import Happening, happenings, law_from
 from vibropipe.orbits.law.law import SECTION, Law, acts_in, without_events
 from vibropipe.orbits.law.steps import (
     GAP,
@@ -59,6 +60,11 @@ class Grazing(NamedTuple):
     touch: tuple[float, float, float]
 
 
+def _is_still(event: Happening, speed: float) -> bool:
+    """Return whether an event is an impact without speed: what repeats strikes so in several of its periods."""
+    return event.kind == IMPACT and abs(event.own) < NO_SPEED * speed
+
+
 def grazing_at(point: Point) -> Grazing | None:
     """Return the orbit at the end of a law as one that touches a support there; None if it does not."""
     curve, law = point.curve, point.curve.sequence
@@ -67,8 +73,9 @@ def grazing_at(point: Point) -> Grazing | None:
     if abs(point.tests[SPEED]) < AT_END:
         slow = events[int(point.tests[SLOW_EVENT])]
         for kept in edits(curve.effects, law, p, u, point.tests, int(of.SPEED)):
-            made = law_from(kept, p, law.span, law.mirrored)
-            if not kept:
+            struck = [each for each in kept if not _is_still(each, curve.speed)]
+            made = law_from(struck, p, law.span, law.mirrored)
+            if not struck:
                 empty = without_events(law.span, law.mirrored, law.codes.shape[1])
                 made = empty, curve.state_at(point)[np.newaxis]
             if made is not None:
@@ -85,10 +92,10 @@ def grazing_at(point: Point) -> Grazing | None:
 def in_least_periods(curve: LawBoundary, point: Point) -> Grazing | None:
     """Return a motion that touches a support in its least number of periods; None if it is written so already.
 
-    Motions without contacts: laws of any number of periods end in them.
+    Without contacts laws of any number of periods end in them; with some, those that strike once in several periods.
     """
     law, kinds = curve.sequence, curve.sequence.codes[:, CAUSE]
-    if kinds[0] == SECTION or law.has_contacts:
+    if kinds[0] == SECTION:
         return None
     last = law.width * len(kinds)
     # A number in place of the parameter that ends the unknowns of a branch.
@@ -103,8 +110,8 @@ def in_least_periods(curve: LawBoundary, point: Point) -> Grazing | None:
 def touching(law: Law, u: np.ndarray, side: int, time: float) -> Grazing:
     """Return an orbit that touches a support at a time, of whichever turn or piece."""
     n, kinds = len(u), law.codes[:, CAUSE]
-    if kinds[0] == SECTION:
-        return Grazing(law, u, (0.0, float(side), time))
+    if kinds[0] == SECTION:  # a linear motion has the period of the force
+        return Grazing(law._replace(span=1.0, mirrored=0), u, (0.0, float(side), time % 1.0))
     laps, at = divmod(time - float(u[0, 0]), law.span)
     at += float(u[0, 0])
     if law.mirrored and int(laps) % 2:

@@ -163,7 +163,7 @@ def _struck(touching: Touching, turns: int, side: int) -> list[Seed]:
     ahead = curve.advance(point, STRUCK_LENGTH)
     if ahead is None or not (ahead.tests[GAP] > 0.0 and ahead.tests[SPEED] > 0.0):
         return []
-    return [Seed(curve, Point(point.u, point.tangent, ahead.tests), point.value, (1.0,))]
+    return [Seed(curve, curve.point(point.u, point.tangent, ahead.tests), point.value, (1.0,))]
 
 
 def _linear_seeds(problem: Problem, value: float) -> list[Seed]:
@@ -202,7 +202,7 @@ def _without(curve: LawCurve, point: Point) -> list[Seed]:
         child, touching = settled
         tests = touching.tests.copy()
         tests[GAP] = 0.0
-        start = Point(touching.u, touching.tangent, tests)
+        start = child.point(touching.u, touching.tangent, tests)
         for side in (start, start.reversed()):
             ahead = child.advance(side, PROBE)
             if ahead is not None and ahead.tests[GAP] > 0.0 and ahead.tests[SPEED] > 0.0:

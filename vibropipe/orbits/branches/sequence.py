@@ -13,7 +13,6 @@ equations stay regular.
 from __future__ import annotations
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,37 +21,6 @@ from vibropipe.physics.contact import restitution_at, support_position
 from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.saltation import product, saltation_matrix
-
-
-class Sequence(NamedTuple):
-    """An impact sequence.
-
-    m : period multiple of the orbit
-    mirrored : 1 if the orbit is its own mirror image half an orbit later, else 0
-    supports : (n,) int8, struck in turn, over the orbit or, if mirrored, over its first half
-    """
-
-    m: int
-    mirrored: int
-    supports: np.ndarray
-
-    @property
-    def span(self) -> float:
-        """Length of the sequence in forcing periods."""
-        return 0.5 * self.m if self.mirrored else float(self.m)
-
-    @property
-    def width(self) -> int:
-        """Number of unknowns of an impact."""
-        return 2
-
-    def image(self, supports: np.ndarray) -> np.ndarray:
-        """Return the mirror image of impacts."""
-        return (3 - supports).astype(np.int8)
-
-    def like(self, m: int, mirrored: int, supports: np.ndarray) -> Sequence:
-        """Return another sequence."""
-        return Sequence(m, mirrored, supports)
 
 
 @jit
@@ -74,7 +42,7 @@ def next_impact(span, mirrored, supports, u, i):
 def fill_equations(p, span, mirrored, supports, u, residual, jacobian) -> None:
     """Evaluate the equations of a sequence, and their derivative.
 
-    span, mirrored, supports : as in `Sequence`
+    span, mirrored, supports : as of a `Law`
     u : (2n,) or longer, times of the impacts in forcing periods, then velocities before them
     residual : (2n,) or longer, distance of the end of each flight from the next support, and from the next velocity
     jacobian : (2n, 2n) or larger, or without rows, derivative by u

@@ -37,17 +37,17 @@ def limit_at(branch: Branch, event: Event) -> str:
     """
     if branch.curve is None or event.reason in ("speed", "doubled"):
         return ""
-    sequence = branch.curve.sequence
+    point = branch.points[event.point]
+    sequence = point.curve.sequence
     n, is_doubled = len(sequence.supports), event.kind != "grazing"
     # A mirrored sequence is half of its orbit, and loses its symmetry within the same periods.
     if is_doubled and not sequence.mirrored and 2 * sequence.m > MAX_MULTIPLE:
         return "multiple"
     if (2 * n if is_doubled else n + 1) > MAX_SEQUENCE:
         return "impacts"
-    point = branch.points[event.point]
     if point.tests[SPEED] < MIN_CHATTER_SPEED:
         return "rounding"
-    return "rounding" if is_doubled and branch.curve.is_steep(point, 0.0, HIDDEN_LENGTH) else ""
+    return "rounding" if is_doubled and point.curve.is_steep(point, 0.0, HIDDEN_LENGTH) else ""
 
 
 def seeds_at(branch: Branch, event: Event) -> list[Seed]:
@@ -56,11 +56,11 @@ def seeds_at(branch: Branch, event: Event) -> list[Seed]:
         return seeds_at_grazing(branch, event)
     point = branch.points[event.point]
     if event.reason == "doubled":
-        at_parent = parent_point(branch.curve, point, event.kind)
+        at_parent = parent_point(point.curve, point, event.kind)
         if at_parent is None:
             return []
         parent, start = at_parent
         tests = start.tests.copy()
         tests[DOUBLING] = 0.0
         return [Seed(parent, start._replace(tests=tests), point.value, (1.0, -1.0))]
-    return _doubled_seeds(branch.curve, point, event.kind)
+    return _doubled_seeds(point.curve, point, event.kind)

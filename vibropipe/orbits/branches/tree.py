@@ -3,19 +3,20 @@
 from __future__ import annotations
 
 from collections import deque
-from collections.abc import Callable, Collection, Iterable
+from collections.abc import Callable, Collection, Iterator
 from typing import NamedTuple
 
 import numpy as np
 
-from vibropipe.continuation.path import Event, Path, both_ways, joined
+from vibropipe.continuation.path import Event, both_ways, joined
 from vibropipe.orbits.branches.curve import ImpactCurve
-from vibropipe.orbits.branches.following import Branch, Seed, follow
+from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.grazing import siblings_at_grazing
 from vibropipe.orbits.branches.linear import follow_linear
-from vibropipe.orbits.branches.switching import limit_at, seeds_at
+from vibropipe.orbits.branches.switching import SWITCHES, limit_at, seeds_at
 from vibropipe.orbits.branches.symmetry import halved, halves_agree
 from vibropipe.orbits.law.curve import LawCurve
+from vibropipe.orbits.law.following import follow_laws
 from vibropipe.orbits.law.law import law_of_impacts
 from vibropipe.orbits.law.problem import Problem as Problem
 
@@ -37,24 +38,6 @@ Key = tuple[str, float, float, float]
 # What tells branches that begin at one grazing from each other: periods, whether the orbit is its own mirror image, and
 # the supports struck in turn, from whichever impact on.
 Law = tuple[float, int, bytes]
-
-
-class Rules(NamedTuple):
-    """How branches of one kind of orbit are followed: the functions that `follow_tree` calls.
-
-    follow : as `following.follow`
-    limit_at, seeds_at : as those of `switching`
-    siblings_at : as `grazing.siblings_at_grazing`
-    """
-
-    follow: Callable[..., Path]
-    limit_at: Callable[[Branch, Event], str]
-    seeds_at: Callable[[Branch, Event], list[Seed]]
-    siblings_at: Callable[[Branch, Event], Iterable[Seed]] = lambda _branch, _event: ()
-
-
-# Of orbits by their impacts.
-IMPACTS = Rules(follow, limit_at, seeds_at, siblings_at_grazing)
 
 
 class Tree(NamedTuple):
@@ -90,17 +73,26 @@ def seed_of_orbit(
     return None if point is None else Seed(curve, point, point.value, signs)
 
 
-def follow_branches(problem: Problem, seed: Seed, switch: Collection[str]) -> list[Branch]:
-    """Return the branches of `follow_tree`."""
-    return follow_tree(problem, seed, switch).branches
+def with_children(problem: Problem, seed: Seed) -> Iterator[Branch]:
+    """Yield the branch of a seed, and those that begin at its bifurcations."""
+    (parent,) = follow_tree(problem, seed, ()).branches
+    yield parent
+    for event in parent.events:
+        if event.kind in SWITCHES and not limit_at(parent, event):
+            for child in seeds_at(parent, event):
+                yield from follow_tree(problem, child, ()).branches
 
 
 def follow_tree(
-    problem: Problem, seed: Seed, switch: Collection[str], rules: Rules = IMPACTS
+    problem: Problem,
+    seed: Seed,
+    switch: Collection[str],
+    is_wanted: Callable[[Seed], bool] = lambda _seed: True,
 ) -> Tree:
     """Follow the branch of a seed, and those that begin at its bifurcations of the kinds `switch`, and at theirs.
 
     switch : any of flip, pitchfork, grazing
+    is_wanted : says of the start of a branch at a bifurcation whether that is followed
 
     Returns at most `MAX_BRANCHES` branches; none is followed from both of its ends.
     """
@@ -111,34 +103,35 @@ def follow_tree(
     known = _Known(problem)
     while (waiting or grazings) and len(branches) < MAX_BRANCHES:
         if not waiting:
-            waiting += _siblings(known, rules, *grazings.popleft())
+            waiting += _siblings(known, is_wanted, *grazings.popleft())
             continue
         origin, seed = waiting.popleft()
         if origin is not None and known.is_reached(origin, seed):
             continue
-        branch = _follow_seed(problem, seed, rules)
+        branch = _follow_seed(problem, seed)
         if origin is not None and len(branch.points) + len(branch.values) < 2:
             continue
         branches.append(branch)
         for index, key in known.enter(branch, origin, switch):
             event = branch.events[index]
-            limit = rules.limit_at(branch, event)
+            limit = limit_at(branch, event)
             if limit:
                 branch.events[index] = event._replace(reason=limit)
                 continue
-            waiting += [(key, each) for each in rules.seeds_at(branch, event)]
+            waiting += [(key, each) for each in seeds_at(branch, event) if is_wanted(each)]
             if event.kind == "grazing":
                 grazings.append((key, branch, event))
     for grazing in grazings:
-        waiting += _siblings(known, rules, *grazing)
+        waiting += _siblings(known, is_wanted, *grazing)
     return Tree(branches, sum(at is None or not known.is_reached(at, each) for at, each in waiting))
 
 
 def _siblings(
-    known: _Known, rules: Rules, key: Key, branch: Branch, event: Event
+    known: _Known, is_wanted: Callable[[Seed], bool], key: Key, branch: Branch, event: Event
 ) -> list[tuple[Key, Seed]]:
     """Return the starts of the branches at a grazing that are not followed yet."""
-    return [(key, each) for each in rules.siblings_at(branch, event) if not known.is_met(key, each)]
+    siblings = (each for each in siblings_at_grazing(branch, event) if is_wanted(each))
+    return [(key, each) for each in siblings if not known.is_met(key, each)]
 
 
 class _Known:
@@ -207,27 +200,26 @@ def _key(branch: Branch, event: Event) -> Key:
     if branch.curve is None:
         return event.kind, branch.values[event.point], 0.0, 0.0
     point = branch.points[event.point]
-    # Along a branch with several laws each point has the curve of its own.
-    sequence, u = (point.curve or branch.curve).sequence, point.u
+    sequence, u = point.curve.sequence, point.u
     n = len(sequence.supports)
     velocities = u[n : 2 * n] / sequence.span
     total = 0.0 if sequence.mirrored else float(velocities.sum())
     return event.kind, float(u[-1]), float(np.abs(velocities).sum()), total
 
 
-def _follow_seed(problem: Problem, seed: Seed, rules: Rules) -> Branch:
+def _follow_seed(problem: Problem, seed: Seed) -> Branch:
     """Follow a branch from its seed, to one or both sides."""
     if seed.curve is None or seed.point is None:
         return _follow_linear_seed(problem, seed)
-    closes, length = len(seed.signs) > 1, seed.first_length
+    curve, closes, length = seed.curve, len(seed.signs) > 1, seed.first_length
     back, ahead = both_ways(
-        lambda start: rules.follow(seed.curve, start, closes, length), seed.point, seed.signs
+        lambda start: follow_laws(curve, start, closes, length), seed.point, seed.signs
     )
     points, events = joined(back, ahead)
     for path, index in ((back, 0), (ahead, len(points) - 1)):
         if path.end in ("lost", "points", "closed", "continuum"):
             events.append(Event("end", path.end, index))
-    return Branch(problem, seed.curve, points, [], sorted(events, key=lambda each: each.point))
+    return Branch(problem, curve, points, [], sorted(events, key=lambda each: each.point))
 
 
 def _follow_linear_seed(problem: Problem, seed: Seed) -> Branch:

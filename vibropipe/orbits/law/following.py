@@ -2,17 +2,14 @@
 
 from __future__ import annotations
 
-from dataclasses import replace
-
 import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.follower import FIRST_LENGTH
 from vibropipe.continuation.path import LIMIT, Event, Path
 from vibropipe.march.piece_log import CAUSE, REST_BEGINS
-from vibropipe.orbits.branches.following import Branch, Seed, follow
-from vibropipe.orbits.branches.switching import limit_at, seeds_at
-from vibropipe.orbits.branches.tree import Rules
+from vibropipe.orbits.branches.curve import ImpactCurve
+from vibropipe.orbits.branches.following import follow
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.beyond import (
     BESIDES,
@@ -29,6 +26,8 @@ from vibropipe.orbits.law.steps import GAP_FLIGHT, GAP_SIDE, MARGIN
 SAME_ORBIT = 1e-6
 # Laws after which a branch is left: where contacts chatter, others follow ever again.
 MAX_LAWS = 100
+# Why a branch ends that may go on by another law; at a grazing of impacts alone others begin, too.
+ENDS = ("gap", "speed", "lost")
 
 
 def follow_laws(
@@ -37,13 +36,13 @@ def follow_laws(
     """Follow a branch from a point along its tangent, through the ends of its laws.
 
     Arguments and result are those of `following.follow`. Where the events change there is an event of kind "change";
-    the path ends there where no orbit continues it.
+    the path ends there where no orbit continues it, and at a grazing of orbits that strike rigid supports alone.
     """
     path = follow(curve, start, closes, first_length)
     begun: list[Point] = []
     shortest = BESIDES[0] * (curve.problem.high - curve.problem.low)
     for _law in range(MAX_LAWS):
-        if path.end not in ("gap", "speed", "lost"):
+        if path.end not in ENDS or isinstance(path.points[-1].curve, ImpactCurve):
             return path
         end, last = path.points[-1], len(path.points) - 1
         if path.end == "lost":
@@ -104,24 +103,3 @@ def _is_again(point: Point, before: Point) -> bool:
         return False
     is_same = curve.distance(point, before) < SAME_ORBIT
     return bool(is_same and curve.cosine(point, before) > 0.0)
-
-
-def law_branch_at(branch: Branch, event: Event) -> Branch:
-    """Return a branch as one of the law that its orbits have at an event."""
-    return replace(branch, curve=branch.points[event.point].curve)
-
-
-def limit_of_laws(branch: Branch, event: Event) -> str:
-    """Return why the orbits that begin at a bifurcation are not followed: as `switching.limit_at`."""
-    return limit_at(law_branch_at(branch, event), event)
-
-
-def seeds_of_laws(branch: Branch, event: Event) -> list[Seed]:
-    """Return the branches that begin at a flip or a pitchfork; none at others."""
-    if event.kind not in ("flip", "pitchfork"):
-        return []
-    return seeds_at(law_branch_at(branch, event), event)
-
-
-LAWS = Rules(follow_laws, limit_of_laws, seeds_of_laws)
-"""How branches of orbits by their laws are followed."""

@@ -32,13 +32,12 @@ from vibropipe.words.parameters import ACTED
 # det(D + 1) of the return map's derivative D, bounded (a flip; of a mirrored law a pitchfork). UNIT: det(D - 1) alike.
 # GAP: least distance from a support at a turning point, or another margin, as a pure number. SPEED: least impact
 # velocity towards its support, weighted. What follows says where.
-DOUBLING, UNIT, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT, SLOWEST, TESTS = (
-    range(OWN_TESTS, OWN_TESTS + 11)
+DOUBLING, UNIT, GAP, SPEED, TRACE, DETERMINANT, GAP_TIME, GAP_SIDE, GAP_FLIGHT = range(
+    OWN_TESTS, OWN_TESTS + 9
 )
 # Numbers of a point beside its tests: the kind of its least margin but that of speeds, and the slowest event. Beside a
 # housing PAIR is 0 where a pair of multipliers is on the unit circle; MINORS are those of the return map's derivative.
-MARGIN, SLOW_EVENT, PAIR, MINORS = range(TESTS, TESTS + 4)
-N_TESTS = TESTS + 4
+MARGIN, SLOW_EVENT, PAIR, MINORS, N_TESTS = range(GAP_FLIGHT + 1, GAP_FLIGHT + 6)
 # Step of central differences of parameters that others act on, relative. It affects the speed of convergence and the
 # tangent.
 DIFFERENCE = 1e-5

@@ -7,19 +7,15 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.law_curve import LawBoundary
+from vibropipe.orbits.boundaries.curve import GRAZINGS, Box
 from vibropipe.orbits.boundaries.level_curve import LevelCurve
 from vibropipe.orbits.boundaries.search import Boundary
-from vibropipe.orbits.boundaries.system import GRAZINGS
-from vibropipe.orbits.branches.sequence import Sequence as ImpactSequence
-from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
 from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import levels_text
-from vibropipe.solve.branch.branch_dataset import solve_points
+from vibropipe.solve.branch.branch_dataset import solve_orbits
 from vibropipe.solve.design.goals import Bound
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
@@ -133,7 +129,7 @@ def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, in
     if isinstance(curve, LevelCurve):
         return laws  # those of their mirror images are curves of their own
     if curve.kind == GRAZINGS:
-        side = int(curve.touched[1] if isinstance(curve, LawBoundary) else curve.touch.side)
+        side = int(curve.touched[1])
         begin = {(1, 0) if side == 1 else (0, 1)}
         if box.symmetric and (curve.sequence.mirrored or first + second == 0):
             begin = {(1, 1)} if first + second else {(1, 0), (0, 1), (1, 1)}
@@ -149,37 +145,12 @@ def _label(box: Box, boundary: Boundary, quantities: Quantities) -> Variables:
         found, _parameters = quantities.of(curve, orbits, curve.is_image, OUTPUTS_KEPT, 1)
         of_housing = ["housing_velocity_strobe"] if curve.width > 2 else []
         return {name: found[name] for name in (*of_housing, *KEPT)}
-    if isinstance(curve, LawBoundary):
-        return label_points(boundary)
-    parameters = np.tile(box.values, (len(points), 1))
-    parameters[:, box.along] = [point.u[-2:] for point in points]
-    sequence: Any = ImpactSequence(1, 0, np.zeros(0, np.int8))
-    unknowns = parameters[:, :1]
-    n = len(curve.sequence.supports)
-    if n == 0:
-        parameters[:, NOT_LINEAR] = 0.0
-    if n:
-        # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
-        wholes = [whole_orbit(curve.sequence, np.append(point.u[: 2 * n], 0.0)) for point in points]
-        sequence, unknowns = wholes[0][0], np.array([u for _sequence, u in wholes])
-    variables = _solve(sequence, parameters, unknowns)
-    if curve.kind != GRAZINGS:
-        # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
-        product = np.abs(variables["floquet_multiplier"][1].prod(axis=1))
-        variables["stable"] = (("row",), (product < 1.0).astype(np.int8))
-    return variables
-
-
-def _solve(sequence: ImpactSequence, parameters: np.ndarray, unknowns: np.ndarray) -> Variables:
-    """Return the kept quantities of the orbits of one impact sequence."""
-    results = solve_points(sequence.m, sequence.supports, parameters, unknowns, 1)
-    labelled = label_rows(results, parameters)
-    return {name: labelled[name] for name in KEPT}
+    return label_points(boundary)
 
 
 def _empty(box: Box) -> Variables:
     """Return the variables of no point."""
     parameters = box.values[np.newaxis, : len(Parameters._fields)].copy()
     parameters[:, NOT_LINEAR] = 0.0
-    one = _solve(ImpactSequence(1, 0, np.zeros(0, np.int8)), parameters, np.zeros((1, 1)))
-    return {name: (dims, values[:0]) for name, (dims, values) in one.items()}
+    one = label_rows(solve_orbits(None, np.zeros((1, 1)), parameters, 1), parameters)
+    return {name: (one[name][0], one[name][1][:0]) for name in KEPT}

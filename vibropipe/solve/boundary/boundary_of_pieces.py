@@ -9,12 +9,11 @@ from typing import TYPE_CHECKING
 import numpy as np
 
 from vibropipe.continuation.curve import Point
-from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.curve import GRAZINGS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.level_curve import Level
 from vibropipe.orbits.boundaries.search import Boundary
-from vibropipe.orbits.boundaries.system import GRAZINGS
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE

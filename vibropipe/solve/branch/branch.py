@@ -30,7 +30,6 @@ from vibropipe.solve.branch.problem import (
     check_range,
     exciter_at,
     problem_of,
-    rules_of,
     seed_of_steady_state,
     with_rests,
     with_ties,
@@ -241,7 +240,7 @@ def branch(
         if effects.housing is not None:
             got += ", whose chatter pushes a held housing off without end, or that is not isolated"
         raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
-    tree = follow_tree(problem, seed, switches, rules_of(problem.effects))
+    tree = follow_tree(problem, seed, switches)
     if tree.n_left:
         told = (
             f"{len(tree.branches)} branches are followed, the most of one call; "

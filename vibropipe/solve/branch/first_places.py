@@ -12,7 +12,7 @@ from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.restitution import SUPPORTS, is_contact_damping
 from vibropipe.solve.branch.places import place_slopes, values_of
-from vibropipe.solve.branch.problem import problem_of, rules_of, seed_of_steady_state
+from vibropipe.solve.branch.problem import problem_of, seed_of_steady_state
 from vibropipe.solve.rows.named import Named
 from vibropipe.solve.rows.points import Points
 from vibropipe.words.bifurcations import without_slope
@@ -98,7 +98,7 @@ def _followed(points: Points, row: int, along: str, way: str) -> Branch | None:
     seed = seed_of_steady_state(exciter, followed, signs, start)
     if seed is None:
         return None
-    return follow_tree(followed, seed, (), rules_of(problem.effects)).branches[0]
+    return follow_tree(followed, seed, ()).branches[0]
 
 
 def _limit(exciter: Exciter, along: str, way: str) -> float:

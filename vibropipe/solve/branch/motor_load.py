@@ -13,7 +13,6 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.branch.branch_dataset import branch_dataset
 from vibropipe.solve.branch.problem import (
     problem_of,
-    rules_of,
     seed_of_steady_state,
     with_rests,
 )
@@ -200,5 +199,5 @@ def _branch_to(exciter: Exciter, nu: float, row: xr.Dataset, ties: Ties) -> xr.D
     seed = seed_of_steady_state(exciter, problem, signs, start)
     if seed is None:
         return None
-    tree = follow_tree(problem, seed, (), rules_of(problem.effects))
+    tree = follow_tree(problem, seed, ())
     return branch_dataset(problem, tree.branches, 1, {}, OUTPUTS)

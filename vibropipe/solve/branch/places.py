@@ -7,10 +7,9 @@ from collections.abc import Collection, Mapping, Sequence
 import numpy as np
 
 from vibropipe.continuation.path import Event
-from vibropipe.orbits.boundaries.curve import Box
+from vibropipe.orbits.boundaries.curve import KINDS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.seeds import linear_grazing
-from vibropipe.orbits.boundaries.system import KINDS
 from vibropipe.orbits.boundaries.touches import Grazing, grazing_at
 from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
@@ -98,7 +97,7 @@ def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] |
     if branch.curve is None:
         return _linear_touch(branch, branch.values[event.point])
     point = branch.points[event.point]
-    curve = branch.curve if point.curve is None else point.curve
+    curve = point.curve
     if event.kind == "grazing":
         grazing = grazing_at(point._replace(curve=curve))
         if grazing is None:
@@ -148,7 +147,7 @@ def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
     if branch.curve is None:
         scales, marcher = Scales(l, l * problem.values[0]), Marcher(problem.effects)
     else:
-        curve = branch.points[event.point].curve or branch.curve
+        curve = branch.points[event.point].curve
         scales, marcher = curve.scales, curve.marcher
     boundary = LawBoundary(
         box, KINDS[event.kind], _contiguous(orbit.law), orbit.touch, scales, marcher

@@ -9,8 +9,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.branches.following import Seed
-from vibropipe.orbits.branches.tree import IMPACTS, Rules, seed_of_orbit
-from vibropipe.orbits.law.following import LAWS
+from vibropipe.orbits.branches.tree import seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics.effects import Effects, all_effects
@@ -180,11 +179,6 @@ def with_rests(problem: Problem, start: xr.Dataset) -> Problem:
     if problem.effects.has_pieces or int(start["regime"]) != Regime.WITH_REST:
         return problem
     return problem._replace(effects=problem.effects._replace(soft=1, friction=1))
-
-
-def rules_of(effects: Effects) -> Rules:
-    """Return how branches of exciters with some effects are followed."""
-    return LAWS if effects.has_pieces else IMPACTS
 
 
 def seed_of_steady_state(

@@ -82,15 +82,6 @@ def struck_by(point: Point) -> Struck:
     return Struck(*counts_of(law), (speeds[0], speeds[1]))
 
 
-def with_curves(branch: Branch) -> Branch:
-    """Return a branch whose points all know the curve that they lie on; of one law that of the branch."""
-    points = [
-        point if point.curve is not None else point._replace(curve=branch.curve)
-        for point in branch.points
-    ]
-    return replace(branch, points=points)
-
-
 def floor_of(branch: Branch) -> float:
     """Return the velocity below which impacts of a branch are equally slow."""
     return 1e-3 * (branch.curve.speed if branch.curve is not None else 1.0)

@@ -2,14 +2,14 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Callable, Iterable, Iterator
 from typing import TYPE_CHECKING, Any, NamedTuple
 
 import numpy as np
 
 from vibropipe.orbits.branches.following import Branch, Seed
 from vibropipe.orbits.branches.switching import SWITCHES
-from vibropipe.orbits.branches.tree import Rules, follow_tree, seed_of_orbit
+from vibropipe.orbits.branches.tree import follow_tree, seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import START_WORK
@@ -17,7 +17,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.basins.attractors import reachable_velocity
 from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
 from vibropipe.solve.branch.places import values_of
-from vibropipe.solve.branch.problem import NO_TIES, problem_of, rules_of, seed_of_steady_state
+from vibropipe.solve.branch.problem import NO_TIES, problem_of, seed_of_steady_state
 from vibropipe.solve.branch.same_orbits import (
     Struck,
     begins_or_ends,
@@ -25,7 +25,6 @@ from vibropipe.solve.branch.same_orbits import (
     is_covered,
     is_same,
     parts_of,
-    with_curves,
     with_ends,
 )
 from vibropipe.solve.rows.steady import steady_state
@@ -80,7 +79,7 @@ def law_stretches(
     values = low + (np.arange(VALUES) + 0.5) * ((high - low) / VALUES)
     problem = problem._replace(at=tuple(sorted({*problem.at, *values.tolist()})))
     found: list[Branch] = []
-    rules = near_rules(rules_of(problem.effects), law, found)
+    is_near = near(law, found)
     trees = left = 0
     for own, orbit, seed_of in candidates(exciter, along, values, law, ties):
         if is_covered(found, own, orbit):
@@ -91,9 +90,9 @@ def law_stretches(
         seed = seed_of(problem._replace(values=problem.values_at(own)), signs)
         if seed is None:
             continue
-        tree = follow_tree(problem, seed, SWITCHES, rules)
+        tree = follow_tree(problem, seed, SWITCHES, is_near)
         trees, left = trees + 1, left + tree.n_left
-        found += [with_curves(branch) for branch in tree.branches]
+        found += tree.branches
     kept: list[Branch] = []
     parts = [part for branch in found for part in parts_of(branch, law)]
     for part in sorted(parts, key=lambda each: -np.ptp(values_of(each))):
@@ -103,8 +102,8 @@ def law_stretches(
     return Stretches(problem, kept, left)
 
 
-def near_rules(rules: Rules, law: tuple[int, int, int], found: Iterable[Branch]) -> Rules:
-    """Return rules that follow no orbit of far more periods or impacts than a law has, and none found again."""
+def near(law: tuple[int, int, int], found: Iterable[Branch]) -> Callable[[Seed], bool]:
+    """Return what says of a start whether its orbit has not far more periods or impacts than a law, and is new."""
 
     def is_near(seed: Seed) -> bool:
         if any(begins_or_ends(branch, seed) for branch in found):
@@ -115,12 +114,7 @@ def near_rules(rules: Rules, law: tuple[int, int, int], found: Iterable[Branch])
         most = MOST * (law[1] + law[2]) + FURTHER
         return m <= MOST * law[0] and first + second <= most
 
-    return rules._replace(
-        seeds_at=lambda branch, event: [s for s in rules.seeds_at(branch, event) if is_near(s)],
-        siblings_at=lambda branch, event: (
-            s for s in rules.siblings_at(branch, event) if is_near(s)
-        ),
-    )
+    return is_near
 
 
 def candidates(

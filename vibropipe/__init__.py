@@ -129,8 +129,8 @@ def _telling_faults(function: Any) -> Any:
     from functools import wraps
     from inspect import Parameter, signature
 
-    from vibropipe.physics.parameter_error import ParameterError, check_keywords
-    from vibropipe.solve.argument_types import check_types, checks_of
+    from vibropipe.physics.parameter_error import ParameterError
+    from vibropipe.solve.argument_types import check_names, check_types, checks_of
 
     known, types = signature(function).parameters, checks_of(signature(function))
     if any(each.kind is Parameter.VAR_KEYWORD for each in known.values()):
@@ -138,7 +138,7 @@ def _telling_faults(function: Any) -> Any:
 
     @wraps(function)
     def checked(*args: Any, **given: Any) -> Any:
-        check_keywords(given, known, "argument")
+        check_names(given, known)
         by_name = {**dict(zip(known, args, strict=False)), **given}
         check_types(types, by_name)
         try:

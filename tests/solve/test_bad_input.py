@@ -139,6 +139,23 @@ def test_an_unknown_keyword_of_a_call_is_told_with_what_may_be_meant(call, name,
     assert pickle.loads(pickle.dumps(call)) is call
 
 
+@pytest.mark.parametrize(
+    ("call", "given", "told"),
+    [
+        (vp.steady_state, {"nu": 1.2, "f": 0.8}, "nu: must be given to the exciter, as vp.Exciter(nu=..., f=...)"),
+        (vp.simulate, {"x0": 0.1, "nu": 1.2}, "nu: must be given to the exciter, as vp.Exciter(nu=...)"),
+        (vp.boundary, {"l": "8 mm", "C": 5.0},
+         "l: must be given to the exciter, as vp.Exciter.from_physical(l=..., C=...)"),
+        (vp.simulate, {"ties": {"R2": "R1"}}, "ties: must be given to the exciter, as vp.Exciter(ties=...)"),
+        (vp.load, {"nu": 1.2}, "nu: is an unknown argument; must be one of "),
+    ],
+)  # fmt: skip
+def test_parameters_in_place_of_an_exciter_are_told_where_they_belong(call, given, told) -> None:
+    with pytest.raises(vp.ParameterError) as error:
+        call(**given)
+    assert str(error.value).startswith(told)
+
+
 E, X, MEASURED = vp.Exciter(l=0.5, h=0.1), [0.1, 0.2], {"nu": [1.0], "displacement_mean": [0.1]}
 A_MAPPING = "must be a mapping of names to values, as {name: value}"
 

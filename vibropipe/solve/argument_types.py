@@ -1,15 +1,16 @@
-"""Types of the arguments of public calls, by the annotations of their signatures."""
+"""Names and types of the arguments of public calls, by their signatures."""
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Collection, Mapping
 from inspect import Signature
 from os import PathLike
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from vibropipe.physics.parameter_error import ParameterError
+from vibropipe.physics.parameter_error import ParameterError, check_keywords
+from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 
 
 class Check(NamedTuple):
@@ -33,6 +34,19 @@ def checks_of(signature: Signature) -> dict[str, Check]:
             allowed = " or ".join(filter(None, [", ".join(texts), last]))
             found[name] = Check([holds for holds, _text in known], allowed, "None" in parts)
     return found
+
+
+def check_names(given: Collection[str], known: Collection[str]) -> None:
+    """Raise a ParameterError for keywords that a call does not take; of parameters of an exciter it says so."""
+    of_exciter = {*PARAMETERS, *PHYSICAL, "ties"}
+    own = [name for name in given if name not in known and name in of_exciter]
+    if "exciter" in known and own:
+        has_units = any(name in PHYSICAL and name not in PARAMETERS for name in own)
+        call = "vp.Exciter.from_physical" if has_units else "vp.Exciter"
+        values = ", ".join(f"{name}=..." for name in own)
+        must = f"must be given to the exciter, as {call}({values})"
+        raise ParameterError(own[0], None, must=must, got="")
+    check_keywords(given, known, "argument")
 
 
 def check_types(checks: Mapping[str, Check], given: Mapping[str, Any]) -> None:

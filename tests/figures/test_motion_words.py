@@ -19,6 +19,12 @@ from vibropipe.words.regimes import Regime
         (Regime.TWO_SIDED, 2, (4, 5), (0, 0), "support 1 four times, support 2 five times, in two periods"),
         (Regime.WITH_REST, 1, (8, 0), (1, 0), "rest on support 1"),
         (Regime.WITH_REST, 1, (8, 9), (1, 1), "rest on both supports"),
+        (Regime.WITH_REST, 2, (9, 9), (0, 0), "rest on a support"),
+        (Regime.WITH_REST, 1, (8, 1), (1, 0), "rest on support 1, support 2 once a period"),
+        (Regime.WITH_REST, 1, (2, 8), (0, 1), "rest on support 2, support 1 twice a period"),
+        (Regime.WITH_REST, 1, (8, 9), (1, 2), "rest on support 1 once, rest on support 2 twice a period"),
+        (Regime.WITH_REST, 2, (16, 0), (1, 0), "rest on support 1 once in two periods"),
+        (Regime.WITH_REST, 2, (16, 3), (2, 0), "rest on support 1 twice, support 2 three times, in two periods"),
         (Regime.APERIODIC, 0, (1.25, 0.75), (0, 0), "aperiodic"),
     ],
 )  # fmt: skip

@@ -127,10 +127,7 @@ def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[
     if regime in WITHOUT_COUNTS:
         return WITHOUT_COUNTS[Regime(regime)]
     if regime == Regime.WITH_REST:
-        resting = [n for n, rest in enumerate(rests, 1) if rest > 0]
-        if len(resting) == 2:
-            return "rest on both supports"
-        return f"rest on support {resting[0]}" if resting else "rest on a support"
+        return rest_words(m, impacts, rests)
     first, second = (round(float(p)) for p in impacts)
     if regime == Regime.TWO_SIDED and first != second:
         each = f"support 1 {times_word(first)}, support 2 {times_word(second)}"
@@ -142,6 +139,33 @@ def motion_words(regime: int, m: int, impacts: Sequence[float], rests: Sequence[
     if m > 1:
         return f"{who}, {times_word(number)} in {number_word(m)} periods"
     return f"{who}, {times_word(number)} a period"
+
+
+def rest_words(m: int, impacts: Sequence[float], rests: Sequence[float]) -> str:
+    """Write a motion that rests, with its impacts on a support on which it does not; arguments as of `motion_words`.
+
+    >>> rest_words(1, (19, 0), (1, 0)), rest_words(1, (9, 9), (1, 1))
+    ('rest on support 1', 'rest on both supports')
+    >>> rest_words(1, (2, 7), (0, 1))
+    'rest on support 2, support 1 twice a period'
+    >>> rest_words(2, (19, 3), (2, 0))
+    'rest on support 1 twice, support 2 three times, in two periods'
+    """
+    if not max(rests):
+        return "rest on a support"
+    if rests[0] == rests[1]:
+        parts = {"rest on both supports": rests[0]}
+    else:
+        both = list(enumerate(zip(impacts, rests, strict=True), 1))
+        parts = {f"rest on support {n}": rest for n, (_impacts, rest) in both if rest > 0}
+        parts |= {f"support {n}": hits for n, (hits, rest) in both if hits > 0 and rest == 0}
+    texts = [f"{who} {times_word(round(number))}" for who, number in parts.items()]
+    if m <= 1 and max(rests) == 1:
+        texts[0] = next(iter(parts))  # one rest a period goes without saying
+        if len(texts) == 1:
+            return texts[0]
+    within = f"{',' * (len(texts) > 1)} in {number_word(m)} periods" if m > 1 else " a period"
+    return f"{', '.join(texts)}{within}"
 
 
 def regime_by(impacts: Sequence[float]) -> Regime:

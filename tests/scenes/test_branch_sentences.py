@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 from matplotlib.colors import to_hex
 
+from vibropipe.figures.motion_words import motion_words, orbit_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.basins.report import family_table, title_shares, together_ranges
 from vibropipe.scenes.basins.report import together_answer as share_together
@@ -232,8 +233,9 @@ def test_a_border_has_the_same_digits_everywhere():
 
 
 def test_motions_of_an_interval_are_told_in_few_words():
-    first, second = (f"support {n} twice, support {3 - n} once a period" for n in (1, 2))
-    pair = [stretch(1.0, 2.0, 0.4, words, "", "") for words in (first, second)]
+    laws = {orbit_text(1, *hits): motion_words(3, 1, hits, (0, 0)) for hits in ((2, 1), (1, 2))}
+    pair = [replace(stretch(1.0, 2.0, 0.4, words, "", ""), law=law) for law, words in laws.items()]
+    first = "support 1 twice, support 2 once a period"
     part = stretch(1.2, 1.4, 0.4, "no impact", "", "")
     assert stable_words(pair, 1.0, 2.0) == f"{first} (mirror images)"
     assert (

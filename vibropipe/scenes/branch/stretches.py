@@ -160,8 +160,9 @@ def image_groups(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
     groups: dict[tuple[object, ...], list[Stretch]] = {}
     for each in stretches:
         first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
-        image = re.sub("support ([12])", lambda found: f"support {3 - int(found[1])}", each.words)
-        groups.setdefault((each.over, min(each.words, image), first, last), []).append(each)
+        multiple, _, contacts = each.law.partition(";")
+        law = (multiple, *sorted(re.findall(r"\w+", contacts)))
+        groups.setdefault((each.over, law, first, last), []).append(each)
     return list(groups.values())
 
 

@@ -10,6 +10,7 @@ from vibropipe.figures.claims import (
     at_least,
     at_most,
     between_text,
+    even_digits,
     only_between_text,
     outwards,
     rising_text,
@@ -56,6 +57,12 @@ def test_numbers_that_are_exact_stay() -> None:
     ]  # fmt: skip
     assert at_most(1.2345e-12, 2) == "1.3 × 10⁻¹²"
     assert (at_most(np.inf), at_most(np.nan)) == ("∞", "–")
+
+
+def test_ends_of_ranges_in_a_column_have_as_many_digits() -> None:
+    cells = ["10 … 80", "10 … 54.75", "–", "30.25"]
+    assert even_digits(cells) == ["10.00 … 80.00", "10.00 … 54.75", "–", "30.25"]
+    assert even_digits(["1 … 2", "0", "77.3 % (74 … 80)"]) == ["1 … 2", "0", "77.3 % (74 … 80)"]
 
 
 AXIS = xr.DataArray([2.515, 2.52, 2.525, 2.53], dims="nu", name="nu")

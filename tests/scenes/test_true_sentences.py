@@ -64,7 +64,7 @@ def test_a_mass_that_lies_on_a_support_strikes_none(pressed: xr.Dataset) -> None
     assert at_rest.tolist() == [False] * 6 + [True] * 7
     assert strikes(pressed).values.tolist() == [True] * 6 + [False] * 7
     assert " up to both ends" not in impacts_answer(pressed).lead
-    assert lines_table("a", pressed).rows[0][1:3] == ["0.30 … 0.55", "6 of 13"]
+    assert lines_table("a", pressed).as_data()["rows"][0][1:3] == ["0.30 … 0.55", "6 of 13"]
     assert border_text(pressed, "delta").startswith("Impacts end")
 
 

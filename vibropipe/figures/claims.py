@@ -10,6 +10,7 @@ import math
 import re
 from collections.abc import Hashable, Iterable
 from decimal import ROUND_CEILING, ROUND_FLOOR, ROUND_HALF_EVEN, Context
+from itertools import islice
 
 import numpy as np
 import xarray as xr
@@ -54,6 +55,8 @@ def _rounded(value: float, digits: int, rounding: str) -> float:
     return float(context.plus(EXACT.create_decimal_from_float(value)))
 
 
+# Between the ends of a range in a cell of a table.
+RANGE = " … "
 # Text that is one number: sign, whole part, decimals, per cent.
 _NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
 
@@ -61,13 +64,19 @@ _NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
 def even_digits(cells: list[str]) -> list[str]:
     """Return texts, of a column or of both ends of a range, whose numbers have their last zeros.
 
-    These are as many digits as most of those with decimals have.
+    These are as many digits as most of those with decimals have. A cell may have both ends of a range.
 
     >>> even_digits(["0.652", "0.4466", "0.1782", "–"])
     ['0.6520', '0.4466', '0.1782', '–']
     >>> even_digits(["24", "8.9", "7"])
     ['24', '8.9', '7.0']
+    >>> even_digits(["10 … 80", "10.25 … 54.75"])
+    ['10.00 … 80.00', '10.25 … 54.75']
     """
+    parts = [cell.split(RANGE) for cell in cells]
+    if any(len(part) > 1 for part in parts):
+        evened = iter(even_digits([text for part in parts for text in part]))
+        return [RANGE.join(islice(evened, len(part))) for part in parts]
     found = [_NUMBER.fullmatch(cell) for cell in cells]
     digits = [
         len(re.sub(r"\D", "", cell).lstrip("0")) if match else 0

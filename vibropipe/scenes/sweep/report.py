@@ -8,7 +8,7 @@ from itertools import groupby
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import even_digits
+from vibropipe.figures.claims import RANGE, even_digits
 from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
@@ -82,7 +82,7 @@ def doublings_table(label: str, dataset: xr.Dataset, doubles: Doublings) -> Tabl
     ends = [end for _, *both in doubles.runs for end in both]
     texts = even_digits([format_number(end, 5) for end in (*ends, doubles.end)])
     rows = [
-        [str(m), " … ".join(dict.fromkeys(both))]
+        [str(m), RANGE.join(dict.fromkeys(both))]
         for (m, *_), *both in zip(doubles.runs, texts[::2], texts[1::2], strict=False)
     ]
     rows.append(["aperiodic", texts[-1]])
@@ -123,9 +123,9 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         runs.append((key, first, last))
         first = last + 1
     kept = sorted(sorted(runs, key=lambda run: run[1] - run[2])[:MAX_ROWS], key=lambda run: run[1])
-    rows = []
-    for (code, m), low, high in kept:
-        cells = [ends_text(line[axis].values[[low, high]]), words[code]]
+    rows, spans = [], [ends_text(line[axis].values[[low, high]]) for _, low, high in kept]
+    for span, ((code, m), low, high) in zip(even_digits(spans), kept, strict=True):
+        cells = [span, words[code]]
         cells += [str(m) if m > 0 else DASH] if has_period else []
         if has_velocity:
             cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
@@ -154,7 +154,7 @@ def hardest_text(rows: xr.Dataset) -> str:
 
 def ends_text(ends: np.ndarray) -> str:
     """Write the first and the last row of a range; a single row once."""
-    return " … ".join(dict.fromkeys(even_digits([format_number(float(end), 5) for end in ends])))
+    return RANGE.join(dict.fromkeys(format_number(float(end), 5) for end in ends))
 
 
 def lines_table(label: str, dataset: xr.Dataset) -> Table:
@@ -233,7 +233,7 @@ def energy_text(dataset: xr.Dataset, name: str, rows: xr.DataArray) -> str:
     if not values.size:
         return DASH
     ends = (format_number(float(end), DIGITS) for end in (values.min(), values.max()))
-    return " … ".join(dict.fromkeys(ends))
+    return RANGE.join(dict.fromkeys(ends))
 
 
 def question(datasets: Datasets) -> str:

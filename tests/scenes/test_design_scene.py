@@ -14,7 +14,7 @@ from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.design.data import beating, swept, wanted_text
-from vibropipe.scenes.design.nominal import nominal_text, shown_tolerance
+from vibropipe.scenes.design.nominal import nominal_numbers, nominal_text, shown_tolerance
 from vibropipe.scenes.design.pictures import describe_sketch
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, best_design, tables
@@ -438,6 +438,13 @@ def test_the_table_tells_the_workshop_how_tight(dataset):
     )
     assert 0.9 * away < float(told[1]) <= away
     assert verdicts(dataset)[0] == "can be made"
+
+
+def test_a_parameter_has_as_many_digits_wherever_it_is_told():
+    values = {"R1_tolerance": ("design", [0.015, 0.0056])}
+    designs = xr.Dataset(values, {"R1": ("design", [0.676054, 0.587321])})
+    assert nominal_numbers(designs, "R1") == ["0.67605", "0.58732"]
+    assert [nominal_text(designs, "R1", row) for row in (0, 1)] == nominal_numbers(designs, "R1")
 
 
 def test_design_1_is_shown_in_units(dataset):

@@ -17,18 +17,22 @@ MOST_DIGITS, USUAL_DIGITS, DIGITS, UNSEEN = 5, 4, 2, 1e-3
 def nominal_text(dataset: xr.Dataset, name: str, row: int = 0) -> str:
     """Write the nominal value of a design with its unit."""
     write = measured if dataset[name].ndim else format_number
-    number = write(nominal(dataset, name, row), nominal_digits(dataset, name, row))
+    number = write(nominal(dataset, name, row), nominal_digits(dataset, name))
     return with_units(dataset[name], number)
 
 
 def nominal_numbers(dataset: xr.Dataset, name: str) -> list[str]:
-    """Write the values of a parameter of all designs, with as many digits as one of them needs."""
-    rows = range(dataset.sizes["design"])
-    digits = max(nominal_digits(dataset, name, row) for row in rows)
-    return [measured(nominal(dataset, name, row), digits) for row in rows]
+    """Write the values of a parameter of all designs."""
+    digits = nominal_digits(dataset, name)
+    return [measured(nominal(dataset, name, row), digits) for row in range(dataset.sizes["design"])]
 
 
-def nominal_digits(dataset: xr.Dataset, name: str, row: int) -> int:
+def nominal_digits(dataset: xr.Dataset, name: str) -> int:
+    """Return the significant digits of a parameter wherever it is told: as many as one of the designs needs."""
+    return max(digits_needed(dataset, name, row) for row in range(dataset.sizes["design"]))
+
+
+def digits_needed(dataset: xr.Dataset, name: str, row: int) -> int:
     """Return the significant digits of a nominal value: if it was found, one more than its tolerance has."""
     value, tolerance = nominal(dataset, name, row), tolerance_of(dataset, name, row)
     if not (dataset[name].ndim and value and tolerance > 0.0):
@@ -52,7 +56,7 @@ def tolerance_of(dataset: xr.Dataset, name: str, row: int) -> float:
 def kept_tolerance(dataset: xr.Dataset, name: str, row: int) -> float:
     """Return a tolerance, less what the nominal value is rounded by where it is shown."""
     value, tolerance = nominal(dataset, name, row), tolerance_of(dataset, name, row)
-    rounding = abs(value - float(f"{value:.{nominal_digits(dataset, name, row)}g}"))
+    rounding = abs(value - float(f"{value:.{nominal_digits(dataset, name)}g}"))
     # Else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01.
     return tolerance if rounding < UNSEEN * tolerance else max(tolerance - rounding, 0.0)
 

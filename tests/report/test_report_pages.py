@@ -20,9 +20,7 @@ from vibropipe.words.status import Status
 def test_the_first_page_has_question_answers_and_hero(report, data):
     assert data["hero"]["name"] == "response"
     assert data["kind"].startswith("Steady states · ")
-    question = (
-        "How does the motion change with the frequency of the force and the amplitude of the force?"
-    )
+    question = "How does the motion change with the frequency of excitation and the amplitude of excitation?"
     assert data["question"] == question
     first, *others = map(flat, page_texts(report))
     assert flat(question) in first

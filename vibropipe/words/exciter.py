@@ -79,7 +79,7 @@ class OfExciter:
 
     # fmt: off
     nu: float = parameter_record(
-        POSITIVE, 1.0, r"$\nu$", "ν", "frequency of excitation", "frequency of the force",
+        POSITIVE, 1.0, r"$\nu$", "ν", "frequency of excitation", "frequency of excitation",
         "Excitation frequency divided by the eigenfrequency", "frequency",
         Physical(
             "omega", r"$\omega$", "ω", "angular frequency of excitation",
@@ -88,7 +88,7 @@ class OfExciter:
         effect="forcing", follows=True,
     )
     f: float = parameter_record(
-        FINITE, 0.0, "$f$", "f", "amplitude of excitation", "amplitude of the force",
+        FINITE, 0.0, "$f$", "f", "amplitude of excitation", "amplitude of excitation",
         "Amplitude of the excitation", "force", Physical("F", "$F$", "F"),
         effect="forcing", sign=-1,
     )

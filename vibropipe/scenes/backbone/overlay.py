@@ -269,7 +269,7 @@ def x_label(free: Sequence[xr.Dataset], forced: Sequence[xr.Dataset]) -> str:
     if not forced:
         return axis_label(free[0]["eigenfrequency"])
     axis = forced[0][frequency(forced[0])]
-    text = f"frequency {symbol_of(axis)} of the force, or eigenfrequency of the free motion"
+    text = f"frequency {symbol_of(axis)} of excitation, or eigenfrequency of the free motion"
     return in_brackets(text, axis)
 
 

@@ -269,6 +269,13 @@ SPEED = {"impact_velocity_max_1": "> 1 m/s, < 0.5 m/s"}
         (lambda: vp.simulate(EXCITER, "1 s", nu_end=-2), "nu_end: must be a finite number > 0, got -2"),
         (lambda: vp.simulate(EXCITER, "3"), "got '3' (it has no unit)"),
         (lambda: vp.sweep(EXCITER, {"nu": [9, 9]}), "over.nu: must be values that differ from each other, got [9, 9]"),
+        (lambda: vp.boundary(EXCITER, "fold", ("omega", "C1"), (("9 Hz", "20 Hz"), ("0 N/mm", "9 N/mm"))),
+         "C1: must be above 0 where it varies, since 0 stands for a rigid support, got 0.0"),
+        (lambda: vp.sweep(EXCITER, {"delta": ["1 km"], "l": ["1e-15 m"], "omega": ["9 Hz"]}),
+         " distinct floating-point numbers, got l = 1e-15 m, delta = 1000.0 m"),
+        (lambda: vp.sweep(EXCITER, {"load": ["6 MN"], "l": ["1e-15 m"], "omega": ["9 Hz"]}),
+         "l: must be at least 1e-15 |delta - load/C| so that the supports are distinct floating-point numbers, "
+         "got l = 1e-15 m, delta = 0.0 m, load/C = 1000.0 m"),
     ],
 )  # fmt: skip
 def test_errors_speak_of_what_was_given(call, message):

@@ -10,13 +10,20 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.solve.with_units import START_DIMENSIONS, in_given_terms, plain_values
+from vibropipe.solve.with_units import (
+    START_DIMENSIONS,
+    in_given_terms,
+    plain_name,
+    plain_values,
+)
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import DIMENSIONS, NUMBER, tidy, unit_of_text
 from vibropipe.words.vocabulary import physical_name
 
 # Limits in what must hold of a value, and names without units in it.
 _ENDS = re.compile(rf"from ({NUMBER}) to ({NUMBER})")
+_LENGTH = re.compile(r"(l|delta|load) = ([^,]+)")
+_OF_LOAD = {"load": "load/C"}  # displaces the equilibrium by as much
 _RENAMED = re.compile(r"\b(?:nu|[kh][12])\b")
 
 
@@ -27,17 +34,33 @@ def in_given_units(error: ParameterError, given: Mapping[str, Any]) -> Parameter
     """
     value = repr(error.value)
     if not error.got.startswith(value):
-        return error
+        return _in_metres(error)
     plain = ParameterError(error.name, error.value, error.allowed, error.must)
     told = in_given_terms(plain, given)
     if told is plain:
-        return error
+        return _of_box(error, given.get("along"))
     parameter = given["along"] if told.name in ("to", "at") else told.name.rpartition(".")[2]
     must = _in_unit_of(told.value, told.must, given["exciter"], parameter)
     if parameter not in PARAMETERS:
         must = _RENAMED.sub(lambda match: physical_name(match[0]), must)
     got = told.got + error.got.removeprefix(value)
     return ParameterError(told.name, told.value, must.removeprefix("must be "), must, got)
+
+
+def _in_metres(error: ParameterError) -> ParameterError:
+    """Return the error of supports that coincide with the unit of its lengths; any other one itself."""
+    if not error.got.startswith("l = "):
+        return error
+    got = _LENGTH.sub(lambda match: f"{_OF_LOAD.get(match[1], match[1])} = {match[2]} m", error.got)
+    must = error.must.replace("|delta - load|", f"|delta - {_OF_LOAD['load']}|")
+    return ParameterError(error.name, error.value, error.allowed, must, got)
+
+
+def _of_box(error: ParameterError, along: Any) -> ParameterError:
+    """Return the error of a parameter at 0, which has no unit, by its name in `along`."""
+    names = along if isinstance(along, (list, tuple)) and error.value == 0.0 else ()
+    own = next((name for name in names if plain_name(name) == error.name), error.name)
+    return ParameterError(own, error.value, error.allowed, error.must, error.got)
 
 
 def _in_unit_of(given: Any, must: str, exciter: Exciter, name: str) -> str:

@@ -16,7 +16,7 @@ from vibropipe.jobs.reporting import _groups, build_report, report_data, scene_l
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, said_beside, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line
-from vibropipe.report.parts import MAX_ROWS, Answer, Table, own_answers, symbol
+from vibropipe.report.parts import MAX_ROWS, Answer, Table, not_repeated, own_answers, symbol
 from vibropipe.store import StoreError, write
 from vibropipe.study import study_of_text
 from vibropipe.words.wording import paragraphs
@@ -228,6 +228,15 @@ def test_paragraphs_and_tables():
 def test_names_of_quantities_become_symbols():
     names = ["delta", "omega (rad/s)", "harmonic 12 (mm)", "R1", "anything else"]
     assert [symbol(name) for name in names] == ["δ", "ω (rad/s)", "A₁₂ (mm)", "R₁", "anything else"]
+
+
+def test_an_answer_with_its_numbers_is_told_once_of_an_exciter():
+    jumps, several = Answer("It jumps at ν = 1.723.", "To no impact."), Answer("Several coexist.")
+    along = xr.DataArray([1.0, 2.0], dims="nu", name="nu")
+    same, other = (xr.Dataset(coords={"nu": along, "f": f}) for f in (1.0, 2.0))
+    answers = {"first": [jumps, several], "other": [jumps], "again": [several, jumps], "": [jumps]}
+    shown = {"first": same, "again": same, "other": other}
+    assert not_repeated(answers, shown) == {**answers, "again": [several]}
 
 
 def test_own_answers_are_bold_up_to_their_first_full_stop():

@@ -25,7 +25,16 @@ from vibropipe.report import typeset
 from vibropipe.report.exciter import bare_symbols, drawing_of, said_beside, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_line, unsolved_table
 from vibropipe.report.methods import Sidecars, again_line, footer, model_line, solved_line
-from vibropipe.report.parts import MAX_LINES, Answer, Datasets, Line, Table, own_answers, own_table
+from vibropipe.report.parts import (
+    MAX_LINES,
+    Answer,
+    Datasets,
+    Line,
+    Table,
+    not_repeated,
+    own_answers,
+    own_table,
+)
 from vibropipe.scenes.kind import Kind
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import StoreError, atomic_file, read_scenes, read_sidecar, with_fingerprint
@@ -112,7 +121,9 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         kind: max(own, key=lambda label: (label in drawn, together[label]))
         for kind, own in parts.items()
     }
-    answers = _answers(parts, main, labels[hero_scene], chief)
+    order = dict.fromkeys([hero_scene, *(entry["scene"] for entry in figures)])
+    shown = {labels[name]: datasets[name] for name in order}
+    answers = _answers(parts, main, labels[hero_scene], chief, shown)
     hero = next(entry for entry in figures if entry["name"] == hero_name)
     groups = _groups(study, labels, figures, answers, parts, hero)
     if study.table is not None:
@@ -195,20 +206,26 @@ def hero_of(study: Study) -> tuple[str, str]:
 
 
 def _answers(
-    parts: Mapping[Kind, Datasets], main: Kind, hero_label: str, chief: Mapping[Kind, str]
+    parts: Mapping[Kind, Datasets],
+    main: Kind,
+    hero_label: str,
+    chief: Mapping[Kind, str],
+    shown: Datasets,
 ) -> dict[str, list[dict[str, str]]]:
     """Return the answers by the labels of scenes; those of page 1 have the key "".
 
-    `chief` is the scene of each kind beside whose figures those on all of the kind stand.
+    `chief` is the scene of each kind beside whose figures those on all of the kind stand, `shown` are the datasets in
+    the order of the report.
     """
-    found: dict[str, list[dict[str, str]]] = {}
+    found: dict[str, list[Answer]] = {}
     for kind, own in parts.items():
         for label, answers in kind.report.answers(own).items():
             of_all = "" if kind is main else chief[kind]
-            found.setdefault(label or of_all, []).extend(asdict(each) for each in answers)
+            found.setdefault(label or of_all, []).extend(answers)
+    found = not_repeated(found, shown)
     if "" not in found:
         found[""] = found.pop(hero_label, [])
-    return found
+    return {label: [*map(asdict, own)] for label, own in found.items()}
 
 
 def _groups(

@@ -13,6 +13,7 @@ from typing import Any
 import xarray as xr
 
 from vibropipe.figures.claims import even_digits
+from vibropipe.figures.text import scalar_parameters
 from vibropipe.figures.units import LOWERED
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
@@ -144,6 +145,20 @@ Answers = Mapping[str, Sequence[Answer]]
 def of_each(answers_of: Callable[[xr.Dataset], Sequence[Answer]]) -> Callable[[Datasets], Answers]:
     """Return the answers of several scenes: of each, those of its dataset."""
     return lambda datasets: {label: answers_of(data) for label, data in datasets.items()}
+
+
+def not_repeated(answers: Answers, datasets: Datasets) -> dict[str, list[Answer]]:
+    """Return answers by scene without those whose lead, with its numbers, an earlier scene of the same exciter has.
+
+    datasets : by scene, in the order in which the scenes stand in the report
+    """
+    told: set[tuple[object, ...]] = set()
+    kept = {label: list(own) for label, own in answers.items()}
+    for label in (each for each in datasets if each in kept):
+        exciter = frozenset(scalar_parameters(datasets[label]).items())
+        kept[label] = [each for each in kept[label] if (exciter, each.lead) not in told]
+        told |= {(exciter, each.lead) for each in kept[label] if re.search(r"\d", each.lead)}
+    return kept
 
 
 def tables_of_each(

@@ -12,7 +12,7 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
-from vibropipe.report.parts import Answer
+from vibropipe.report.parts import Answer, beside_pictures
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.nominal import nominal_numbers, nominal_text, shown_tolerance
 from vibropipe.scenes.design.pictures import describe_sketch
@@ -400,6 +400,15 @@ def test_designs_at_the_ends_of_their_ranges_are_said_to_be(R1, lead):
     found = answers_at_ends(front)
     assert [answer.lead for answer in found] == ([lead] if lead else [])
     assert [answer.rest for answer in found] == (["2 of them at R₁ = 0.4."] if lead else [])
+
+
+def test_the_table_of_designs_does_without_the_columns_of_their_picture(dataset):
+    table = tables({"shifted": dataset})[0]
+    alone, beside = (beside_pictures(table, drawn) for drawn in ((), ("sketch", "designs")))
+    shown = ["δ", "R₁", "impacts in a period, at 1 + 2"]
+    assert [head for head in alone.head if head in shown] == shown
+    assert beside.head == [head for head in alone.head if head not in shown]
+    assert {len(row) for row in beside.as_data()["rows"]} == {len(beside.head)}
 
 
 def test_the_table_tells_the_workshop_how_tight(dataset):

@@ -31,6 +31,7 @@ from vibropipe.report.parts import (
     Datasets,
     Line,
     Table,
+    beside_pictures,
     not_repeated,
     own_answers,
     own_table,
@@ -249,11 +250,12 @@ def _groups(
     scenes = dict.fromkeys([first, *(entry["scene"] for entry in figures)])
     for scene in scenes:
         label = labels[scene]
-        own_tables = [table for table in tables if table.scene == label]
         before = len(groups)
         group = Group(answers=answers.get(label, []))
         groups.append(group)
         own_figures = [entry for entry in figures if entry["scene"] == scene]
+        pictures = {entry["picture"] for entry in own_figures}
+        own_tables = [beside_pictures(table, pictures) for table in tables if table.scene == label]
         for figure in own_figures:
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]

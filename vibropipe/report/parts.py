@@ -6,7 +6,7 @@ How to write them is in CONTRIBUTING.md, "a picture".
 from __future__ import annotations
 
 import re
-from collections.abc import Callable, Iterable, Mapping, Sequence
+from collections.abc import Callable, Collection, Iterable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
@@ -46,6 +46,7 @@ class Table:
     title : above the table, as of a figure: one line of at most 85 letters
     scene, picture : the scene and the picture after which the table stands; empty: after those of its kind, of its
         scene
+    repeated : heads of columns that a picture has as well, and which: the table does without them where that is drawn
     """
 
     head: list[str]
@@ -56,6 +57,7 @@ class Table:
     title: str = ""
     scene: str = ""
     picture: str = ""
+    repeated: tuple[Sequence[str], str] = ((), "")
 
     def as_data(self) -> dict[str, Any]:
         """Return the table as JSON data; raises ValueError if a row has not one cell per column."""
@@ -94,15 +96,27 @@ def told_once(table: Table, whose: str) -> Table:
     if not equal:
         return table
     told = ", ".join(f"{symbol(table.head[n])} {table.rows[0][n]}" for n in equal)
+    return replace(without_columns(table, equal), note=f"Of {whose}: {told}. {table.note}".strip())
+
+
+def beside_pictures(table: Table, drawn: Collection[str]) -> Table:
+    """Return a table without the columns that one of the pictures that are drawn has as well."""
+    heads, picture = table.repeated
+    if picture not in drawn:
+        return table
+    return without_columns(table, [n for n, head in enumerate(table.head) if head in heads])
+
+
+def without_columns(table: Table, left_out: Collection[int]) -> Table:
+    """Return a table without some columns."""
 
     def kept(cells: Sequence[str]) -> list[str]:
-        return [cell for n, cell in enumerate(cells) if n not in equal]
+        return [cell for n, cell in enumerate(cells) if n not in left_out]
 
     return replace(
         table,
         head=kept(table.head),
         rows=[kept(row) for row in table.rows],
-        note=f"Of {whose}: {told}. {table.note}".strip(),
         widths=tuple(kept(table.widths)),
     )
 

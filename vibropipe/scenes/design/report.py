@@ -50,7 +50,7 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
-from vibropipe.scenes.design.ranking import least_miss, shown_parts
+from vibropipe.scenes.design.ranking import MOST_PARAMETERS, least_miss, shown_parts
 from vibropipe.scenes.design.workshop import (
     lost_answer,
     makeable,
@@ -66,6 +66,7 @@ MOST_QUANTITIES = 3  # of a table
 AT_END = 1e-6  # of a range: as near to its end counts as there
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
 LENGTH_DIGITS = 4
+STRUCK = "impacts in a period, at 1 + 2"
 
 
 def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -78,8 +79,7 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "design",
         *(in_brackets(plain_symbol_of(dataset[name]), dataset[name]) for name in names),
     ]
-    head += [part.label_text(dataset) for part in parts]
-    head += ["margin (%)", "impacts, supports 1 + 2"]
+    head += [*(part.label_text(dataset) for part in parts), "margin (%)", STRUCK]
     struck, columns = struck_texts(dataset), [nominal_numbers(dataset, name) for name in names]
     rows = [
         [
@@ -93,14 +93,16 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
     ]
     note = (
         "Margin: distance to the nearest change of the law of motion that was found, in shares of the ranges, rounded "
-        "down. Impacts: in each forcing period unless it is said."
+        "down."
     )
     widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
     if texts := from_rest_texts(dataset):
         head, widths = [*head, "from rest"], (*widths, "1.2cm")
         rows = [[*row, text] for row, text in zip(rows, texts, strict=True)]
         note += " From rest: whether the mass settles on this motion if it starts at rest."
-    table = Table(head, rows, note, widths, title="The designs in numbers", scene=scene)
+    repeated = [*head[1 : 1 + len(names[:MOST_PARAMETERS])], STRUCK], "designs"
+    title = "The designs in numbers"
+    table = Table(head, rows, note, widths, title=title, scene=scene, repeated=repeated)
     return told_once(table, "all designs")
 
 

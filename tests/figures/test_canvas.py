@@ -12,6 +12,7 @@ from vibropipe.figures.canvas import (
     label_region,
     missed_band,
     new_canvas,
+    noted_canvas,
     panel,
     power_ticks,
     size_of,
@@ -122,3 +123,11 @@ def test_powers_of_accented_letters_are_as_low_as_others():
     assert height(r"$\dot{x}^-$") == pytest.approx(height(r"$\dot{x}$"), abs=1.0)
     assert set_apart(set_apart(r"$\dot{x}(0)$")) == r"$\dot{x}\hspace{0.1}(0)$"
     assert set_apart("the max(0, a)") == "the max(0, a)"
+
+
+def test_a_note_stands_below_axes_of_their_own_size():
+    figure = noted_canvas(5.0, "f = 1\nh = 0.1", 1.5)
+    ax = axes(figure, 1.5, 0.0, 10.0, 5.0)
+    (note,) = figure.texts
+    assert note.get_window_extent().y1 <= ax.get_window_extent().y0
+    assert size_of(ax) == pytest.approx((10.0, 5.0))

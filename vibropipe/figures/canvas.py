@@ -56,8 +56,13 @@ def axes(
 ) -> Axes:
     """Add axes whose lower left corner and size are given; `options` are those of `Figure.add_axes`."""
     wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
-    place = (left / wide, bottom / high, width / wide, height / high)
+    place = (left / wide, (bottom + raised(figure)) / high, width / wide, height / high)
     return figure.add_axes(place, **options)
+
+
+def raised(figure: Figure) -> float:
+    """Return how far all of a figure stands above its edge in centimetres, for a note."""
+    return float(getattr(figure, "raised", 0.0))
 
 
 def size_of(ax: Axes) -> tuple[float, float]:
@@ -108,25 +113,26 @@ def note(ax: Axes, x: float, y: float, text: str, **options: Any) -> Text:
 
 
 def note_height(text: str) -> float:
-    """Return the height of a note of one or more lines above a figure."""
+    """Return the height of a note of one or more lines below a figure."""
     return NOTE_CM * (1 + text.count("\n")) if text else 0.0
 
 
 def noted_canvas(height: float, text: str, left: float) -> Figure:
-    """Return an empty figure and, above its height, a grey note, such as the parameters, `left` from its edge."""
-    figure = new_canvas(height + note_height(text))
+    """Return an empty figure and, below its height, a grey note, such as the parameters, `left` from its edge."""
+    below = note_height(text)
+    figure = new_canvas(height + below)
+    figure.raised = below  # type: ignore[attr-defined]
     wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
-    figure.text(left / wide, 1 - 0.05 / high, text, color=GREY, fontsize=SMALL, va="top")
+    figure.text(left / wide, 0.05 / high, text, color=GREY, fontsize=SMALL, va="bottom")
     return figure
 
 
-def legend_above(figure: Figure, handles: Sequence[Artist], note: str, left: float) -> None:
-    """Write a legend in a line above axes, under the note of the figure."""
-    wide, high = (size * CM_PER_INCH for size in figure.get_size_inches())
+def legend_above(figure: Figure, handles: Sequence[Artist], left: float) -> None:
+    """Write a legend in a line above axes."""
+    wide = figure.get_figwidth() * CM_PER_INCH
     figure.legend(
         handles=handles, loc="upper left", ncols=10, borderaxespad=0.1, handletextpad=0.5,
-        bbox_to_anchor=(left / wide - 0.01, 1.0 - note_height(note) / high),
-        columnspacing=1.2, fontsize=SMALL,
+        bbox_to_anchor=(left / wide - 0.01, 1.0), columnspacing=1.2, fontsize=SMALL,
     )  # fmt: skip
 
 

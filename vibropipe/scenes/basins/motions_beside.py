@@ -11,7 +11,16 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import CM_PER_INCH, LETTER, SMALL, WIDE, axes, size_of, support_bands
+from vibropipe.figures.canvas import (
+    CM_PER_INCH,
+    LETTER,
+    SMALL,
+    WIDE,
+    axes,
+    raised,
+    size_of,
+    support_bands,
+)
 from vibropipe.figures.palette import GREY, INK
 from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.scenes.basins.attractors import attractor_words, images_of, letters_of, ordered
@@ -74,7 +83,8 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float, across: boo
     middle = bottom + (0.0 if across else TALL_CM - slot * len(drawn)) + high / 2
     left = 0.15 if across else BESIDE - 1.28
     text = in_brackets("displacement", dataset["displacement_strobe"])
-    figure.text(left / WIDE, middle / (figure.get_figheight() * CM_PER_INCH), text, rotation=90,
+    at = (middle + raised(figure)) / (figure.get_figheight() * CM_PER_INCH)
+    figure.text(left / WIDE, at, text, rotation=90,
                 ha="center", va="center")  # fmt: skip
 
 

@@ -19,6 +19,7 @@ from vibropipe.figures.canvas import (
     label_region,
     noted_canvas,
     panel,
+    raised,
 )
 from vibropipe.figures.canvas import WIDE as CANVAS
 from vibropipe.figures.map_shapes import cell_edges
@@ -66,7 +67,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
     name, chosen = str(swept_name(dataset)), mapped_values(dataset)
     rows = -(-len(chosen) // COLUMNS)
     figure = noted_canvas(LOW + rows * UP, parameter_line(dataset), LEFT)
-    height = float(figure.get_figheight()) * CM_PER_INCH
+    height, low = float(figure.get_figheight()) * CM_PER_INCH, raised(figure)
     for position, index in enumerate(chosen):
         row, column = divmod(position, COLUMNS)
         ax = axes(figure, LEFT + column * ACROSS, LOW + (rows - 1 - row) * UP, WIDE, HIGH)
@@ -78,8 +79,10 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
         ax.tick_params(which="both", labelbottom=is_lowest, labelleft=column == 0)
     centre = LEFT + 0.5 * ((min(len(chosen), COLUMNS) - 1) * ACROSS + WIDE)
     middle = LOW + 0.5 * ((rows - 1) * UP + HIGH)
-    figure.text(centre / CANVAS, 0.15 / height, axis_label(dataset["x0"]), ha="center")
-    figure.text(0.1 / CANVAS, middle / height, axis_label(dataset["v0"]), rotation=90, va="center")
+    figure.text(centre / CANVAS, (0.15 + low) / height, axis_label(dataset["x0"]), ha="center")
+    figure.text(
+        0.1 / CANVAS, (middle + low) / height, axis_label(dataset["v0"]), rotation=90, va="center"
+    )
     return figure
 
 

@@ -88,7 +88,7 @@ def draw_boundaries(
     frame(ax)
     if not dataset.sizes["point"] and regimes is None:
         write_centred(ax, "No curve is found")
-    legend_above(figure, curve_handles(dataset), note, LEFT)
+    legend_above(figure, curve_handles(dataset), LEFT)
     return figure
 
 

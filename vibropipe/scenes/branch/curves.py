@@ -104,7 +104,7 @@ def draw_branches(
         drawn.append(draw_bars(figure, bars, colours, limits))
     if drawn:
         drawn[-1].set_xlabel(axis_label(dataset[along]))
-    legend_above(figure, handles_of(dataset, backbone), note, LEFT)
+    legend_above(figure, handles_of(dataset, backbone), LEFT)
     return figure
 
 

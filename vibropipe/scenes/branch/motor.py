@@ -117,7 +117,7 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
             if (kept == is_kept).any()
         ),
     ]
-    legend_above(figure, handles, note, LEFT)
+    legend_above(figure, handles, LEFT)
     return figure
 
 

@@ -58,5 +58,5 @@ def draw_speeds(dataset: xr.Dataset) -> Figure:
     for ax in {top, last}:
         ax.margins(0.08, 0.15)
     last.set_xlabel(axis_label(speeds))
-    legend_above(figure, handles, note, LEFT)
+    legend_above(figure, handles, LEFT)
     return figure

@@ -272,3 +272,18 @@ def test_a_scene_that_was_solved_here_takes_what_it_took(rates_file):
     assert "depends on what is found" not in plan_text(study, known)
     changed = study_of_text(text.replace("h: 0.2", "h: 0.3"), "twice")
     assert estimate_study(changed).searched == ("found",)
+
+
+def test_kernels_of_rests_that_are_not_there_are_told(rates_file, monkeypatch):
+    text = "title: t\nexciter: {l: 0.5, h: 0.2, f: 1}\nscenes:\n"
+    text += "  rigid: {kind: branch, along: {nu: {from: 1, to: 2}}}\n"
+    text += "  soft: {kind: branch, exciter: {k1: 50}, along: {nu: {from: 1, to: 2}}}\n"
+    study = study_of_text(text, "rests")
+    told = "\nIf a motion of rigid rests on a support, compiling kernels for that takes up to 26 s more, once."
+    for is_there in (True, False):
+        monkeypatch.setattr(estimates, "has_kernels", lambda module, found=is_there: found)
+        assert (told in plan_text(study, estimate_study(study))) is not is_there
+    # as it stands it was solved here: whatever it needs is compiled
+    scene = study.scenes["rigid"]
+    record(plan_scene(scene), 1.0, 5.0, 1e4, fingerprint(study, scene))
+    assert told not in plan_text(study, estimate_study(study))

@@ -20,7 +20,7 @@ from dataclasses import dataclass
 from pathlib import Path
 from typing import Any, NamedTuple
 
-from vibropipe.compiler.cache import cache_root, one_at_a_time
+from vibropipe.compiler.cache import cache_root, has_kernels, one_at_a_time
 from vibropipe.compiler.sources import kernel_hash
 from vibropipe.scenes.costs import OF_PIECES, PlanError, Work
 from vibropipe.scenes.keys.base import BaseScene
@@ -135,12 +135,14 @@ class Estimates:
     searched : scenes whose work depends on what is found, and that were not solved on this machine as they stand
     rough : scenes of whose kind, with such effects, none has been solved on this machine
     uncompiled : scenes of whose kind, with such effects and outputs, none has been solved by this version
+    at_rests : searched scenes for which kernels are compiled if a motion is found that rests
     """
 
     by_scene: dict[str, Estimate]
     searched: tuple[str, ...] = ()
     rough: tuple[str, ...] = ()
     uncompiled: tuple[str, ...] = ()
+    at_rests: tuple[str, ...] = ()
 
 
 def estimate_study(study: Study) -> Estimates:
@@ -156,7 +158,10 @@ def estimate_study(study: Study) -> Estimates:
         for plan in plans
     }
     searched = tuple(p.name for p in plans if not p.is_foreseen and not taken[p.name])
-    return Estimates(by_scene, searched, rough, tuple(uncompiled))
+    at_rests = tuple(
+        p.name for p in plans if p.name in searched and p.of_rests and not has_kernels(p.of_rests)
+    )
+    return Estimates(by_scene, searched, rough, tuple(uncompiled), at_rests)
 
 
 def _estimate(plan: ScenePlan, rates: Mapping[str, list[float]]) -> Estimate:

@@ -25,6 +25,8 @@ MAX_EVENTS = 60
 # compile the kernels of a kind of scene, and those of each further kind, without effects of pieces and with them.
 START_SECONDS, FIGURE_SECONDS, REPORT_SECONDS = 4.0, 1.0, 1.5
 COMPILE_SECONDS, COMPILE_SECONDS_FURTHER = {False: 30.0, True: 37.0}, {False: 8.0, True: 14.0}
+# The most that kernels of rests take beside these, where none of pieces is compiled yet.
+REST_SECONDS = 26.0
 
 
 def plan_text(study: Study, estimates: Estimates | None = None) -> str:
@@ -67,22 +69,24 @@ def plan_text(study: Study, estimates: Estimates | None = None) -> str:
             f"estimated on this machine, with figures and report: {alone} on one core,"
             f" {shared} on {count(cores, 'core')}, {stored} on disk"
         )
-        if estimates.uncompiled:
-            names = series(estimates.uncompiled)
-            total += f"\nThis includes compiling kernels for {names}, once for this version."
-        if estimates.rough:
-            names = series(estimates.rough)
-            total += (
-                f"\nThe time of {names} is rough: no such scene was solved on this machine yet."
-            )
-        if estimates.searched:
-            names = series(estimates.searched)
-            total += f"\nThe time of {names} is that of a usual scene: it depends on what is found."
+        total += unsure_text(estimates)
     else:
         total += f"roughly {seconds_text(seconds)} of work on one core, {stored} before compression"
     odd = {name: scene.warning() for name, scene in study.scenes.items()}
     warned = [f"warning: {name}: {text}" for name, text in odd.items() if text]
     return "\n".join([f"{study.name}: {study.title}", *aligned([head, *body]), total, *warned])
+
+
+def unsure_text(estimates: Estimates) -> str:
+    """Write what estimates include or leave open, a line for each."""
+    lines = {
+        "This includes compiling kernels for {}, once for this version.": estimates.uncompiled,
+        "The time of {} is rough: no such scene was solved on this machine yet.": estimates.rough,
+        "The time of {} is that of a usual scene: it depends on what is found.": estimates.searched,
+        "If a motion of {} rests on a support, compiling kernels for that takes up to "
+        f"{seconds_text(REST_SECONDS)} more, once.": estimates.at_rests,
+    }
+    return "".join("\n" + line.format(series(names)) for line, names in lines.items() if names)
 
 
 def run_seconds(

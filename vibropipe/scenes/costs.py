@@ -60,6 +60,8 @@ class Work:
         Whether threads share the work.
     is_foreseen : bool
         Whether the keys tell the work; else it depends on what is found, and is that of a usual scene.
+    of_rests : str
+        Module whose kernels are needed only if a motion is found that rests; "" if the keys tell all kernels.
     """
 
     size: str
@@ -71,6 +73,7 @@ class Work:
     pieces: int = 1
     is_parallel: bool = False
     is_foreseen: bool = True
+    of_rests: str = ""
 
 
 def slowness(scene: BaseScene) -> float:

@@ -14,6 +14,7 @@ from vibropipe.physics.start import largest_start
 from vibropipe.physics.ties import SAMPLES
 from vibropipe.scenes.costs import (
     HEAD_BYTES,
+    OF_PIECES,
     Work,
     slowness,
     steady_bytes,
@@ -47,6 +48,8 @@ from vibropipe.words.vocabulary import drawn_by
 
 # Points of a branch that its steps usually need, and seconds per point.
 USUAL_POINTS, SECONDS_PER_POINT = 400, 1e-4
+# Kernels of motions by pieces, as those that rest between rigid supports are followed.
+PIECES = "vibropipe.orbits.law.marching"
 # Points that parts are scattered at, parts of each, and seconds per part.
 MAX_POINTS, PARTS, SECONDS_PER_PART = 32, 1024, 1.5e-4
 # The same of all stretches of a law, with what is followed to find them.
@@ -262,6 +265,7 @@ def plan(scene: BranchScene) -> Work:
         + points * row_seconds(scene.prove),
         bytes=HEAD_BYTES + points * steady_bytes(OF_STEADY_STATE, scene.harmonics),
         is_foreseen=False,
+        of_rests="" if set(OF_PIECES) & set(scene.called_effects()) else PIECES,
     )
 
 

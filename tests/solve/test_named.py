@@ -60,7 +60,8 @@ def test_rows_without_friction_lose_nothing_by_it():
         ("displacment_mean", "did you mean 'displacement_mean'"),
         ("floquet_multiplier_1", "did you mean 'floquet_multiplier_1_re'"),
         ("displacement_mean_sensitivity_R3", "must be a quantity of a steady state"),
-        ("regime", "must be a quantity of a steady state"),
+        ("regime", "must be a quantity that can have a goal or a bound"),
+        ("wear_rate_1", "which only datasets have"),
         (3, "must be names of quantities"),
     ],
 )

@@ -194,6 +194,11 @@ def _unknown(name: str, argument: str) -> ParameterError:
     choices = [label for variable in (*SMOOTH, *OF_LAW, *PLACES) for label in labels(variable)]
     near = difflib.get_close_matches(name, [*choices, *Parameters._fields], n=2, cutoff=0.5)
     hint = f" (did you mean {' or '.join(map(repr, near))}?)" if near else ""
+    known = STEADY.get(re.sub(r"_\d+$", "", name))
+    if known is not None and not known.goal:
+        must = "must be a quantity that can have a goal or a bound, such as impact_velocity_max_1"
+        got = f"{name!r}, which only datasets have{hint}"
+        return ParameterError(argument, name, must=must, got=got)
     allowed = "a quantity of a steady state, such as displacement_mean or impact_velocity_max_1"
     return ParameterError(argument, name, allowed, got=repr(name) + hint)
 

@@ -294,6 +294,12 @@ def test_the_model_has_the_force_that_there_is():
     assert turns in model_line({"a": free, "b": soft}).text  # rigid in one scene
     with_units = {"a": vp.to_physical(free, 1.0, 1e4)}
     assert model_line(with_units).text.startswith("mẍ + Hẋ + Cx = 0 between the supports; ")
+    two = vp.simulate(replace(still, nu=1.0, f=0.1, f2=0.2, load=0.01), 5.0, x0=0.1)
+    told = model_line({"b": forced, "a": two}).text
+    assert told.startswith("ẍ + hẋ + x = f sin ντ + f₂ sin(2ντ + φ₂) between the supports; ")
+    assert "multiplies it by R; a constant load acts; " in told  # no second verb of the impact
+    si = model_line({"a": vp.to_physical(two, 1.0, 1e4)}).text
+    assert si.startswith("mẍ + Hẋ + Cx = F sin ωt + F₂ sin(2ωt + φ₂) between the supports; ")
 
 
 def test_values_that_a_design_found_are_not_the_exciter(solved):

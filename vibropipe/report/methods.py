@@ -12,7 +12,13 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.text import format_number
-from vibropipe.report.exciter import drawing_of, is_of_many_exciters, sentences_of
+from vibropipe.report.exciter import (
+    drawing_of,
+    has_value,
+    is_of_many_exciters,
+    of_calls,
+    sentences_of,
+)
 from vibropipe.report.parts import Datasets, Line
 from vibropipe.words.wording import count, series
 
@@ -82,9 +88,11 @@ def model_line(datasets: Datasets) -> Line:
     symbols, rate = drawing["symbols"], "ẍ"
     if drawing["housing"]:
         rate = "(ẍ + Ẍ)"  # X of the housing
-    left, force = f"{rate} + hẋ + x", "f sin ντ"
+    left, force, second = f"{rate} + hẋ + x", "f sin ντ", "f₂ sin(2ντ + φ₂)"
     if symbols["stiffness"] == "C":
-        left, force = f"m{rate} + Hẋ + Cx", "F sin ωt"
+        left, force, second = f"m{rate} + Hẋ + Cx", "F sin ωt", "F₂ sin(2ωt + φ₂)"
+    if any(has_value(name, datasets) for name in of_calls("second_harmonic")):
+        force = f"{force} + {second}"
     if has_many := any(is_of_many_exciters(data) for data in datasets.values()):
         force = "f(τ)"
     text = f"{left} = {force if symbols['force'] or has_many else '0'} between the supports"
@@ -92,7 +100,7 @@ def model_line(datasets: Datasets) -> Line:
     ends = ["an impact turns the velocity and multiplies it by R"] if is_rigid else []
     ends += sentences_of(datasets)
     more = "an exciter may have further terms; " if has_many else ""
-    return Line("Model", f"{text}; {series(ends)}; {more}`docs/theory.md`")
+    return Line("Model", f"{'; '.join([text, *ends])}; {more}`docs/theory.md`")
 
 
 def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) -> Line:

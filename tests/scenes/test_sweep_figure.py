@@ -20,6 +20,7 @@ from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.line_names import Named, label_lines
 from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
+from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.words.regimes import Regime
@@ -192,6 +193,28 @@ def test_cells_do_not_claim_what_lies_beyond_a_grid():
     assert np.allclose(cell_edges(np.array([0.0])), [-0.05, 0.05])
     edges = cell_edges(np.geomspace(1, 100, 4))
     assert 0.78 < edges[0] < 1 < 100 < edges[-1] < 128
+
+
+def test_a_hatch_fills_the_cells_of_its_region():
+    edges = np.array([0.5, 1.5, 3.0, 5.0]), np.array([-1.0, 0.0, 1.0, 4.0])
+    ax = axes(new_canvas(5), 1, 1, 8, 3)
+    draw_hatch(ax, edges, np.array([[0, 0, 0], [0, 1, 0], [0, 0, 0]]) > 0, "//", "k")
+    box = ax.collections[0].get_paths()[0].get_extents()
+    assert (box.x0, box.y0, box.x1, box.y1) == pytest.approx((1.5, 0.0, 3.0, 1.0))
+    corner = ax.collections[0].get_paths()[0].contains_point((1.51, 0.99), radius=0.0)
+    assert corner  # not the rhombus between the middles of the neighbours
+
+
+def test_the_scale_of_a_map_of_few_points_ends_at_the_largest():
+    def of_values(values):
+        points = {"displacement_mean": (("nu", "f"), values)}
+        return xr.Dataset({**points, "regime": (("nu", "f"), np.zeros(values.shape, np.int8))})
+
+    few = of_values(np.arange(9.0).reshape(3, 3))
+    assert value_norm(few, "displacement_mean").vmax == 8.0
+    many = of_values(np.arange(1e4).reshape(100, 100))
+    top = value_norm(many, "displacement_mean").vmax
+    assert 0.0 < (many["displacement_mean"] > top).mean() <= 0.005
 
 
 def test_the_bar_of_a_lone_row_is_narrow(made):

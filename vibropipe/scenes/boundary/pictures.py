@@ -142,7 +142,7 @@ def draw_regimes(
     ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
     for region in regions:  # which grey does not tell apart
         mask, colour = values == region.code, shaded(region.style.hatch_colour, FADED)
-        draw_hatch(ax, ordered[x].values, ordered[y].values, mask, region.style.hatch, colour)
+        draw_hatch(ax, edges, mask, region.style.hatch, colour)
     present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
     columns, rows = cells_of(dataset, edges)
     values = values.copy()

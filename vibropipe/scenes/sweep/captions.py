@@ -227,7 +227,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         points_text(dataset),
         starts_text(dataset),
         f"Largest{in_size} of each map{among}: {series(largest_values)}" if largest_values else "",
-        "Colours end at the value that 0.5 % of the points exceed (triangles)" if is_cut else "",
+        "Colours end where at most 0.5\u00a0% of the values are larger (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue negative"
         f"{sides[1] if has_side else ''} (dashed: from {100 * CONTOUR:.0f}\u00a0% of the scale on)"
         if signed

@@ -128,23 +128,25 @@ MANY_CELLS = 62_500  # hatches of a larger map are stored as pixels
 HATCH_CELLS = 250  # cells of a side that are enough for the shape of a hatched region
 
 
-def draw_hatch(
-    ax: Axes,
-    x: np.ndarray,
-    y: np.ndarray,
-    mask: np.ndarray,
-    hatch: str,
-    colour: str,
-) -> None:
-    """Hatch a region of a map up to its frame; of a fine grid, every n-th cell gives the shape."""
+def draw_hatch(ax: Axes, edges: Edges, mask: np.ndarray, hatch: str, colour: str) -> None:
+    """Hatch the cells of a mask; of a fine grid, every n-th cell gives the shape."""
     if not hatch or min(mask.shape) < 2:
         return
     rows, columns = (max(1, size // HATCH_CELLS) for size in mask.shape)
-    shape, x, y = mask[::rows, ::columns].astype(float), x[::columns], y[::rows]
-    ends = [sorted(ax.get_xlim()), sorted(ax.get_ylim())]
-    x, y = (np.array([a, *v, b]) for v, (a, b) in zip((x, y), ends, strict=True))
-    shape = np.pad(shape, 1, mode="edge")
-    hatched = ax.contourf(x, y, shape, levels=[0.5, 1.5], colors="none", hatches=[hatch])
+    kept = [
+        np.append(each[:-1:n], each[-1]) for each, n in zip(edges, (columns, rows), strict=True)
+    ]
+    shape = as_steps((kept[0], kept[1]), mask[::rows, ::columns].astype(float))
+    hatched = ax.contourf(*shape, levels=[0.5, 1.5], colors="none", hatches=[hatch])
     hatched.set_edgecolor(colour)
     hatched.set_linewidth(0.0)
     hatched.set_rasterized(mask.size > MANY_CELLS)
+
+
+def as_steps(edges: Edges, values: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndarray]:
+    """Return corners of cells with the values of the cells, whose contours are borders of cells.
+
+    Contours of values at the middles of the cells cut through cells, by a quarter of a grid of two or three values.
+    """
+    x, y = (np.repeat(each, 2)[1:-1] for each in edges)
+    return x, y, np.repeat(np.repeat(values, 2, axis=0), 2, axis=1)

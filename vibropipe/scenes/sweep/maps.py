@@ -23,6 +23,7 @@ from vibropipe.figures.map_shapes import borders, label_regions
 from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import (
+    as_steps,
     by_combination,
     draw_hatch,
     edges_of,
@@ -108,7 +109,7 @@ def draw_regions(ax: Axes, part: xr.Dataset, regions: list[Region], x: str, y: s
     ax.pcolormesh(*edges, number, cmap=colours, norm=norm, rasterized=True)
     for region in order:
         mask, style = values == region.code, region.style
-        draw_hatch(ax, part[x].values, part[y].values, mask, style.hatch, style.hatch_colour)
+        draw_hatch(ax, edges, mask, style.hatch, style.hatch_colour)
     outline(ax, values, edges)
 
 
@@ -203,10 +204,10 @@ def draw_values(
     )
     if is_signed and min(values.shape) > 1:  # which only their hue tells from positive ones
         level = -CONTOUR * (norm.vmax or 1.0)
-        ax.contour(part[x].values, part[y].values, values, levels=[level], **NEGATIVE)
+        ax.contour(*as_steps(edges, values), levels=[level], **NEGATIVE)
     codes = outlined(part, series, x, y)
     missing, regime = codes == MISSING, part["regime"].transpose(y, x).values
-    draw_hatch(ax, part[x].values, part[y].values, missing, "////", HAIRLINE)
+    draw_hatch(ax, edges, missing, "////", HAIRLINE)
     outline(ax, codes, edges, 0.3)
     if missing.any() and missing.mean() > 0.05:
         is_quiet = bool((regime[missing] == Regime.NO_IMPACT).all())
@@ -231,7 +232,8 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     found = np.concatenate([each.of(dataset).values.ravel() for each in kept])
     found = found[np.isfinite(found)]
     values = np.abs(found)
-    high = float(np.quantile(values, HIGHEST_SHARE)) if values.size else 0.0
+    # "higher": of few values the largest, beyond which there is none
+    high = float(np.quantile(values, HIGHEST_SHARE, method="higher")) if values.size else 0.0
     high = high or float(values.max(initial=0.0)) or 1.0
     is_signed = name in WITH_SIGN and found.min(initial=0.0) < -ROUNDING * high
     return Normalize(-high if is_signed else 0.0, high)

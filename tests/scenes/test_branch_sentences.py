@@ -91,6 +91,16 @@ def mirrored(second: tuple[float, ...] = (1.1, 0.9)) -> xr.Dataset:
     return describe(dataset)
 
 
+def test_orbits_that_were_followed_twice_are_one_stretch():
+    twice = mirrored((0.9, 1.1))
+    twice["displacement_mean"][:] = 0.1
+    assert len([*stretches_of(twice)]) == 1
+    assert "mirror" not in " ".join(stable_table("s", with_a_fold(twice)).rows[0])
+    assert len([*stretches_of(mirrored())]) == 2
+    twice["displacement_mean"][NU.size :] = -0.1
+    assert len([*stretches_of(twice)]) == 2
+
+
 def with_a_fold(dataset: xr.Dataset) -> xr.Dataset:
     """Return a dataset with a fold at its first point."""
     empty = dataset.drop_dims("bifurcation")

@@ -21,6 +21,7 @@ CAUSES = ("fold", "grazing", "change")  # bifurcations at which a motion may jum
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
 SAME = 1e-6
 SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
+SAME_ORBIT = 1e-4  # relative difference of amplitudes, means and velocities of one orbit
 MAX_WORDS = 4  # motions in words
 MIN_ARROW = 0.04  # of the heights of a panel: a shorter jump has no arrow
 
@@ -57,7 +58,43 @@ class Stretch:
 
 
 def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
-    """Yield the stable stretches of all branches, with increasing parameter."""
+    """Yield the stable stretches of all branches, with increasing parameter; orbits that were followed twice once."""
+    if "impact_velocity_max" not in dataset:
+        yield from _followed_stretches(dataset)
+        return
+    along = dataset[followed(dataset)].values
+    gap = SAME * float(along.max() - along.min())
+    struck = dataset["impact_velocity_max"].transpose("point", "support").values
+    kept: list[Stretch] = []
+    for one in _followed_stretches(dataset):
+        if not any(is_same(one, other, struck, gap) for other in kept):
+            kept.append(one)
+            yield one
+
+
+def is_same(one: Stretch, other: Stretch, struck: np.ndarray, gap: float) -> bool:
+    """Return whether two stretches are of the same orbits, which have both ends in common.
+
+    struck : (point, support), the largest velocity on each, which mirror images have exchanged
+    gap : largest difference of ends that are one
+    """
+    if (one.words, one.over) != (other.words, other.over):
+        return False
+    ends = [0, -1]
+    first, second = (
+        np.array(
+            [each.amplitudes[ends], each.means[ends], *np.nan_to_num(struck[each.points[ends]].T)]
+        )
+        for each in (one, other)
+    )
+    return bool(
+        np.all(abs(one.values[ends] - other.values[ends]) <= gap)
+        and np.allclose(first, second, rtol=SAME_ORBIT, atol=SAME_ORBIT * one.amplitudes.max())
+    )
+
+
+def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
+    """Yield the stable stretches of all branches, also those of an orbit that was followed twice."""
     along = dataset[followed(dataset)].values
     amplitude, speed = _sizes_of(dataset)
     mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along

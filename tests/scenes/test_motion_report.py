@@ -5,7 +5,7 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import motion, steady
 
-from vibropipe.figures.text import format_number
+from vibropipe.figures.text import format_number, parameters_text
 from vibropipe.report.exciter import side_of
 from vibropipe.scenes.motion.captions import steady_text
 from vibropipe.scenes.motion.findings import answers, exponent_answers, orbit_text
@@ -56,6 +56,9 @@ def test_cells_that_differ_have_columns(datasets):
     assert columns["multiple"] == ["1", "–"]
     (table,) = steady_tables({"symmetric": datasets["symmetric"], "chaotic": chaotic})
     assert {"regime", "stability"} < set(table.head)
+    assert table.scene == ""
+    (table,) = steady_tables({"free": datasets["free"], "symmetric": datasets["symmetric"]})
+    assert table.scene == "symmetric"  # below its own picture, not below that of a motion without
     assert steady_tables({"free": datasets["free"]}) == []
 
 
@@ -102,6 +105,15 @@ def test_effects_of_some_scenes_stand_in_the_table(datasets):
     with_friction = datasets["symmetric"].assign_coords(friction=((), 0.15))
     columns = steady_columns({"one": datasets["symmetric"], "other": with_friction})
     assert columns[parameter_symbol([with_friction], "friction")] == ["0", "0.15"]
+
+
+def test_a_soft_support_without_a_restitution_has_none(datasets):
+    soft = datasets["symmetric"].assign_coords(k1=((), 100.0), R1=((), 1.0))
+    columns = steady_columns({"rigid": datasets["symmetric"], "soft": soft})
+    assert columns["R₁"] == ["0.7", "–"]
+    assert "R₁ =" not in parameters_text(soft)
+    assert "R₂ = 0.7" in parameters_text(soft)
+    assert "R₁ = 1" in parameters_text(datasets["symmetric"].assign_coords(R1=((), 1.0)))  # rigid
 
 
 def test_forces_of_soft_supports_stand_in_the_table(datasets):

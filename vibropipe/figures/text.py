@@ -71,6 +71,8 @@ UNRESOLVED_TEXT = {
 }
 # Amplitudes of the force, with and without units.
 OF_FORCE = (*FORCES, *map(physical_name, FORCES))
+# Restitution of each support, and the names of the stiffness without which it is rigid.
+RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
 # Text in place of a number of impacts where the mass comes to rest.
 REST = "rest"
 # Text in place of a missing curve.
@@ -280,7 +282,18 @@ def shown_parameters(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> list
     """Return the names of the parameters that are not swept, of the force only if there is one."""
     of_force = () if is_forced(dataset) else (frequency(dataset), force_amplitude(dataset))
     left_out = {*leave_out, *of_force}
-    return [name for name in scalar_parameters(dataset) if name not in left_out]
+    return [
+        name
+        for name in scalar_parameters(dataset)
+        if name not in left_out and not is_soft_without_restitution(dataset, name)
+    ]
+
+
+def is_soft_without_restitution(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether a parameter is the restitution 1, of none stated, of a support that is soft throughout."""
+    stiffness = RIGID_RESTITUTION.get(name, ())
+    is_soft = any((dataset[k].values > 0).all() for k in stiffness if k in dataset.variables)
+    return is_soft and bool((dataset[name].values == 1).all())
 
 
 def parameter_line(dataset: xr.Dataset) -> str:

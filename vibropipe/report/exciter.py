@@ -10,8 +10,10 @@ import xarray as xr
 
 from vibropipe.figures.text import (
     CYCLES,
+    RIGID_RESTITUTION,
     format_number,
     is_forced,
+    is_soft_without_restitution,
     parameters_text,
     shown_parameters,
     with_units,
@@ -30,8 +32,6 @@ WORDS = {"m": "mass", "C": "stiffness"} | {
 }
 WORDS["M"] = "mass of the housing"
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
-# Restitution of each support, and the names of the stiffness without which it is rigid.
-RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
 # Constant forces, friction and a shaker, under both names: datasets without one leave it out.
 FORCES = {
     each
@@ -70,12 +70,8 @@ def side_of(datasets: Datasets) -> Side:
 
 def is_without_meaning(name: str, datasets: Datasets) -> bool:
     """Return whether a parameter is the restitution 1, of none stated, of a support that is soft in all datasets."""
-    if name not in RIGID_RESTITUTION:
-        return False
-    stiffness = RIGID_RESTITUTION[name]
-    return all(
-        (data[name].values == 1).all()
-        and any((data[k].values > 0).all() for k in stiffness if k in data.variables)
+    return name in RIGID_RESTITUTION and all(
+        is_soft_without_restitution(data, name)
         for data in datasets.values()
         if name in data.variables
     )

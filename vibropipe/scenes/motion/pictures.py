@@ -29,6 +29,7 @@ from vibropipe.figures.text import (
     clock,
     format_number,
     is_forced,
+    is_soft_without_restitution,
     scalar_parameters,
     value_text,
     width_in_digits,
@@ -123,7 +124,12 @@ def head_lines(
     """Return the texts above a column: name, the parameters in which the motions differ, mean displacement."""
     own = scalar_parameters(dataset)
     every = [scalar_parameters(each) for each in motions]
-    names = [n for n in own if any(own[n] != or_default(each, n) for each in every)]
+    names = [
+        n
+        for n in own
+        if any(own[n] != or_default(each, n) for each in every)
+        and not is_soft_without_restitution(dataset, n)
+    ]
     lines, before = [name], ""
     for each in names:
         text = value_text(dataset[each])

@@ -104,6 +104,7 @@ def describe_ramp(dataset: xr.Dataset) -> str:
     frequency, time = dataset["frequency"], dataset[clock(dataset)]
     ends = " to ".join(format_number(float(frequency[n])) for n in (0, -1))
     length = with_units(time, format_number(float(time[-1] - time[0])))
+    length = length if clock(dataset) == "time" else f"τ = {length}"
     symbol = plain_symbol("omega" if clock(dataset) == "time" else "nu")
     symbol += plain_symbol_of(frequency).removeprefix(plain_symbol("frequency"))
     answer = ramp_answer(dataset)

@@ -16,6 +16,7 @@ from vibropipe.figures.text import (
     departure,
     format_number,
     in_brackets,
+    is_soft_without_restitution,
     plain_symbol_of,
     regime_name,
     scalar_parameters,
@@ -64,7 +65,9 @@ def steady_tables(datasets: Datasets) -> list[Table]:
     title = "The steady state" if len(steady) == 1 else "Steady states of the motions"
     labels = [label.removeprefix("the motion of ").removeprefix("the ") for label in steady]
     rows = [list(cells) for cells in zip(labels, *shown.values(), strict=True)]
-    return [Table(["motion", *shown], rows, note_text(shown, common), title=title)]
+    # that of one motion stands beside its own picture
+    own = next(iter(steady)) if len(steady) == 1 else ""
+    return [Table(["motion", *shown], rows, note_text(shown, common), title=title, scene=own)]
 
 
 def fitting(columns: dict[str, list[str]], n_parameters: int) -> dict[str, list[str]]:
@@ -110,7 +113,10 @@ def steady_columns(datasets: Datasets) -> dict[str, list[str]]:
     for numbers, names in list(alike.items())[:MAX_PARAMETERS]:
         # one column for what both supports share
         head = ", ".join(parameter_symbol(scenes, name) for name in names)
-        columns[with_unit(head, scenes, names[0])] = [format_number(v, DIGITS) for v in numbers]
+        columns[with_unit(head, scenes, names[0])] = [
+            DASH if is_soft_without_restitution(data, names[0]) else format_number(v, DIGITS)
+            for data, v in zip(scenes, numbers, strict=True)
+        ]
     columns["regime"] = [REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes]
     columns["multiple"] = [str(int(d["period_multiple"]) or DASH) for d in scenes]
     for support in (1, 2):

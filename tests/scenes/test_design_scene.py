@@ -19,7 +19,7 @@ from vibropipe.scenes.design.pictures import describe_sketch
 from vibropipe.scenes.design.ranking import verdicts
 from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, best_design, tables
 from vibropipe.scenes.design.sorting_words import foretold_by, percent, sorting_text
-from vibropipe.scenes.design.workshop import workshop_texts
+from vibropipe.scenes.design.workshop import sorting_cells, workshop_texts
 from vibropipe.scenes.registry import kind_of
 from vibropipe.solve.design.scattered_parts import MAX_CORNERS, box
 from vibropipe.solve.design.sorting import NO_RULE
@@ -533,6 +533,11 @@ def test_what_was_not_found_may_be_there(dataset):
 def test_yields_are_never_rounded_to_all():
     assert [percent(4095 / 4096), percent(1.0), percent(0.6149)] == ["99.9 %", "100 %", "61.4 %"]
     assert percent(1 / 4096, up=True) == "0.1 %"
+
+
+def test_a_design_without_a_sorting_rule_says_why():
+    shares = {1.0: "none fails", 0.9998: "too few fail", 0.0002: "too few are good"}
+    assert {share: sorting_cells(None, share)[0] for share in shares} == shares
 
 
 def test_goals_are_written_in_the_units_shown():

@@ -12,6 +12,7 @@ from vibropipe.report.parts import Row
 from vibropipe.scenes.identify.report import REPORT, answers, tables
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study, study_of_text
+from vibropipe.words.designs import FitResult
 
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 STUDY = """
@@ -126,6 +127,17 @@ def test_hopeless_data_are_never_called_explained(factor):
         assert (
             "All values of the mean displacement are equal, as of a dead sensor." in found[0].rest
         )
+
+
+def test_noise_from_few_measurements_is_no_estimate_to_rely_on():
+    dataset, _ = measured(1.0, displacement_mean=1e-4)
+    dataset = dataset.assign(fit_result=np.int8(FitResult.NOT_JUDGED)).assign_attrs(
+        noise="estimated"
+    )
+    answer, *_ = answers({"found": dataset})["found"]
+    assert answer.rest.endswith("for more than a rough estimate of their noise: give it.")
+    caption = picture_of("identify", dataset).describe(dataset, None, {})
+    assert "Roughly estimated noise: " in caption
 
 
 def test_a_parameter_at_an_end_of_its_range_is_named():

@@ -74,7 +74,7 @@ def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
             [
                 *([format_number(float(dataset[over][point]))] if over else []),
                 words_of(dataset.isel(point=point)), format_number(float(axis[point]), 5),
-                percent(share), ends, *(sorting_cells(rule) if has_rule else []),
+                percent(share), ends, *(sorting_cells(rule, share) if has_rule else []),
             ]
         )  # fmt: skip
     head = [

@@ -198,7 +198,7 @@ def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
         [
             str(n + 1),
             percent(float(dataset["yield"].values[n])),
-            *sorting_cells(rule)[: len(sorting)],
+            *sorting_cells(rule, float(dataset["yield"].values[n]))[: len(sorting)],
             DASH if part is None else part.words(dataset),
             at_least(away, DIGITS) if np.isfinite(away) else DASH,
         ]
@@ -219,10 +219,14 @@ def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return told_once(table, "all designs")
 
 
-def sorting_cells(rule: Sorting | None) -> list[str]:
-    """Return the cells of a sorting rule: the quantity, on which side of which value, the share sorted wrongly."""
+def sorting_cells(rule: Sorting | None, share: float) -> list[str]:
+    """Return the cells of a sorting rule: the quantity, on which side of which value, the share sorted wrongly.
+
+    `share` is the yield, by which there may be too few good or bad exciters for a rule.
+    """
     if rule is None:
-        return ["too few fail, or do not", DASH, DASH]
+        few = "too few fail" if share >= 0.5 else "too few are good"
+        return [{1.0: "none fails", 0.0: "none is good"}.get(share, few), DASH, DASH]
     return [*rule] if rule.words else ["no single quantity", DASH, DASH]
 
 

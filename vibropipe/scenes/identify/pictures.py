@@ -189,6 +189,8 @@ def noise_text(dataset: xr.Dataset) -> str:
         for part in columns(dataset)
     )
     how = "given" if dataset.attrs.get("noise") == "given" else "estimated"
+    if int(dataset["fit_result"]) == FitResult.NOT_JUDGED:
+        how = "roughly estimated"
     return f"{how} noise: {noise}"
 
 

@@ -77,7 +77,7 @@ def verdict(dataset: xr.Dataset) -> Answer:
         return Answer(lead, rest)
     return Answer(
         "Whether the measurements are explained is not known.",
-        "There are too few of them to estimate their noise: give it.",
+        "There are too few of them for more than a rough estimate of their noise: give it.",
     )
 
 

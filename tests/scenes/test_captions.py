@@ -124,6 +124,15 @@ def test_captions_name_the_panels_that_a_page_has_no_room_for():
     assert "mean displacement" in text
     assert "Not drawn" not in describe_sweep(dataset, ["displacement_mean"])
     assert "Not drawn" not in describe_sweep(sweep(31))
+    columns = describe_sweep(sweep(31, f=[0.1, 0.2], delta=[0.0, 0.1, 0.2]))
+    assert "has no room: third harmonic amplitude of displacement." in columns  # not the impacts
+
+
+def test_a_caption_tells_supports_apart_that_share_a_panel():
+    colours = "Orange: support 1; blue, dashed: support 2. "
+    assert colours in describe_sweep(sweep(31))
+    assert colours not in describe_sweep(sweep(31), ["displacement_mean"])
+    assert colours not in describe_sweep(sweep(31, f=[0.1, 0.2]))  # either support
 
 
 def test_captions_name_what_is_shown(made):

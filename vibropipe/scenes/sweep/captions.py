@@ -73,6 +73,9 @@ def describe_sweep(
         "Blue, from dark to light: first and further harmonics"
         if any(len(panel.series) > 1 and panel.series[0].dim == "harmonic" for panel in panels)
         else "",
+        "Orange: support 1; blue, dashed: support 2"
+        if any(len(panel.series) > 1 and panel.series[0].dim == "support" for panel in panels)
+        else "",
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
         starts_text(dataset, arrows=_has_arrows(dataset, panels, along, others)),
@@ -113,7 +116,8 @@ def combinations_text(dataset: xr.Dataset, dims: list[str], most: int) -> str:
 
 def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel]) -> str:
     """Write which panels are not drawn, since small multiples have no room for them; empty if all are."""
-    left_out = panels[len(fitting_panels(dataset, dims, panels)) :]
+    drawn = fitting_panels(dataset, dims, panels)
+    left_out = [panel for panel in panels if panel not in drawn]
     names = series(series_words(dataset, panel.series[0]) for panel in left_out)
     parameters = series(plain_symbol_of(dataset[name]) for name in dims)
     reason = f"since a page with a column for each {parameters} has no room"

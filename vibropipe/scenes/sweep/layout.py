@@ -21,8 +21,9 @@ HEAD = 0.45  # cm of the combination above several panels
 MAIN_CM, SIDE_CM = 8.6, 4.6  # widths of the large panel and of those beside it
 BAR_CM, BARS_GAP = 0.36, 0.25  # height of a bar of regimes, gap above the bars
 MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
-# Height of a stack of panels, of one in columns, of small multiples.
-STACK_CM, GRID_CM, SMALL_CM = 8.4, 2.5, 3.0
+# Height of a stack of panels, of one in columns, of small multiples, and from which these fill more than page 1 has.
+STACK_CM, GRID_CM, SMALL_CM, LEAST_CM = 8.4, 2.5, 3.0, 1.7
+HERO_CM, PAGE_CM = 15.0, 20.0  # height of a picture that fits on page 1, and on another page
 LETTERS_PER_CM = 7.5  # of SMALL type
 
 
@@ -69,10 +70,14 @@ def combinations_drawn(dataset: xr.Dataset, dims: Sequence[str]) -> list[dict[st
 def fitting_panels(
     dataset: xr.Dataset, dims: Sequence[str], panels: Sequence[Panel]
 ) -> list[Panel]:
-    """Return the panels that are drawn: all, or of several combinations as many as fit on a page."""
+    """Return the panels that are drawn: all, or of several combinations as many as fit on a page.
+
+    Higher harmonics are left out before other quantities.
+    """
     amount = len(combinations_drawn(dataset, dims))
     most = MAX_PANELS if amount == 1 else 4 if amount <= MAX_COLUMNS else 1
-    return list(panels[:most])
+    kept = sorted(panels, key=lambda panel: panel.is_higher_harmonic)[:most]
+    return [panel for panel in panels if panel in kept]
 
 
 def lay_out(
@@ -161,8 +166,11 @@ def _multiples(
     width = (WIDE - LEFT - RIGHT - (across - 1) * gap) / across
     own = LABELS + lines * BAR_CM + BARS_GAP  # beside the panels of a row
     own += HEAD * (len(panels) > 1)
-    room = (20.0 - foot - down * (own + 0.4)) / (down * max(1, len(panels)))
-    height = min(SMALL_CM, room - TITLE)
+    heights = [
+        (high - foot - down * (own + 0.4)) / (down * max(1, len(panels))) - TITLE
+        for high in (HERO_CM, PAGE_CM)
+    ]
+    height = min(SMALL_CM, max(heights[0], min(LEAST_CM, heights[1])))
     rise = max(1, len(panels)) * (height + TITLE) + own + 0.3
     figure = new_canvas(foot - LABELS - lines * BAR_CM + down * rise)
     spots, bars = [], []

@@ -70,6 +70,12 @@ class Panel:
 
     series: tuple[Series, ...]
 
+    @property
+    def is_higher_harmonic(self) -> bool:
+        """Whether it is a harmonic beyond the first alone."""
+        own = self.series[0]
+        return "harmonic" in (own.dim or "") and (own.position or 0) > 0
+
     def title(self, dataset: xr.Dataset, width_cm: float) -> str:
         """Return what is drawn in words, with symbol and units as far as they fit on a line."""
         own = self.series[0]

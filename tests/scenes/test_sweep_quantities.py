@@ -294,7 +294,9 @@ def test_maps_say_what_is_shown_of_motions_without_an_orbit():
     show = ["displacement_mean"]
     assert "Lines" not in describe_quantities(orbits, show)
     assert "orbit" not in describe_quantities(orbits, show)
-    assert quantities_title(orbits, show).startswith("On the grid, mean displacement is largest")
+    assert quantities_title(orbits, show).startswith(
+        "On the grid, the mean displacement is largest"
+    )
     chaos = orbits.copy(deep=True)
     chaos["regime"][3, 4] = Regime.APERIODIC
     assert "Lines" not in describe_quantities(chaos, show)  # a point alone has no outline

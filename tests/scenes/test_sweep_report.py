@@ -7,7 +7,12 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
-from vibropipe.scenes.sweep.answers import impacts_answer, mean_answer, sweep_answers
+from vibropipe.scenes.sweep.answers import (
+    hardest_answer,
+    impacts_answer,
+    mean_answer,
+    sweep_answers,
+)
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
@@ -53,6 +58,19 @@ def test_answers_of_a_line():
     mean = mean_answer(one_line())
     assert mean.lead == "The mean displacement reaches −0.016."
     assert mean.rest == "That is in the row ν = 1.6."
+    one = one_line().isel(nu=[10])
+    assert mean_answer(one).rest == ""  # which row it is has no need to be said
+    assert hardest_answer(one).rest == ""
+
+
+def test_the_hardest_impact_of_several_lines_has_a_place():
+    lines = xr.concat(
+        [one_line(), one_line().assign(impact_velocity_max=2 * one_line()["impact_velocity_max"])],
+        xr.DataArray([0.1, 0.2], dims="f", name="f"),
+    )
+    assert hardest_answer(lines).rest == (
+        "It occurs at ν = 1.6 and still rises at the end of the range of f."
+    )
 
 
 def test_a_value_at_an_end_of_the_range_still_rises():
@@ -77,7 +95,7 @@ def test_aperiodic_rows_are_told_apart_from_orbits():
     regime[10:12] = Regime.APERIODIC
     line = line.assign(regime=regime, window_periods=("nu", np.full(16, 128)))
     assert said(line)[1:3] == [
-        "The motion does not repeat itself at 2 of 16 rows. That is so in a window of 128 forcing periods; "
+        "The motion does not repeat itself in 2 of 16 rows. That is so in a window of 128 forcing periods; "
         "whether it settles later is not known.",
         "The hardest impact of an orbit is 1.4, on support 1. Aperiodic motion reaches 1.6 within its window.",
     ]
@@ -116,7 +134,7 @@ def test_exponents_count_beyond_their_error():
     line = line.assign(lyapunov_exponent=("nu", exponent))
     line = describe(line.assign(lyapunov_exponent_error=("nu", np.full(16, 1e-3))))
     assert said(line)[0] == (
-        "The largest Lyapunov exponent is positive at 7 of 16 rows. "
+        "The largest Lyapunov exponent is positive in 7 of 16 rows. "
         "There perturbations grow exponentially; the exponent reaches 0.05."
     )
     quiet = line.assign(lyapunov_exponent=-abs(line["lyapunov_exponent"]))

@@ -16,6 +16,7 @@ from vibropipe.scenes.sweep.answers import (
     fills_answer,
     hardest_answer,
     impacts_answer,
+    sweep_answers,
     unresolved_answer,
 )
 from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
@@ -46,9 +47,12 @@ def test_rows_without_a_result_may_strike() -> None:
     assert told is not None
     assert told.lead == "No row with a result strikes a support."
     assert hardest_answer(line([OPEN] * 3, [NAN] * 3, [NAN] * 3)) is None
-    known = hardest_answer(line([NONE] * 3, [NAN] * 3, [NAN] * 3))
-    assert known is not None
-    assert known.lead == "No support is struck."
+    known = line([NONE] * 3, [NAN] * 3, [NAN] * 3)
+    assert hardest_answer(known) is None
+    leads = [answer.lead for answer in sweep_answers(known)]
+    assert [lead for lead in leads if "support" in lead] == [  # once
+        "The mass strikes no support in any row along ν."
+    ]
 
 
 @pytest.fixture(scope="module")
@@ -91,6 +95,28 @@ def test_equal_sizes_of_either_sign_have_no_place() -> None:
     dataset = line([BOTH] * 3, [0.5] * 3, [0.5] * 3)
     dataset["displacement_mean"] = "nu", [0.1, 0.0, -0.1]
     assert "at" not in largest_title(dataset, Series("displacement_mean", None, None, "")).split()
+
+
+def test_a_harmonic_that_is_largest_in_no_row_has_no_place() -> None:
+    dataset = sweep(6, f=[1.0, 2.0]).copy(deep=True)
+    first = Series("displacement_amplitude", "harmonic", 0)
+    amplitude = dataset["displacement_amplitude"].transpose("nu", "f", "harmonic")
+
+    def title(values: np.ndarray) -> str:
+        own = np.broadcast_to(values[..., None], amplitude.shape)
+        found = amplitude.dims, own.copy(), amplitude.attrs
+        regime = xr.full_like(dataset["regime"], BOTH)
+        return largest_title(dataset.assign(displacement_amplitude=found, regime=regime), first)
+
+    assert title(np.full((6, 2), 0.3)) == "The first harmonic is the same in all rows"
+    rising = np.linspace(0.1, 0.2, 6)[:, None] * np.ones(2)
+    nu = dataset["nu"].values[-1]
+    assert title(rising) == (
+        f"On the grid, the first harmonic is largest at ν = {nu:.4g}, the end of its range"
+    )
+    noise = np.zeros((6, 2))
+    noise[2, 1] = 1e-14  # of a mass that rests on a support
+    assert title(noise) == "First harmonic amplitude of displacement"
 
 
 def test_regions_of_one_size_are_equally_frequent() -> None:

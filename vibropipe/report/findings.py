@@ -148,12 +148,16 @@ def extent_text(mask: xr.DataArray) -> str:
     return ", ".join(texts)
 
 
-def place_texts(dataset: xr.Dataset, top: xr.DataArray) -> list[str]:
+def place_texts(
+    dataset: xr.Dataset, top: xr.DataArray, among: Iterable[Hashable] | None = None
+) -> list[str]:
     """Write the point of a largest value, with what is an end of a range, and the same in fewer letters.
 
-    ν = 1 and, at the end of its range, f = 2; or ν = 1 and the largest f.
+    ν = 1 and, at the end of its range, f = 2; or ν = 1 and the largest f. `among` are the dimensions that matter
+    (default: all).
     """
-    dims = [name for name in dataset["regime"].dims if not is_text(dataset[name])]
+    names = dataset["regime"].dims if among is None else among
+    dims = [name for name in names if not is_text(dataset[name])]
     alone = point_text(top, dims)
     ends = {
         name: "smallest" if top[name].item() == dataset[name].min().item() else "largest"

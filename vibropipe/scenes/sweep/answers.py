@@ -136,11 +136,13 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
         struck, known = largest(dataset[name]), dataset["regime"] < Regime.UNBOUNDED
         if not bool(known.any()) or (struck is not None and float(struck)):
             return None
+        if bool((dataset["regime"] == Regime.NO_IMPACT).all()):
+            return None  # how the mass moves says it
         whole = bool(known.all())
         return Answer(
             "No support is struck." if whole else "No row with a result strikes a support."
         )
-    values, dims = of_orbits(dataset, name), dataset["regime"].dims
+    values = of_orbits(dataset, name)
     support, where = int(top["support"]), ""
     other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None
     alike = abs(values) >= abs(float(top)) * (1.0 - 1e-9)
@@ -151,14 +153,27 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     start = "From rest, the" if is_from_rest(dataset) else "The"
     lead = f"{start} {words} is {value_text(top, top, DIGITS)}, on {place}."
     chaos = largest(dataset[name].where(dataset["regime"] == Regime.APERIODIC))
-    rises = rising_text(values, top, dims)
     if chaos is not None and float(chaos) > float(top):
         where = f"Aperiodic motion reaches {value_text(top, chaos, DIGITS)} within its window."
-    elif rises:
-        where = f"{capitalised(rises)}."
-    elif len(dims) == 1 and int(rows.sum()) == 1:
-        where = f"It occurs in the row {point_text(top, dims)}."
+    else:
+        where = place_sentence(dataset, values, top, rows)
     return Answer(lead, where)
+
+
+def place_sentence(
+    dataset: xr.Dataset, values: xr.DataArray, top: xr.DataArray, rows: xr.DataArray
+) -> str:
+    """Write at which value of the axis alone a largest value occurs, in `rows`, and where it still rises."""
+    dims, axis = dataset["regime"].dims, axis_of(dataset)
+    rises = rising_text(values, top, dims)
+    others = [dim for dim in rows.dims if dim != axis]
+    is_one = not is_map(dataset) and int(rows.any(others).sum()) == 1 < dataset.sizes[axis]
+    if not is_one or rising_text(values, top, [axis]):
+        return f"{capitalised(rises)}." if rises else ""
+    if len(dims) == 1:
+        return f"It occurs in the row {point_text(top, dims)}."
+    also = f" and {rises.removeprefix('it ')}" if rises else ""
+    return f"It occurs at {point_text(top, [axis])}{also}."
 
 
 def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:
@@ -184,11 +199,12 @@ def aperiodic_answer(dataset: xr.Dataset) -> Answer | None:
 
 def of_rows(dataset: xr.Dataset, amount: int) -> str:
     """Write at which share of the rows of a line, or of the points of a map, something is so."""
-    unit, total = "points" if is_map(dataset) else "rows", dataset["regime"].size
+    at, unit = ("at", "points") if is_map(dataset) else ("in", "rows")
+    total = dataset["regime"].size
     if amount == total:
-        return f"at all {unit}"
+        return f"{at} all {unit}"
     share = share_text(amount, total)
-    return f"at {share} of the {unit}" if "%" in share else f"at {share} {unit}"
+    return f"{at} {share} of the {unit}" if "%" in share else f"{at} {share} {unit}"
 
 
 def exponent_answer(dataset: xr.Dataset) -> Answer | None:
@@ -230,7 +246,7 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     if rises:
         return Answer(lead, f"Its size {rises.removeprefix('it ')}.")
     alike = abs(mean) >= abs(float(top)) * (1.0 - 1e-9)
-    if dataset["regime"].ndim == 1 and int(alike.sum()) == 1:
+    if dataset["regime"].ndim == 1 < alike.size and int(alike.sum()) == 1:
         return Answer(lead, f"That is in the row {point_text(top, dataset['regime'].dims)}.")
     return Answer(lead)
 

@@ -132,6 +132,7 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
     note = f"First and last row of each range{longest}. {between_rows(dataset)}"
+    note = note if len(runs) > 1 else ""
     head = [in_brackets(symbol_text(line[axis]), line[axis]), "how the mass moves"]
     head += ["repeats after periods"] if has_period else []
     head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []
@@ -215,7 +216,8 @@ def energy_table(label: str, dataset: xr.Dataset) -> Table | None:
         for name, words in names.items()
     ]
     heads = [in_brackets(kind, dataset["energy_input"]) for kind in kinds]
-    note = "Smallest and largest value; of impacts on both supports together; of aperiodic rows the mean of a window."
+    note = "Smallest and largest value; of impacts on both supports together"
+    note += "; of aperiodic rows the mean of a window." if "aperiodic rows" in kinds else "."
     return Table(
         ["energy per forcing period", *heads],
         rows,

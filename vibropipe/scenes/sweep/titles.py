@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Collection, Sequence
 
 import numpy as np
@@ -10,14 +11,17 @@ import xarray as xr
 from vibropipe.figures.claims import only_between_text
 from vibropipe.figures.motion_words import number_word, way_of
 from vibropipe.figures.text import plain_symbol_of
+from vibropipe.figures.units import LOWERED
 from vibropipe.report.findings import largest, place_texts
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import drawn_panels, has_negative
 from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import (
+    DEFAULT_SHOW,
     Series,
     axis_and_others,
+    is_map,
     of_orbits,
     panels_of,
     series_words,
@@ -30,6 +34,7 @@ from vibropipe.words.wording import capitalised
 
 MAX_TITLE = 85  # letters
 SAME_VALUE = 1e-9  # relative difference of values that are one
+NEGLIGIBLE = 1e-6  # of the largest displacement: harmonics of a mass that rests are off by 1e-8
 MANY = 0.05  # share of the points from which the place of aperiodic motion is told
 
 
@@ -52,7 +57,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     top = largest(values)
     words = series_words(dataset, own)
     plain = capitalised(words)
-    if top is None or not float(top) or dataset["regime"].size == 1:
+    if top is None or dataset["regime"].size == 1 or is_rounding(dataset, own, float(top)):
         return plain
     if own.name == "lyapunov_exponent":
         exponent = own.of(dataset)
@@ -62,25 +67,56 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
         return "In no orbit does the housing creep"
     alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
     places = {*dataset["regime"].dims} - {DIRECTION}
-    if int(alike.any(dim=[dim for dim in values.dims if dim not in places]).sum()) > 1:
+    alike = alike.any(dim=[dim for dim in values.dims if dim not in places])
+    subjects = subjects_of(own, plain)
+    if bool(alike.all()) and own.dim != "support":
+        return f"{subjects[0]} is the same {'at all points' if is_map(dataset) else 'in all rows'}"
+    if (fixed := fixed_dims(alike)) is None:
         return plain  # many starts, one motion
-    subject = plain.removeprefix("Largest ")
-    if own.name == "displacement_amplitude":
-        subject = f"The {subject.removesuffix(' amplitude of displacement').lower()}"
     size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
     # what has no orbit may have larger values in its window
     all_repeat = bool((dataset["regime"] < Regime.APERIODIC).all())
     of, among = ("", "") if all_repeat else (" of orbits", "in orbits ")
-    seen = f"{capitalised(subject)}{of} {size}"
+    found = [f"{subject}{of} {size}" for subject in subjects]
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" support {own.position + 1}"
-        seen = f"Orbits strike{on} hardest"
+        found = [f"orbits strike{on} hardest"]
     if own.name == "housing_velocity_mean":
-        seen = f"{among}the housing creeps fastest"
+        found = [f"{among}the housing creeps fastest"]
     # between its points a quantity may be larger
-    seen = f"On the grid, {seen[0].lower()}{seen[1:]}"
-    texts = [f"{seen} at {where}" for where in place_texts(dataset, top)]
+    texts = [
+        f"On the grid, {seen.replace('The ', 'the ', 1)} at {where}"
+        for seen in found
+        for where in place_texts(dataset, top, fixed)
+    ]
     return next((text for text in texts if len(text) <= MAX_TITLE), plain)
+
+
+def subjects_of(own: Series, plain: str) -> list[str]:
+    """Return what a sentence is about: a quantity in words, and in fewer letters."""
+    subject = plain.removeprefix("Largest ")
+    if own.name != "displacement_amplitude":
+        return [f"The {subject[0].lower()}{subject[1:]}", f"{subject[0].lower()}{subject[1:]}"]
+    words = subject.removesuffix(" amplitude of displacement").lower()
+    return [f"The {words}", f"A{(own.position or 0) + 1}".translate(LOWERED)]
+
+
+def is_rounding(dataset: xr.Dataset, own: Series, top: float) -> bool:
+    """Return whether a largest value is 0, or a displacement that is nothing beside the others."""
+    stem = own.name.partition("_")[0]
+    alike = [dataset[name] for name in DEFAULT_SHOW if name.startswith(stem) and name in dataset]
+    return abs(top) <= NEGLIGIBLE * max((float(abs(each).max()) for each in alike), default=0.0)
+
+
+def fixed_dims(alike: xr.DataArray) -> list[str] | None:
+    """Return the dimensions of which some rows have one value, if they are all rows of these; else None."""
+    fixed = [
+        str(dim)
+        for dim in alike.dims
+        if int(alike.any([other for other in alike.dims if other != dim]).sum()) == 1
+    ]
+    others = math.prod(alike.sizes[dim] for dim in alike.dims if dim not in fixed)
+    return fixed if fixed and int(alike.sum()) == others else None
 
 
 def exponent_title(exponent: xr.DataArray) -> str:

@@ -172,18 +172,18 @@ def draw_several(dataset: xr.Dataset) -> Figure:
     height = 0.85 + rows * PITCH_CM + (0.9 if legend_apart else 0.0)
     figure = new_canvas(height)
     span = time_span(dataset)
+    methods = [str(m) for m in dataset["method"].values]
+    has_late = bool((failed(dataset) & np.isfinite(dataset["time_per_period"])).any())
+    methods += [FAILED] if has_late else []
     top = height - 1.05 - (0.9 if legend_apart else 0.0)
     for k in range(amount):
         column, row = k % COLUMNS, k // COLUMNS
         ax = axes(figure, 1.55 + column * 3.65, top - 2.75 - row * PITCH_CM, 3.3, 2.75)
-        draw_panel(ax, dataset.isel(motion=k), span)
+        draw_panel(ax, dataset.isel(motion=k), span, has_late)
         below = k + COLUMNS >= amount
         ax.set_ylabel("time per period" if column == 0 else "", labelpad=1)
         ax.set_xlabel("error reached" if below else "", labelpad=2)
         ax.tick_params(labelleft=column == 0)
-    methods = [str(m) for m in dataset["method"].values]
-    has_late = failed(dataset) & np.isfinite(dataset["time_per_period"])
-    methods += [FAILED] if has_late.any() else []
     if legend_apart:
         key = axes(figure, 1.55, height - 0.85, 14.25, 0.7)
         draw_key(key, methods, columns=4)
@@ -195,11 +195,12 @@ def draw_several(dataset: xr.Dataset) -> Figure:
     return figure
 
 
-def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float]) -> None:
-    """Draw all methods on one motion."""
-    error_axis(ax, (-15, -10, -5, 0), BAND)
+def draw_panel(ax: Axes, dataset: xr.Dataset, span: tuple[float, float], has_band: bool) -> None:
+    """Draw all methods on one motion; `has_band` tells whether there is room for runs that fail."""
+    error_axis(ax, (-15, -10, -5, 0), BAND if has_band else WORST)
     time_axis(ax, *span)
-    missed_band(ax, BAND, WORST, axis="x")
+    if has_band:
+        missed_band(ax, BAND, WORST, axis="x")
     lost = []
     for method in map(str, dataset["method"].values):
         style, one = STYLES[method], dataset.sel({"method": method})

@@ -1,6 +1,7 @@
 """The report shows the datasets, its PDF contains all of the report, and a title is never markup."""
 
 import json
+import math
 from dataclasses import replace
 from types import SimpleNamespace
 
@@ -83,6 +84,10 @@ def test_scenes_are_called_by_a_short_title_else_by_words(solved):
     assert scene_labels(study_of(twice)) == {"one_a": "one a", "two": "two"}
     twice["two"].figure = SimpleNamespace(heads=["figure 6", "figure 9"])
     assert scene_labels(study_of(twice))["two"] == "figure 6"
+    figure = SimpleNamespace(heads=["rigid", "soft"], drawn_together=lambda: ("soft",))
+    both = {"rigid": SimpleNamespace(title="Rigid beside soft", figure=figure)}
+    assert scene_labels(study_of(both))["rigid"] == "rigid"  # the title is that of the picture
+    assert scene_labels(study_of(both), math.inf)["rigid"] == "Rigid beside soft"
 
 
 def test_numbers_beside_the_exciter(data):

@@ -538,6 +538,15 @@ def test_the_steps_of_a_map_are_told_where_they_are_alike(dataset):
     assert steps_text(dataset.isel(x0=[0, 1, 5])) == ""
 
 
+def test_a_motion_that_no_impulse_ends_has_no_column_of_them(dataset):
+    none = dataset.assign(knock_impulse=np.nan * dataset["basin_share"])
+    assert "impulse" not in " ".join(safety_table("s", none).head)
+    assert "mpulse" not in safety_table("s", none).note
+    some = none.copy(deep=True)
+    some["knock_impulse"][0] = 0.3
+    assert "least impulse that ends it" in safety_table("s", some).head
+
+
 def test_a_mirror_image_is_told_as_one(dataset):
     exciter = vp.Exciter(l=0.5, nu=1.24, f=1.29, h=0.05, R1=0.9, R2=0.9)
     pair = vp.basins(exciter, np.linspace(-0.5, 0.5, 5), np.linspace(-2, 2, 5), starts=32)

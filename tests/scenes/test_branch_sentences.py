@@ -10,7 +10,12 @@ from matplotlib.colors import to_hex
 
 from vibropipe.figures.motion_words import motion_words, orbit_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.basins.report import family_table, title_shares, together_ranges
+from vibropipe.scenes.basins.report import (
+    family_table,
+    share_answers,
+    title_shares,
+    together_ranges,
+)
 from vibropipe.scenes.basins.report import together_answer as share_together
 from vibropipe.scenes.branch.answers import (
     branch_answers,
@@ -211,6 +216,17 @@ def shares(*places: float) -> xr.Dataset:
         {"nu": [1.0, 1.1, 1.2, 1.3], "attractor_id": [0, 1], "support": [1, 2], "harmonic": [1]},
     )
     return describe(dataset)
+
+
+def test_one_motion_at_all_values_has_no_ends():
+    one = shares().isel(attractor_id=[0])
+    one["basin_share"][:] = 1.0
+    assert [answer.lead for answer in share_answers(one)] == [
+        "The same motion is found at all values of ν on the grid."
+    ]
+    assert family_table("s", one) is None
+    one["basin_share"][:, 0] = 0.5  # of the other starts no motion was found
+    assert len(family_table("s", one).rows) == 1
 
 
 def test_motions_coexist_between_values_of_the_grid_too():

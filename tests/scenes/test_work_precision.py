@@ -93,7 +93,10 @@ def test_several_motions_have_a_panel_each_and_what_fails_is_a_cross(work_precis
     told = "In the grey band, hollow and with a cross"
     assert told in picture_of("accuracy", work_precision).describe(work_precision, None, {})
     whole = work_precision.isel(motion=[0, 0], method=[0, 2, 3])
-    assert "failed" not in words(draw("accuracy", whole))
+    finished = draw("accuracy", whole)
+    assert "failed" not in words(finished)
+    assert first.patches  # the band
+    assert not any(ax.patches for ax in finished.axes)
     assert told not in picture_of("accuracy", whole).describe(whole, None, {})
 
 

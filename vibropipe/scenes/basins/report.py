@@ -99,8 +99,16 @@ def share_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return where motions coexist, the main change, and the smallest basin."""
     if dataset.sizes["attractor_id"] == 0:
         return [not_found(dataset)]
-    found = [together_answer(dataset), change_answer(dataset), rare_answer(dataset)]
+    changes = change_answer(dataset)
+    if is_one_motion(dataset):
+        return [changes] if changes else []
+    found = [together_answer(dataset), changes, rare_answer(dataset)]
     return [answer for answer in found if answer]
+
+
+def is_one_motion(dataset: xr.Dataset) -> bool:
+    """Return whether one motion alone is found, at all values of the parameter."""
+    return dataset.sizes["attractor_id"] == 1 and not changes_of(dataset)
 
 
 def together_answer(dataset: xr.Dataset) -> Answer:
@@ -196,9 +204,8 @@ def change_answer(dataset: xr.Dataset) -> Answer | None:
     """Write how many changes there are, and where the motion ends that lasts longest."""
     changes, axis = changes_of(dataset), dataset[swept_name(dataset)]
     if not changes:
-        return Answer(
-            f"The same motions are found at all values of {symbol_text(axis)} on the grid."
-        )
+        same = f"same motion{'s are' if dataset.sizes['attractor_id'] > 1 else ' is'} found"
+        return Answer(f"The {same} at all values of {symbol_text(axis)} on the grid.")
     places = len({change.value for change in changes})
     lead = f"Motions appear or vanish at {amount_text(places, 'value')} of {symbol_text(axis)} or more."
     ends = [change for change in changes if not change.appears and change.other >= 0]
@@ -257,6 +264,8 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 _span(100 * float(share.min()), 100 * float(share.max())),
             ]
         )
+    if is_one_motion(dataset) and rows[0][-1] == "100":
+        return None  # which has no ends
     symbol = symbol_text(axis)
     head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
     note = (

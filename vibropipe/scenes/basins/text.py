@@ -241,6 +241,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     has_housing = "housing_velocity_mean" in dataset
     knocks, beyond = knocks_of(dataset), beyond_map(dataset)
     speed, step = dataset[KNOCK if KNOCK in dataset else "v0"], step_of(dataset)
+    has_knocks = any(math.isfinite(knock) for knock in knocks.values())  # not of one motion alone
     rows = []
     for index in ordered(dataset):
         row = dataset.sel(attractor_id=index)
@@ -256,7 +257,13 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
-                "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step, KNOCK in dataset),
+                *(
+                    [
+                        "≥\u00a0" * (index in beyond)
+                        + knock_text(knocks[index], step, KNOCK in dataset)
+                    ]
+                    * has_knocks
+                ),
                 *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
@@ -267,7 +274,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "", "motion", *progression, "share of the starts", "multiplier",
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
-        in_brackets("least impulse that ends it" if KNOCK in dataset else "knock survived", speed),
+        *([in_brackets("least impulse that ends it" if KNOCK in dataset else "knock survived", speed)] * has_knocks),
         *([in_brackets("proved impulse", dataset[PROVED])] if PROVED in dataset else []),
     ]  # fmt: skip
     note = (
@@ -275,9 +282,9 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "in a period of the motion, in the long run. "
     )
     note = steps_text(dataset) * ("x0" in dataset.dims and len(rows) > 1) + note
-    if KNOCK in dataset:
+    if KNOCK in dataset and has_knocks:
         note += f"Impulse{start_text(dataset)}, of those tried, rounded up."
-    else:
+    elif has_knocks:
         note += (
             f"Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states of "
             "the motion lead back, rounded down, 0 for less than a step of the map, "
@@ -295,7 +302,9 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if REFUSED in dataset.attrs:
         note += f" Nothing was proved: {dataset.attrs[REFUSED]}."
     unknown = " A dash: none, or not known." if any(DASH in row for row in rows) else ""
-    return Table(head, rows, note + unknown, left=2, title="How safe each motion is", scene=scene)
+    return Table(
+        head, rows, note.rstrip() + unknown, left=2, title="How safe each motion is", scene=scene
+    )
 
 
 def knock_text(knock: float, step: float, ends: bool = False) -> str:

@@ -116,7 +116,7 @@ def draw_regions(ax: Axes, part: xr.Dataset, regions: list[Region], x: str, y: s
 def label_texts(region: Region) -> list[str]:
     """Return the label of a region in lines: as wide as it likes, narrow, and in one line beside the region."""
     narrow = "\n".join(wrapped(region.words, LETTERS))
-    of = " of the map" if region.name == "no_impact" else ""
+    of = " of the map" if region.name == "no_impact" and "%" in region.share else ""
     return [
         f"{region.words}\n{region.share}{of}",
         f"{narrow}\n{region.share}",

@@ -105,6 +105,27 @@ def test_answers_and_tables_name_the_level(datasets):
     assert f"{WORDS} = 0.5" in [row[0] for row in table.rows]
 
 
+def test_pieces_of_a_level_that_touch_are_one_curve(datasets):
+    dataset = datasets["borders"]
+    ids = dataset["curve_id"].values
+    level = int(ids[dataset["level_of"].values == 0][0])
+    points = np.flatnonzero(ids == level)
+    cut = points[points.size // 2]
+    index = np.insert(
+        np.arange(ids.size), cut + 1, cut
+    )  # the law changes at a point that both have
+    pieces = dataset.isel(point=index)
+    changed = np.where((index >= cut) & (ids[index] == level), ids.max() + 1, ids[index])
+    changed[cut] = level
+    pieces["curve_id"] = "point", changed
+    told = [[a.lead for a in answers({"s": data})["s"]] for data in (dataset, pieces)]
+    level_leads = [[lead for lead in leads if lead.startswith("Along ")] for leads in told]
+    assert level_leads[0] == level_leads[1]
+    apart = pieces.isel(point=np.delete(np.arange(index.size), cut))  # with a gap between both
+    leads = [answer.lead for answer in answers({"s": apart})["s"]]
+    assert any(lead.startswith("Along two curves") for lead in leads)
+
+
 def test_levels_are_shown_in_units_of_the_study():
     study = study_of_text(PHYSICAL, "levels")
     scene = study.scenes["borders"]

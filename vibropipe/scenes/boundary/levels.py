@@ -22,6 +22,10 @@ PLACES, MIDDLE = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8), 0.5
 LABELLED_CURVES = 3
 
 
+# Distance of the ends of two pieces of one curve, as a share of what is drawn.
+TOUCHING = 1e-5
+
+
 class ShownLevel(NamedTuple):
     """A level: its quantity in words and as mathtext, and its value with the unit shown."""
 
@@ -60,15 +64,34 @@ def level_numbers(dataset: xr.Dataset) -> Iterator[tuple[int, ShownLevel]]:
             yield number, level
 
 
+def joined_curves(dataset: xr.Dataset, number: int, x: str, y: str) -> list[list[int]]:
+    """Return the curves of a level as lists of their pieces: where the law of motion changes, a next piece begins."""
+    ids = dataset["curve_id"].values
+    groups: list[tuple[list[int], np.ndarray]] = []
+    size = np.array([float(np.ptp(dataset[name].values)) or 1.0 for name in (x, y)])
+    for curve in np.unique(ids[dataset["level_of"].values == number]).tolist():
+        points = np.flatnonzero(ids == curve)[[0, -1]]
+        ends = np.column_stack([dataset[name].values[points] for name in (x, y)]) / size
+        near = [
+            bool(np.abs(ends[:, None] - known).max(axis=-1).min() <= TOUCHING)
+            for _, known in groups
+        ]
+        joined = [group for group, is_near in zip(groups, near, strict=True) if is_near]
+        groups = [group for group, is_near in zip(groups, near, strict=True) if not is_near]
+        pieces = [piece for other, _ in joined for piece in other]
+        groups.append(([*pieces, curve], np.concatenate([*(known for _, known in joined), ends])))
+    return [pieces for pieces, _ends in groups]
+
+
 def label_levels(ax: Axes, dataset: xr.Dataset, x: str, y: str) -> list[Text]:
     """Write the value of each level on the longest of its curves; return the labels."""
     labels: list[Text] = []
     ids = dataset["curve_id"].values
     for number, level in level_numbers(dataset):
-        of_level = dataset["level_of"].values == number
         curves = []
-        for curve in np.unique(ids[of_level]):
-            points = np.flatnonzero(ids == curve)
+        for pieces in joined_curves(dataset, number, x, y):
+            longest = max(pieces, key=lambda piece: int((ids == piece).sum()))
+            points = np.flatnonzero(ids == longest)
             data = np.column_stack([dataset[x].values[points], dataset[y].values[points]])
             drawn = ax.transData.transform(data)
             steps = np.hypot(*np.diff(drawn, axis=0).T)

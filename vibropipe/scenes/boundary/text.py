@@ -11,7 +11,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.motion_words import amount_text, changing_text, number_word
 from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences, ties_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.boundary.levels import level_numbers, shown_levels
+from vibropipe.scenes.boundary.levels import joined_curves, level_numbers, shown_levels
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.wording import capitalised, series
 
@@ -148,7 +148,7 @@ def _level_answers(dataset: xr.Dataset) -> list[Answer]:
     answers = []
     for number, level in level_numbers(dataset):
         of_level = dataset.isel(point=dataset["level_of"].values == number)
-        curves = amount_text(np.unique(of_level["curve_id"].values).size, "curve")
+        curves = amount_text(len(joined_curves(dataset, number, *plane(dataset))), "curve")
         stable = of_level["stable"].values != 0
         share = "All" if stable.all() else "Some" if stable.any() else "None"
         lead = f"Along {curves} the {level.words} is {level.value}."

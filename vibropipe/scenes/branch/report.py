@@ -65,8 +65,10 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if any("change" in row for row in rows):
         note += f"; change: {changing_text(dataset)}"
     if "from_rest" in dataset:
-        note += "; from rest: whether the mass, started at rest, settles on it or its mirror image"
-    note += ". Mirror images are listed once." if any(len(alike) > 1 for alike in kept) else "."
+        note += "; from rest: whether the mass, started at rest, settles on it"
+    has_images = any(len(alike) > 1 for alike in kept)
+    note += " or its mirror image" * ("from_rest" in dataset and has_images)
+    note += ". Mirror images are listed once." if has_images else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."
     left = 2 if over else 1

@@ -111,6 +111,11 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
     rows = {row.symbol: row for row in side_of(soft).rows}
     assert rows["k₁"].value == "100"
     assert rows["d"].words == "dry friction"
+    several = soft["a"].drop_vars(["k1", "R1"])
+    several = several.assign_coords(k1=("motion", [0.0, 100.0]), R1=("motion", [0.6, 1.0]))
+    rows = {row.symbol: row for row in side_of({"a": several}).rows}
+    assert rows["R₁"].value == "0.6"  # 1 of the soft one states no restitution
+    assert rows["k₁"].value == "0, 100"
     assert drawing_of(soft)["soft"] == [True, False]
     assert drawing_of(soft)["symbols"]["supports"] == ["k₁", "R₂"]
     assert not drawing_of(soft)["housing"]

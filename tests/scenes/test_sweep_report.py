@@ -418,3 +418,8 @@ def test_that_impacts_occur_in_all_rows_is_said_last():
     line = line.assign(regime=line["regime"].copy(data=[3, 5, 3, 5, 3, 2]))
     *others, _ = [answer.lead for answer in sweep_answers(line)]
     assert " occur in all rows" not in " ".join(others)
+    ends = xr.concat([one_line()] * 2, xr.DataArray([0.1, 0.2], dims="f", name="f"))
+    ends["regime"].values[:, [0, -1]] = 3
+    leads = [answer.lead for answer in sweep_answers(ends)]
+    assert leads[0].startswith("The hardest impact ")
+    assert " occur up to both ends " not in " ".join(leads[:-1])

@@ -13,7 +13,6 @@ from vibropipe.figures.text import (
     RIGID_RESTITUTION,
     format_number,
     is_forced,
-    is_soft_without_restitution,
     parameters_text,
     shown_parameters,
     with_units,
@@ -47,7 +46,6 @@ def side_of(datasets: Datasets) -> Side:
     """Return the parameters of the exciter in some datasets; equal ones of both supports share a row."""
     forced = any(is_forced(data) for data in datasets.values())
     names = [name for name in WORDS if forced or name not in OF_FORCE]
-    names = [name for name in names if not is_without_meaning(name, datasets)]
     texts = {name: text for name in names if (text := values_text(name, datasets))}
     rows = []
     for name, text in texts.items():
@@ -66,15 +64,6 @@ def side_of(datasets: Datasets) -> Side:
             words = words if name == "R1" else f"{words} of the supports"
         rows.append(Row(symbol, text, words))
     return Side(rows)
-
-
-def is_without_meaning(name: str, datasets: Datasets) -> bool:
-    """Return whether a parameter is the restitution 1, of none stated, of a support that is soft in all datasets."""
-    return name in RIGID_RESTITUTION and all(
-        is_soft_without_restitution(data, name)
-        for data in datasets.values()
-        if name in data.variables
-    )
 
 
 def bare_symbols(datasets: Datasets) -> str:
@@ -123,8 +112,17 @@ def said_beside(caption: str, dataset: xr.Dataset, datasets: Datasets) -> str:
 
 def arrays_of(name: str, datasets: Datasets) -> list[xr.DataArray]:
     """Return the values of a parameter in each dataset, those of designs only where there are no others."""
-    arrays = [data[name] for data in datasets.values() if name in data.variables]
+    arrays = [stated(data, name) for data in datasets.values() if name in data.variables]
     return [array for array in arrays if "design" not in array.dims] or arrays
+
+
+def stated(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the values of a parameter, NaN for the restitution 1, of none stated, of a soft support."""
+    values = dataset[name]
+    for stiffness in RIGID_RESTITUTION.get(name, ()):
+        if stiffness in dataset.variables:
+            values = values.where((values != 1) | (dataset[stiffness] == 0))
+    return values
 
 
 def offset_sign(datasets: Datasets) -> int:

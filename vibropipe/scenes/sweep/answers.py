@@ -43,6 +43,7 @@ MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
 UNKNOWN = 0.01  # share of rows without a result from which they are told before other answers
 MAX_LEAD = 110  # letters of what is bold
+SAYS_LEAST = re.compile(" occur (in all rows|up to both ends) ")
 DIGITS = 3
 OF_LINES = (
     "regime",
@@ -73,7 +74,7 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
         mean_answer(dataset),
     ]
     told, unresolved = [each for each in found if each is not None], unresolved_answer(dataset)
-    told.sort(key=lambda answer: " occur in all rows" in answer.lead)  # which says least
+    told.sort(key=lambda answer: bool(SAYS_LEAST.search(answer.lead)))
     if unresolved is not None:  # few stand under the methods, where there is more to say
         is_many = float((dataset["regime"] >= Regime.UNBOUNDED).mean()) >= UNKNOWN
         told.insert(MAX_ANSWERS - 1 if is_many else MAX_ANSWERS, unresolved)

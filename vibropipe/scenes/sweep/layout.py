@@ -25,6 +25,7 @@ MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
 STACK_CM, GRID_CM, SMALL_CM, LEAST_CM = 8.4, 2.5, 3.0, 1.7
 HERO_CM, PAGE_CM = 15.0, 20.0  # height of a picture that fits on page 1, and on another page
 LETTERS_PER_CM = 7.5  # of SMALL type
+MARGIN = 0.18  # cm between a line and the end of its axis, which would hide it
 
 
 @dataclass(frozen=True)
@@ -210,6 +211,7 @@ def spot_axes(layout: Layout, along: str) -> list[tuple[Spot, Axes]]:
         ax = axes(layout.figure, spot.left, spot.bottom, spot.width, spot.height, sharey=shared)
         ax.set_xscale(scale_of(spot.part[along].values))
         ax.tick_params(which="both", labelleft=not spot.is_inner)
+        ax.margins(y=max(0.05, MARGIN / spot.height))
         first.setdefault(spot.panel, ax)
         found.append((spot, ax))
     return found

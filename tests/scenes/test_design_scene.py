@@ -305,7 +305,19 @@ def test_the_front_is_drawn():
     scene = study_of_text(text, "wanted").scenes["shifted"]
     front = kind_of(scene).solve(scene)
     assert len(draw("design", front).axes) == 1
+    near = front.copy(deep=True)  # designs that are almost one
+    near["displacement_amplitude"][1], near["impact_velocity_max"][1] = (
+        front["displacement_amplitude"][0] * 1.001,
+        front["impact_velocity_max"][0] * 1.001,
+    )
+    (ax,) = draw("design", near).axes
+    boxes = [text.get_window_extent() for text in ax.texts if text.get_text() in ("1", "2")]
+    assert not boxes[0].overlaps(boxes[1])
     cloud, picture = swept(front), picture_of("design", front)
+    bounded = front.assign_attrs(subject_to="displacement_mean > -0.5")
+    for data, has_bounds in ((front, False), (bounded, True)):
+        told = picture.describe(data, None, {})
+        assert (" that keep to the bounds" in told) == has_bounds
     assert 1000 < len(cloud) <= 4096
     assert beating(front) == 0
     title = picture.title(front, None, {})

@@ -11,6 +11,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
+from matplotlib.transforms import Bbox
 
 from vibropipe.figures.canvas import (
     SMALL,
@@ -55,6 +56,8 @@ MAPPED = (
     Part("support_force_max", "support", 2),
     Part("energy_input"),
 )
+# Points by which the number of a design stands farther from it, where it would lie on another one.
+NUMBER_STEPS = (0.0, 8.0, 16.0)
 BELOW, ABOVE = METHODS["crude"].colour, EXACT
 # Centimetres: two panels in a line, a bar, and what stands beside and below them.
 PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.6
@@ -283,9 +286,19 @@ def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
     """Write the numbers of designs on the side of the front where nothing else can lie."""
     signs = [sign for _, sign in ends_of(dataset)]
     ha, va = "right" if signs[0] > 0 else "left", "top" if signs[1] > 0 else "bottom"
-    offset = (-3.0 * signs[0], -2.0 * signs[1])
+    ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
+    boxes: list[Bbox] = []
     for n, at in enumerate(zip(x, y, strict=True), start=1):
-        ax.annotate(str(n), at, offset, textcoords="offset points", fontsize=SMALL, ha=ha, va=va)
+        for further in NUMBER_STEPS:  # away from the number of a near design
+            offset = (-(3.0 + further) * signs[0], -2.0 * signs[1])
+            text = ax.annotate(
+                str(n), at, offset, textcoords="offset points", fontsize=SMALL, ha=ha, va=va
+            )
+            box = text.get_window_extent()
+            if further == NUMBER_STEPS[-1] or not any(box.overlaps(other) for other in boxes):
+                boxes.append(box)
+                break
+            text.remove()
 
 
 def axis_text(dataset: xr.Dataset, which: int) -> str:
@@ -319,7 +332,8 @@ def describe_front(dataset: xr.Dataset) -> str:
     if not is_front(dataset):
         return describe_designs(dataset)
     others = wanted_text(dataset, [part.words(dataset) for part, _ in ends_of(dataset)])
-    dots = "Grey: motions of a grid over the ranges that keep to the bounds"
+    dots = "Grey: motions of a grid over the ranges"
+    dots += " that keep to the bounds" * ("subject_to" in dataset.attrs)
     if has_contacts(dataset):
         dots += "; those that do not strike the support are left out"
     return sentences(

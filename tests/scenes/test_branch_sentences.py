@@ -104,6 +104,11 @@ def test_orbits_that_were_followed_twice_are_one_stretch():
     assert len([*stretches_of(mirrored())]) == 2
     twice["displacement_mean"][NU.size :] = -0.1
     assert len([*stretches_of(twice)]) == 2
+    # mirror images are one orbit at the pitchforks where they begin and end
+    ends = [0, NU.size - 1, NU.size, -1]
+    twice["displacement_mean"][ends] = 0.0
+    twice["impact_velocity_max"][ends] = 1.0
+    assert len([*stretches_of(twice)]) == 2
 
 
 def with_a_fold(dataset: xr.Dataset) -> xr.Dataset:

@@ -21,7 +21,9 @@ CAUSES = ("fold", "grazing", "change")  # bifurcations at which a motion may jum
 # Values closer than this share of the range followed are the same; so are amplitudes of the same motion.
 SAME = 1e-6
 SAME_END = 1e-6  # distance of ends that are one, as a share of an interval
-SAME_ORBIT = 1e-4  # relative difference of amplitudes, means and velocities of one orbit
+SAME_ORBIT = (
+    0.02  # relative difference of amplitudes, means and velocities of one orbit, between points
+)
 MAX_WORDS = 4  # motions in words
 MIN_ARROW = 0.04  # of the heights of a panel: a shorter jump has no arrow
 
@@ -73,24 +75,25 @@ def stretches_of(dataset: xr.Dataset) -> Iterator[Stretch]:
 
 
 def is_same(one: Stretch, other: Stretch, struck: np.ndarray, gap: float) -> bool:
-    """Return whether two stretches are of the same orbits, which have both ends in common.
+    """Return whether two stretches are of the same orbits: between the same ends, and alike in the middle.
 
-    struck : (point, support), the largest velocity on each, which mirror images have exchanged
+    Mirror images meet at their ends, and differ between them in the sign of the mean or have velocities exchanged.
+
+    struck : (point, support), the largest velocity on each
     gap : largest difference of ends that are one
     """
-    if (one.words, one.over) != (other.words, other.over):
+    ends = np.abs(one.values[[0, -1]] - other.values[[0, -1]])
+    if (one.words, one.over) != (other.words, other.over) or ends.max() > gap:
         return False
-    ends = [0, -1]
+    middle = (one.values[0] + one.values[-1]) / 2
     first, second = (
-        np.array(
-            [each.amplitudes[ends], each.means[ends], *np.nan_to_num(struck[each.points[ends]].T)]
-        )
+        [
+            np.interp(middle, each.values, quantity)
+            for quantity in (each.amplitudes, each.means, *np.nan_to_num(struck[each.points].T))
+        ]
         for each in (one, other)
     )
-    return bool(
-        np.all(abs(one.values[ends] - other.values[ends]) <= gap)
-        and np.allclose(first, second, rtol=SAME_ORBIT, atol=SAME_ORBIT * one.amplitudes.max())
-    )
+    return bool(np.allclose(first, second, rtol=SAME_ORBIT, atol=SAME * max(first)))
 
 
 def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:

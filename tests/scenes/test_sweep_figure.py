@@ -5,6 +5,7 @@ import pytest
 import xarray as xr
 from drawing import draw
 from figures.figure_text import words
+from figures.sample_datasets import sweep
 from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.text import Text
 
@@ -311,6 +312,15 @@ def test_a_caption_tells_of_arrows_where_there_are_some(amplitudes):
     has_arrow = any(getattr(text, "arrow_patch", None) is not None for text in texts)
     assert ("arrows: jumps" in describe_sweep(dataset)) == has_arrow
     assert has_arrow == (0.8 in amplitudes)
+
+
+def test_small_multiples_fit_on_page_1_at_their_size():
+    figure = draw("sweep", sweep(31, f=[0.1, 0.2], delta=[0.0, 0.1, 0.2]))
+    width, height = figure.get_size_inches() * 2.54
+    assert width == pytest.approx(16.0)
+    assert height < 15.5  # a higher one is made smaller there, letters and all
+    panels = [ax for ax in figure.axes if ax.get_ylabel() or len(ax.lines) > 1]
+    assert min(ax.get_position().height * height for ax in panels) > 1.5
 
 
 def test_small_multiples_of_one_quantity_say_which():

@@ -56,8 +56,6 @@ MAPPED = (
     Part("support_force_max", "support", 2),
     Part("energy_input"),
 )
-# Points by which the number of a design stands farther from it, where it would lie on another one.
-NUMBER_STEPS = (0.0, 8.0, 16.0)
 BELOW, ABOVE = METHODS["crude"].colour, EXACT
 # Centimetres: two panels in a line, a bar, and what stands beside and below them.
 PANEL, BAR, LEFT, FOOT, HEAD = 5.6, 0.62, 2.2, 1.0, 0.6
@@ -283,19 +281,21 @@ def draw_front(dataset: xr.Dataset) -> Figure:
 
 
 def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
-    """Write the numbers of designs on the side of the front where nothing else can lie."""
+    """Write the numbers of designs on the side of the front where nothing else can lie, or else beside that."""
     signs = [sign for _, sign in ends_of(dataset)]
     ha, va = "right" if signs[0] > 0 else "left", "top" if signs[1] > 0 else "bottom"
+    other = "left" if ha == "right" else "right"
+    places = ((-3.0, -2.0, ha), (0.0, -4.0, "center"), (3.0, -2.0, other))
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     boxes: list[Bbox] = []
     for n, at in enumerate(zip(x, y, strict=True), start=1):
-        for further in NUMBER_STEPS:  # away from the number of a near design
-            offset = (-(3.0 + further) * signs[0], -2.0 * signs[1])
+        for right, up, side in places:
             text = ax.annotate(
-                str(n), at, offset, textcoords="offset points", fontsize=SMALL, ha=ha, va=va
-            )
+                str(n), at, (right * signs[0], up * signs[1]), textcoords="offset points",
+                fontsize=SMALL, ha=side, va=va,
+            )  # fmt: skip
             box = text.get_window_extent()
-            if further == NUMBER_STEPS[-1] or not any(box.overlaps(other) for other in boxes):
+            if side == other or not any(box.overlaps(each) for each in boxes):
                 boxes.append(box)
                 break
             text.remove()

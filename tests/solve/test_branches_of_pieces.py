@@ -482,3 +482,15 @@ def test_all_ends_of_laws_are_passed():
             ).any()
     assert tried == 195
     assert left == 0
+
+
+def test_a_branch_between_two_flips_is_followed_once() -> None:
+    """Orbits of 16 periods lead from one flip to another of the same orbits, through changes of their law."""
+    exciter = vp.Exciter(l=0.5, nu=1.6, f=0.9, h=0.05, delta=0.05, R1=0.8, R2=0.75, friction=0.05)
+    found = vp.branch(exciter, "nu", (1.2, 1.7), switch=("flip",))
+    ends = []
+    for number in np.unique(found.branch_id):
+        nu = found.nu.values[found.branch_id.values == number]
+        ends.append(tuple(sorted((round(float(nu[0]), 7), round(float(nu[-1]), 7)))))
+    assert (1.2219825, 1.2379721) in ends
+    assert len(set(ends)) == len(ends)

@@ -148,13 +148,13 @@ class _Known:
         self, branch: Branch, origin: Key | None, switch: Collection[str]
     ) -> list[tuple[int, Key]]:
         """Add a branch that begins at a bifurcation; return index and key of its new events of kinds `switch`."""
-        law, new = _law(branch.curve), []
+        new = []
         if origin is not None:
-            self._met.append((origin, law))
+            self._met.append((origin, _law(branch.curve)))
         for index, event in enumerate(branch.events):
             if event.kind not in switch:
                 continue
-            key = _key(branch, event)
+            key, law = _key(branch, event), _law_at(branch, event)
             self._met.append((key, law))
             if not event.reason:
                 self._passed.append((key, law))
@@ -193,6 +193,11 @@ class _Known:
 def _law(curve: LawCurve | None) -> Law:
     """Return what tells a branch from others that begin at the same grazing."""
     return (0.5, 1, b"") if curve is None else curve.sequence.key
+
+
+def _law_at(branch: Branch, event: Event) -> Law:
+    """Return the law of the orbits of a branch at an event; it may have begun with another."""
+    return _law(branch.points[event.point].curve if branch.points else None)
 
 
 def _key(branch: Branch, event: Event) -> Key:

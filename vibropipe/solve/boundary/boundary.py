@@ -18,9 +18,8 @@ from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.stated import stated_names, ties_of_call
 from vibropipe.physics.ties import SAMPLES, Ties
-from vibropipe.solve.boundary.boundary_dataset import boundary_dataset
+from vibropipe.solve.boundary.boundary_dataset import Quantities, boundary_dataset
 from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
-from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_varied, check_whole, with_frequency

@@ -3,28 +3,33 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
+from functools import partial
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import GRAZINGS, Box
-from vibropipe.orbits.boundaries.level_curve import LevelCurve
+from vibropipe.orbits.boundaries.level_curve import Level, LevelCurve
 from vibropipe.orbits.boundaries.search import Boundary
+from vibropipe.orbits.law.curve import LawZeros
+from vibropipe.orbits.law.marching import Marcher
 from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
-from vibropipe.solve.boundary.levels import Quantities
 from vibropipe.solve.boundary.sought import levels_text
 from vibropipe.solve.branch.branch_dataset import solve_orbits
+from vibropipe.solve.branch.branch_of_pieces import solve_sections
 from vibropipe.solve.design.goals import Bound
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
+from vibropipe.solve.rows.named import harmonics_of, outputs_of
 from vibropipe.words.bifurcations import Meeting
 from vibropipe.words.parameters import without_absent
 from vibropipe.words.vocabulary import describe
 
 if TYPE_CHECKING:
     import xarray as xr
+
 
 # Quantities of a steady state that a point of a boundary keeps.
 KEPT = (
@@ -154,3 +159,65 @@ def _empty(box: Box) -> Variables:
     parameters[:, NOT_LINEAR] = 0.0
     one = label_rows(solve_orbits(None, np.zeros((1, 1)), parameters, 1), parameters)
     return {name: (one[name][0], one[name][1][:0]) for name in KEPT}
+
+
+class Quantities:
+    """Quantities of orbits of laws, closed or on their way to it.
+
+    marcher : of its own, since its work is counted anew for each call
+    """
+
+    def __init__(self, marcher: Marcher) -> None:
+        self.marcher = marcher
+
+    def levels(self, bounds: Sequence[Bound], half: float) -> list[Level]:
+        """Return levels as they are sought; half is l."""
+        return [
+            Level(number, partial(self._missed, bound, bound.scale(half)))
+            for number, bound in enumerate(bounds)
+        ]
+
+    def _missed(
+        self, bound: Bound, scale: float, curve: LawZeros, orbits: np.ndarray, is_image: bool
+    ) -> np.ndarray:
+        """Return by how much orbits (k, size) miss a level, over its scale, as `level_curve.Misses`."""
+        names = [bound.quantity]
+        variables, parameters = self.of(
+            curve, orbits, is_image, outputs_of(names), harmonics_of(names)
+        )
+        values = bound.quantity.values(variables, parameters)
+        return np.asarray(bound.quantity.difference(values, bound.low) / scale)
+
+    def of(
+        self,
+        curve: LawZeros,
+        orbits: np.ndarray,
+        is_image: bool,
+        outputs: tuple[str, ...],
+        harmonics: int,
+    ) -> tuple[Variables, np.ndarray]:
+        """Return the quantities of orbits over `row`, and their parameters.
+
+        orbits : (k, size), its unknowns
+        is_image : whether their mirror images are meant
+        outputs : any of `OF_BRANCH`
+        """
+        law, k = curve.sequence, curve.n_free
+        parameters = np.array([curve.stated(u[-k:]) for u in orbits])
+        effects = self.marcher.effects
+        if effects.has_pieces:
+            sections = np.array([section_of(curve, u, is_image) for u in orbits])
+            rows = solve_sections(
+                effects, self.marcher, law.m, sections, parameters, harmonics, outputs
+            )
+        else:
+            # Times and velocities, and a number in place of the parameter that ends the unknowns of a branch.
+            ended = np.hstack([orbits[:, :-k], np.zeros((len(orbits), 1))])
+            rows = solve_orbits(law, ended, parameters, harmonics, outputs, is_image)
+        return label_rows(rows, parameters, outputs), parameters
+
+
+def section_of(curve: LawZeros, u: np.ndarray, is_image: bool) -> np.ndarray:
+    """Return the state of an orbit at the section; of its mirror image, which is half a forcing period behind."""
+    point = curve.point(u, u, u)
+    return -curve.state_at(point, 0.5) if is_image else curve.state_at(point)

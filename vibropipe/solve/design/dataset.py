@@ -10,8 +10,8 @@ import numpy as np
 from vibropipe.physics.effects import all_effect_names
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import start_text
-from vibropipe.solve.branch.first_places import with_places
 from vibropipe.solve.branch.from_rest import reached_from_rest
+from vibropipe.solve.branch.places import with_places
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.goals import CURVE, Goals
 from vibropipe.solve.design.problem import Problem

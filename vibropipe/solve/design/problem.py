@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.branch.first_places import with_places
+from vibropipe.solve.branch.places import with_places
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian

@@ -11,7 +11,7 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.restitution import SUPPORTS
 from vibropipe.solve.basins.attractors import shares
-from vibropipe.solve.branch.first_places import with_places
+from vibropipe.solve.branch.places import with_places
 from vibropipe.solve.design import tolerance as spread
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search

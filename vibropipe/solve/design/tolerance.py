@@ -14,7 +14,7 @@ from vibropipe.physics.parameter_error import number_within
 from vibropipe.physics.start import start_text
 from vibropipe.physics.stated import ties_of_call
 from vibropipe.solve.basins.attractors import shares
-from vibropipe.solve.branch.first_places import with_places
+from vibropipe.solve.branch.places import with_places
 from vibropipe.solve.checks import check_whole
 from vibropipe.solve.design.goals import Goals, bounds_of_parts, check_placed
 from vibropipe.solve.design.scattered_parts import UNTIED, Tied, check_tied, moved_rows

@@ -16,7 +16,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.checks import check_varied, check_whole
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
-from vibropipe.solve.fit.fit_dataset import fit_dataset
+from vibropipe.solve.fit.fit_dataset import fit_dataset, nearest_first
 from vibropipe.solve.fit.fit_model import Measured, Model, Search, search, with_absent
 from vibropipe.solve.fit.measured_table import (
     A_TABLE,
@@ -37,7 +37,6 @@ from vibropipe.solve.fit.record_frequency import (
     with_frequency_of,
 )
 from vibropipe.solve.fit.record_model import RecordModel, measured_of
-from vibropipe.solve.fit.twins import nearest_first
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.named import named
 from vibropipe.solve.with_units import are_with_units

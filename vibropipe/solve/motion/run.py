@@ -30,9 +30,14 @@ from vibropipe.physics.limits import (
 from vibropipe.solve.checks import check_whole, sample_times, span_in_turns
 from vibropipe.solve.equilibrium import about_equilibrium, displaced, from_equilibrium
 from vibropipe.solve.motion.closed_motion import closed_form_solver
-from vibropipe.solve.motion.contacts import Contacts, contacts_of, contacts_of_pieces, drain_log
+from vibropipe.solve.motion.contacts import (
+    Contacts,
+    contacts_of,
+    contacts_of_pieces,
+    drain_log,
+    housing_of,
+)
 from vibropipe.solve.motion.energy import work_of_flights, work_of_steps
-from vibropipe.solve.motion.housing import housing_of
 from vibropipe.words.progress import WorkCount
 from vibropipe.words.status import Status
 

@@ -30,6 +30,7 @@ from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.motions_beside import motion_texts
+from vibropipe.scenes.basins.pictures import title_basins
 from vibropipe.scenes.basins.report import answers, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,
@@ -39,7 +40,6 @@ from vibropipe.scenes.basins.text import (
     safety_table,
     steps_text,
 )
-from vibropipe.scenes.basins.titles import title_basins
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, write

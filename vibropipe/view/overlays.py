@@ -11,8 +11,7 @@ from bokeh.models import ColumnDataSource, HoverTool
 from bokeh.plotting import figure
 
 from vibropipe.figures.text import parameter_names
-from vibropipe.scenes.boundary.levels import shown_levels
-from vibropipe.scenes.boundary.text import curves_of, kinds_present
+from vibropipe.scenes.boundary.text import curves_of, kinds_present, shown_levels
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.view.plane import Plane, sign_line, stroke_line
 from vibropipe.view.results import is_basins

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Collection, Mapping
 from typing import Any
 
 import numpy as np
@@ -22,7 +22,9 @@ from vibropipe.figures.canvas import (
     raised,
 )
 from vibropipe.figures.canvas import WIDE as CANVAS
+from vibropipe.figures.claims import at_most
 from vibropipe.figures.map_shapes import cell_edges
+from vibropipe.figures.motion_words import number_word, way_of
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
@@ -44,18 +46,63 @@ from vibropipe.scenes.basins.attractors import (
 from vibropipe.scenes.basins.basin_map import draw_attractor_map, draw_basins
 from vibropipe.scenes.basins.keys import BasinsFigure
 from vibropipe.scenes.basins.report import (
+    RARE,
     describe_share_maps,
     describe_shares,
     mapped_values,
     title_share_maps,
     title_shares,
 )
-from vibropipe.scenes.basins.text import describe_basins
-from vibropipe.scenes.basins.titles import title_basins
+from vibropipe.scenes.basins.text import NOT_FOUND, describe_basins
 from vibropipe.scenes.branch.curves import UNSTABLE
 from vibropipe.scenes.branch.lines import pieces_of
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.solve.basins.attractors import shares
+from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import series
+
+MAX_RARE = 3  # rare motions that a title names
+
+
+def title_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Return the title of the map: what the start decides, or which motions few starts settle on."""
+    if show and "attractor" not in show:
+        return ""
+    indices = ordered(dataset)
+    shares = [float(dataset["basin_share"][index]) for index in indices]
+    if not shares:
+        return NOT_FOUND
+    if len(shares) == 1:
+        whole = shares[0] == 1.0
+        return "All starts settle on one motion" if whole else "One motion was found"
+    if decided := decided_text(dataset):
+        return f"The start decides {decided}"
+    if float(dataset["border"].mean()) > 0.5:
+        return "Most starts have a neighbour that settles elsewhere"
+    rare = [n for n, share in enumerate(shares) if share < RARE]
+    if rare and len(rare) <= MAX_RARE:
+        letters = series(letters_of(dataset)[indices[n]] for n in rare)
+        most, each = at_most(100 * max(shares[n] for n in rare), 1), " on each" * (len(rare) > 1)
+        return f"Few starts settle on {letters}, at most {most}\u00a0%{each}"
+    return f"The start decides which of {number_word(len(shares))} motions settles"
+
+
+def decided_text(dataset: xr.Dataset) -> str:
+    """Write in what motions differ most: which way a housing creeps, whether the mass strikes, or repeats itself."""
+    if "housing_velocity_mean" in dataset:
+        speeds = dataset["housing_velocity_mean"].values, dataset["housing_velocity_max"].values
+        if {"along x", "against x"} <= {way_of(*each) for each in zip(*speeds, strict=True)}:
+            return "which way the housing creeps"
+    regime = dataset["regime"].values
+    strikes = dataset["impacts_per_orbit"].sum("support").values > 0
+    is_quiet = regime == Regime.NO_IMPACT
+    if is_quiet.any() and not is_quiet.all() and (strikes | is_quiet).all():
+        return "whether the mass strikes a support"
+    is_aperiodic = regime == Regime.APERIODIC
+    if is_aperiodic.any() and np.any(regime < Regime.APERIODIC):
+        return "whether the motion repeats itself"
+    return ""
+
 
 # Maps beside each other, and their sizes in cm.
 COLUMNS = 3

@@ -203,22 +203,17 @@ def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
 def _levels(scene: BoundaryScene) -> Iterator[Problem]:
     """Check the quantities whose values are sought, as `vibropipe.boundary` does."""
     largest = {name: np.max(each) for name, each in scene.extent().items()}
-    levels = [
-        (n, name, value)
-        for n, each in enumerate(scene.of)
-        if isinstance(each, dict)
-        for name, value in each.items()
-    ]
-    for n, name, value in levels:
-        try:
-            level = level_of(name, value)
-        except ParameterError as error:
-            yield refused(("of", n, name), error)
-            continue
-        try:
-            check_levels(largest, [level])
-        except ParameterError as error:
-            yield refused(("exciter", error.name), error)
+    for n, each in enumerate(scene.of):
+        for name, value in each.items() if isinstance(each, dict) else ():
+            try:
+                level = level_of(name, value)
+            except ParameterError as error:
+                yield refused(("of", n, name), error)
+                continue
+            try:
+                check_levels(largest, [level])
+            except ParameterError as error:
+                yield refused(("exciter", error.name), error)
 
 
 def _figure(scene: BoundaryScene) -> Iterator[Problem]:

@@ -10,23 +10,22 @@ import matplotlib.patheffects as effects
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.colors import BoundaryNorm, ListedColormap
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import axes, legend_above, noted_canvas, open_mark
-from vibropipe.figures.map_shapes import cell_edges, frame, label_regions
-from vibropipe.figures.palette import EXACT, INK, shaded
+from vibropipe.figures.map_shapes import frame, label_regions
+from vibropipe.figures.palette import EXACT, INK
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import axis_label, parameter_line
 from vibropipe.scenes.boundary.keys import BoundaryFigure
-from vibropipe.scenes.boundary.levels import label_levels
 from vibropipe.scenes.boundary.text import (
     curves_of,
     describe_boundaries,
     kinds_present,
+    label_levels,
     marks,
     of_kinds,
     plane,
@@ -34,7 +33,8 @@ from vibropipe.scenes.boundary.text import (
 )
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.map_layout import draw_hatch
+from vibropipe.scenes.sweep.map_layout import Edges, edges_of
+from vibropipe.scenes.sweep.maps import draw_regions
 from vibropipe.solve.shown_units import shown_factor
 
 LEFT, LOW, WIDTH, HIGH, TOP = 1.3, 1.05, 14.4, 7.6, 0.65  # cm
@@ -131,18 +131,9 @@ def draw_regimes(
     for dim in codes.dims:
         if dim not in (x, y):
             codes = codes.isel({dim: 0})
-    ordered = codes.sortby([x, y])
-    values = ordered.transpose(y, x).values
-    ranked = sorted(regions, key=lambda region: region.code)
-    colours = ListedColormap([shaded(region.style.colour, FADED) for region in ranked])
-    found = np.unique([region.code for region in regions])
-    edges = cell_edges(ordered[x].values), cell_edges(ordered[y].values)
-    numbers = np.searchsorted(found, values)
-    norm = BoundaryNorm(np.arange(found.size + 1) - 0.5, max(found.size, 1))
-    ax.pcolormesh(*edges, numbers, cmap=colours, norm=norm, rasterized=True)
-    for region in regions:  # which grey does not tell apart
-        mask, colour = values == region.code, shaded(region.style.hatch_colour, FADED)
-        draw_hatch(ax, edges, mask, region.style.hatch, colour)
+    part = codes.sortby([x, y]).to_dataset(name="region")
+    draw_regions(ax, part, regions, x, y, FADED)
+    values, edges = part["region"].transpose(y, x).values, edges_of(part, x, y)
     present = {r.code: [r.words] for r in regions if (values == r.code).mean() >= LABELLED}
     columns, rows = cells_of(dataset, edges)
     values = values.copy()
@@ -156,9 +147,7 @@ def draw_regimes(
     label_regions(ax, values, edges, present)
 
 
-def cells_of(
-    dataset: xr.Dataset, edges: tuple[NDArray[np.float64], NDArray[np.float64]]
-) -> list[NDArray[np.intp]]:
+def cells_of(dataset: xr.Dataset, edges: Edges) -> list[NDArray[np.intp]]:
     """Return the cells of a map, as columns and rows, through which curves go."""
     ids = dataset["curve_id"].values
     steps = np.linspace(0.0, 1.0, BETWEEN, endpoint=False)

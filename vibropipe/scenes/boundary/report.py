@@ -15,8 +15,7 @@ from vibropipe.figures.motion_words import (
 from vibropipe.figures.text import flag_texts, format_number, in_brackets
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import Table, of_each, tables_of_each
-from vibropipe.scenes.boundary.levels import shown_levels
-from vibropipe.scenes.boundary.text import boundary_answers, change_text, marks, plane
+from vibropipe.scenes.boundary.text import boundary_answers, change_text, marks, plane, shown_levels
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.regimes import Regime
 

@@ -20,7 +20,7 @@ from matplotlib.patches import Patch
 from vibropipe.figures.canvas import LEGEND_LINE, colour_bar, legend_below, plain_ticks
 from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import borders, label_regions
-from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED
+from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED, shaded
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import (
     as_steps,
@@ -98,19 +98,22 @@ def draw_region_map(dataset: xr.Dataset, codes: xr.DataArray, regions: list[Regi
     return figure
 
 
-def draw_regions(ax: Axes, part: xr.Dataset, regions: list[Region], x: str, y: str) -> None:
-    """Draw every cell in the colour and hatch of its region, and outlines."""
+def draw_regions(
+    ax: Axes, part: xr.Dataset, regions: list[Region], x: str, y: str, faded: float = 0.0
+) -> None:
+    """Draw every cell in the colour and hatch of its region, and outlines; without these if mixed with white."""
     values = part["region"].transpose(y, x).values
     order = sorted(regions, key=lambda region: region.code)
     number = np.searchsorted([region.code for region in order], values)
     norm = BoundaryNorm(np.arange(len(order) + 1) - 0.5, len(order))
-    colours = ListedColormap([region.style.colour for region in order])
+    colours = ListedColormap([shaded(region.style.colour, faded) for region in order])
     edges = edges_of(part, x, y)
     ax.pcolormesh(*edges, number, cmap=colours, norm=norm, rasterized=True)
     for region in order:
-        mask, style = values == region.code, region.style
-        draw_hatch(ax, edges, mask, style.hatch, style.hatch_colour)
-    outline(ax, values, edges)
+        mask, colour = values == region.code, shaded(region.style.hatch_colour, faded)
+        draw_hatch(ax, edges, mask, region.style.hatch, colour)
+    if not faded:
+        outline(ax, values, edges)
 
 
 def label_texts(region: Region) -> list[str]:
@@ -256,8 +259,15 @@ def extend(ax: Axes, values: np.ndarray, norm: Normalize) -> None:
     for at, is_open in ends.items():
         if is_open:
             marker = 6 if at else 7  # carets that stand on the end of the scale
-            ax.plot(0.5, at, marker=marker, color="#1A1A1A", markersize=3.5, clip_on=False,
-                    transform=ax.transAxes)  # fmt: skip
+            ax.plot(
+                0.5,
+                at,
+                marker=marker,
+                color=INK,
+                markersize=3.5,
+                clip_on=False,
+                transform=ax.transAxes,
+            )
 
 
 def without_orbit_texts(dataset: xr.Dataset, shown: Sequence[Series]) -> tuple[str, str]:

@@ -21,7 +21,7 @@ from vibropipe.figures.canvas import (
     panel,
     size_of,
 )
-from vibropipe.figures.map_shapes import LEADER, cell_edges, frame, widest_spot
+from vibropipe.figures.map_shapes import LEADER, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
 from vibropipe.figures.text import axis_label, is_forced, parameter_line
 from vibropipe.scenes.basins.attractors import (
@@ -40,6 +40,7 @@ from vibropipe.scenes.basins.motions_beside import (
     draw_motions,
 )
 from vibropipe.scenes.basins.text import MAX_BORDER
+from vibropipe.scenes.sweep.map_layout import Edges, edges_of
 
 # Forcing periods from which on only powers of ten are labelled.
 MANY_PERIODS = 30
@@ -58,7 +59,6 @@ CROSSES: dict[str, Any] = {
     "path_effects": [withStroke(linewidth=2.4, foreground="white")],
 }
 Floats = NDArray[np.float64]
-Edges = tuple[NDArray[np.float64], NDArray[np.float64]]
 
 
 def draw_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
@@ -95,22 +95,11 @@ def draw_pair(dataset: xr.Dataset) -> Figure:
     left = LEFT + PAIR_CM + 0.75
     beside = axes(figure, left, low, PAIR_CM, TALL_CM)
     draw_periods(figure, beside, dataset, (left + PAIR_CM + 0.2, low, 0.25, TALL_CM), titled=False)
-    panel(
-        beside,
-        "b",
-        "forcing periods until it has settled"
-        if is_forced(dataset)
-        else "periods until it has settled",
-    )
+    panel(beside, "b", f"{'forcing ' * is_forced(dataset)}periods until it has settled")
     beside.set_ylabel("")
     beside.tick_params(labelleft=False)
     draw_motions(figure, dataset, LOW, across=True)
     return figure
-
-
-def edges_of(dataset: xr.Dataset) -> Edges:
-    """Return the borders of the cells of a map of starts."""
-    return cell_edges(dataset["x0"].values), cell_edges(dataset["v0"].values)
 
 
 def name_axes(ax: Axes, dataset: xr.Dataset, edges: Edges) -> None:
@@ -140,7 +129,7 @@ def draw_attractor_map(ax: Axes, dataset: xr.Dataset, at: int | None = None) -> 
     attractor = dataset["attractor"].transpose("v0", "x0").values
     colours = ListedColormap([FAILED, *(own[index] for index in range(n))])
     norm = BoundaryNorm(np.arange(n + 2) - 1.5, n + 1)
-    edges = edges_of(dataset)
+    edges = edges_of(dataset, "x0", "v0")
     ax.pcolormesh(*edges, attractor, cmap=colours, norm=norm, rasterized=True)
     name_axes(ax, dataset, edges)
     write_letters(ax, dataset, letters)
@@ -245,7 +234,7 @@ def draw_periods(
     """Draw the forcing periods until each start has settled, on a logarithmic scale."""
     shown = np.maximum(dataset["periods_to_attractor"].transpose("v0", "x0").values, 1)
     norm = LogNorm(int(shown.min()), max(2, int(shown.max())) + int(shown.min() == shown.max()))
-    edges = edges_of(dataset)
+    edges = edges_of(dataset, "x0", "v0")
     drawn = ax.pcolormesh(*edges, shown, cmap=MAGNITUDES, norm=norm, rasterized=True)
     name_axes(ax, dataset, edges)
     bar = colour_bar(figure, drawn, *bar_at, title="periods until settled" if titled else "")

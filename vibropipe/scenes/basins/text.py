@@ -267,11 +267,9 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                 *([proved_text(row[PROVED])] if PROVED in dataset else []),
             ]
         )
-    progression = (
-        [in_brackets("progression", dataset["housing_velocity_mean"])] if has_housing else []
-    )
     head = [
-        "", "motion", *progression, "share of the starts", "multiplier",
+        "", "motion", *([in_brackets("progression", dataset["housing_velocity_mean"])] if has_housing else []),
+        "share of the starts", "multiplier",
         in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
         else "hardest impact",
         *([in_brackets("least impulse that ends it" if KNOCK in dataset else "knock survived", speed)] * has_knocks),

@@ -12,7 +12,7 @@ from __future__ import annotations
 import functools
 import io
 import re
-from collections.abc import Iterable, Iterator, Mapping
+from collections.abc import Callable, Iterable, Iterator, Mapping
 from contextlib import contextmanager
 from pathlib import Path
 from typing import Any
@@ -146,6 +146,15 @@ class HouseFigure(Figure):
         picture = io.BytesIO()
         self.savefig(picture, format="png", dpi=NOTEBOOK_DPI)
         return picture.getvalue()
+
+
+def in_style(draw: Callable[[], Figure]) -> Figure:
+    """Return a figure drawn in the house style, which it keeps wherever it is saved."""
+    with house_style():
+        figure = draw()
+        use_letters_for_indices(figure)
+    figure.__class__ = HouseFigure
+    return figure
 
 
 def write_centred(ax: Axes, *lines: str) -> None:

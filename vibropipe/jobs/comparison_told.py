@@ -78,6 +78,7 @@ def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
     Raises ParameterError if the datasets are no such sweeps.
     """
     from vibropipe.figures.comparison import draw_curve, draw_map
+    from vibropipe.figures.style import in_style
 
     first, second, dims = common_rows(one, two)
     has_axes = all(dim in one.indexes and one[dim].dtype.kind in "iuf" for dim in dims)
@@ -94,4 +95,4 @@ def draw(one: xr.Dataset, two: xr.Dataset, found: Comparison) -> Any:
         moved = abs(difference(first, second, scalars[0])[0]).assign_attrs(first[scalars[0]].attrs)
         moved = moved.max("support", keep_attrs=True) if "support" in moved.dims else moved
     drawn = draw_map if len(dims) == 2 else draw_curve
-    return drawn(changed_laws(first, second), moved, found.rows)
+    return in_style(lambda: drawn(changed_laws(first, second), moved, found.rows))

@@ -74,7 +74,7 @@ def plot(
     >>> exciter = vp.Exciter(l=0.5, nu=1.0, f=0.5, h=0.2, R1=0.7, R2=0.7)
     >>> figure = vp.plot(vp.simulate(exciter, tau_end=30))
     """
-    from vibropipe.figures.style import HouseFigure, house_style, use_letters_for_indices
+    from vibropipe.figures.style import in_style
 
     units = checked_units(options.pop("units", {}))
     if isinstance(dataset, Mapping) and not hasattr(dataset, "dims"):
@@ -89,11 +89,7 @@ def plot(
     choice, others = _options(kind, data, dataset, picture, options)
     shown = display_units({SHOWN: with_units(data, units), **others})
     chosen = _picture(kind, shown[SHOWN], choice.chosen(), picture)
-    with house_style():
-        figure = chosen.draw(shown[SHOWN], choice, shown)
-        use_letters_for_indices(figure)
-    figure.__class__ = HouseFigure
-    return figure
+    return in_style(lambda: chosen.draw(shown[SHOWN], choice, shown))
 
 
 def opened(dataset: Any) -> xr.Dataset:
@@ -266,7 +262,7 @@ def _overlay(
     units: Mapping[str, str],
 ) -> Figure:
     """Draw datasets over one another."""
-    from vibropipe.figures.style import HouseFigure, house_style, use_letters_for_indices
+    from vibropipe.figures.style import in_style
     from vibropipe.scenes.overlay import draw_overlay
 
     if not sources:
@@ -282,8 +278,5 @@ def _overlay(
         datasets |= {key: as_motion(datasets[key]) for key in steady}
     datasets = {key: with_units(with_a_grid(data), units) for key, data in datasets.items()}
     names = [kind_of_data(data).name for data in datasets.values()]
-    with house_style():
-        figure = draw_overlay(display_units(datasets), names, tuple(options.get("show", ())))
-        use_letters_for_indices(figure)
-    figure.__class__ = HouseFigure
-    return figure
+    show = tuple(options.get("show", ()))
+    return in_style(lambda: draw_overlay(display_units(datasets), names, show))

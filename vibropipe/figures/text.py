@@ -177,18 +177,15 @@ def value_text(array: xr.DataArray, value: float | str | None = None) -> str:
     shown = array.values.item() if value is None else value
     if isinstance(shown, str):
         return f"followed {shown}wards" if array.name == "direction" else shown
-    units = unit_text(_words(array)["units"])
-    return f"{symbol_of(array)} = {format_number(float(shown))}" + (f" {units}" if units else "")
+    return f"{symbol_of(array)} = {with_units(array, format_number(float(shown)))}"
 
 
 def plain_value(array: xr.DataArray) -> str:
     """Write the value of a scalar array with its symbol and units as plain text."""
-    value, name = array.values.item(), str(array.name)
+    value = array.values.item()
     if isinstance(value, str):
-        return f"followed {value}wards" if name == "direction" else value
-    units = unit_text(_words(array)["units"])
-    symbol = plain_symbol_of(array)
-    return f"{symbol} = {format_number(float(value))}" + (f" {units}" if units else "")
+        return value_text(array)
+    return f"{plain_symbol_of(array)} = {with_units(array, format_number(float(value)))}"
 
 
 def with_units(array: xr.DataArray, number: str) -> str:

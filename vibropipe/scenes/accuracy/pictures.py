@@ -65,13 +65,14 @@ def draw_work_precision(dataset: xr.Dataset, show: Collection[str] = ()) -> Figu
     return draw_one(dataset) if dataset.sizes["motion"] == 1 else draw_several(dataset)
 
 
-def table_part(dataset: xr.Dataset, method: str, amount: int) -> np.ndarray:
+def table_part(dataset: xr.Dataset, method: str) -> np.ndarray:
     """Return which of the runs of a step method read their force from a table: the cheaper steps."""
     one = dataset.sel({"method": method})
     good = succeeded(one).values & np.isfinite(one["time_per_period"].values)
-    steps = one["setting_value"].values[good]
-    limit = dataset.attrs.get("tabulated_steps", np.inf) if method in ("crude", "newmark") else None
-    return np.ones(amount, bool) if limit is None else steps <= limit
+    has_table = method in ("crude", "newmark")
+    limit = dataset.attrs.get("tabulated_steps", np.inf) if has_table else np.inf
+    is_cheap: np.ndarray = ~(one["setting_value"].values[good] > limit)
+    return is_cheap
 
 
 def draw_one(dataset: xr.Dataset) -> Figure:
@@ -89,7 +90,7 @@ def draw_one(dataset: xr.Dataset) -> Figure:
             continue
         style, time = STYLES[method], time * NS
         error = np.maximum(error, LEAST_ERROR)
-        cheap = table_part(dataset, method, error.size)
+        cheap = table_part(dataset, method)
         last = int(cheap.sum())
         line: dict[str, Any] = {"color": style.colour, "marker": style.marker, "zorder": 3}
         if method == "exact":

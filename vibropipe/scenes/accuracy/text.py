@@ -36,16 +36,13 @@ from vibropipe.words.wording import count, series
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
 TEN_DIGITS = 1e-10
 # How the methods of other packages are used.
+OF_SCIPY = ("RK45", "DOP853", "Radau")
 PACKAGES = {
-    (
-        "RK45",
-        "DOP853",
-        "Radau",
-    ): "`scipy`: `solve_ivp` with a terminal event for each support and a restart after it",
-    ("heyoka",): "`heyoka`: the same with its own events",
-    (
+    "`scipy`: `solve_ivp` with a terminal event for each support and a restart after it": OF_SCIPY,
+    "`heyoka`: the same with its own events": ("heyoka",),
+    "`solve_nivp`: trapezoidal steps with both supports as constraints on the velocity": (
         "solve_nivp",
-    ): "`solve_nivp`: trapezoidal steps with both supports as constraints on the velocity",
+    ),
 }
 
 
@@ -99,13 +96,11 @@ def undrawn_text(one: xr.Dataset) -> str:
 
 def closed_text(dataset: xr.Dataset) -> str:
     """Write why the exact method takes longer on a motion in closed form over few periods, if there is one."""
-    none = {"f": 0.0, "h": 0.0, "R1": 1.0, "R2": 1.0}
-    if "exact" not in dataset["method"].values or any(name not in dataset for name in none):
+    known = ("f", "h", "R1", "R2")
+    if "exact" not in dataset["method"].values or any(name not in dataset for name in known):
         return ""
+    none = {"h": 0.0, "R1": 1.0, "R2": 1.0} | {name: 0.0 for name in FORCES if name in dataset}
     is_closed = np.all([dataset[name].values == value for name, value in none.items()], axis=0)
-    for name in FORCES:
-        if name in dataset:
-            is_closed &= dataset[name].values == 0.0
     if not is_closed.any():
         return ""
     return (
@@ -214,12 +209,8 @@ def price_of_packages(one: xr.Dataset, exact_time: float) -> Answer:
 def names_text(methods: Iterable[str]) -> str:
     """Write the names of packages, of which none does something: scipy's once, for all its methods."""
     names = [NAMES[m] for m in methods]
-    seen = False
-    for k, name in enumerate(names):
-        if name.startswith("scipy's "):
-            names[k] = name.removeprefix("scipy's ") if seen else name
-            seen = True
-    return series(names, "or")
+    first = next((name for name in names if name.startswith("scipy's ")), "")
+    return series((n if n == first else n.removeprefix("scipy's ") for n in names), "or")
 
 
 def exact_times_text(dataset: xr.Dataset) -> str:
@@ -265,7 +256,7 @@ def lost_text(dataset: xr.Dataset) -> str:
 def packages_of(datasets: Iterable[xr.Dataset]) -> str:
     """Write how other packages are used, those that were run."""
     run = {str(m) for data in datasets for m in data["method"].values} - set(OWN_METHODS)
-    texts = [text for names, text in PACKAGES.items() if run & {*names}]
+    texts = [text for text, names in PACKAGES.items() if run & {*names}]
     stop = "a run is stopped after 10,000 evaluations a period"
     return "; ".join([*texts, stop]) if texts else ""
 

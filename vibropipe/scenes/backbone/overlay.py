@@ -121,32 +121,20 @@ def draw_overlay(
 def shown_orders(datasets: Sequence[xr.Dataset], name: str) -> list[int]:
     """Return what stands beside the first harmonic: 0 for the mean, 2 and 3, without what is only rounding."""
     number = min(MAX_ORDER, *(dataset.sizes["harmonic"] for dataset in datasets))
-    tops = {
-        order: max(
-            float(np.nanmax(np.abs(of_order(d, name, order).values), initial=0.0)) for d in datasets
-        )
-        for order in range(number + 1)
-    }
+    tops = {k: max(largest_of(d, name, k) for d in datasets) for k in range(number + 1)}
     return [order for order in tops if order != 1 and tops[order] > ROUNDING * max(tops.values())]
 
 
 def most_different(free: Sequence[xr.Dataset], name: str, orders: Sequence[int]) -> int:
     """Return the harmonic whose largest values differ most between free motions, relative to the larger one."""
-    tops = {
-        k: [float(np.nanmax(np.abs(of_order(d, name, k).values), initial=0.0)) for d in free]
-        for k in orders
-    }
+    tops = {k: [largest_of(d, name, k) for d in free] for k in orders}
     return max(orders, key=lambda k: 1.0 - min(tops[k]) / (max(tops[k]) or 1.0))
 
 
 def draw_distance(ax: Axes, dataset: xr.Dataset) -> None:
     """Draw the half distance of the supports, if it lies within the axes."""
-    distance = dataset["l"] if "l" in dataset.coords else None
-    if (
-        distance is None
-        or distance.ndim
-        or not ax.get_ylim()[0] < float(distance) < ax.get_ylim()[1]
-    ):
+    distance, (low, high) = dataset.get("l"), ax.get_ylim()
+    if distance is None or distance.ndim or not low < float(distance) < high:
         return
     ax.axhline(float(distance), color=INK, linewidth=0.5, linestyle=(0, (4, 2)), zorder=0)
     text = f"half the distance between the supports, {value_text(distance)}"
@@ -189,6 +177,11 @@ def of_order(dataset: xr.Dataset, name: str, order: int) -> xr.DataArray:
     if order == 0:
         return dataset[f"{name}_mean"]
     return dataset[f"{name}_amplitude"].sel(harmonic=order)
+
+
+def largest_of(dataset: xr.Dataset, name: str, order: int) -> float:
+    """Return the largest magnitude of a harmonic, or of the mean."""
+    return float(np.nanmax(np.abs(of_order(dataset, name, order).values), initial=0.0))
 
 
 def lines_of(dataset: xr.Dataset, name: str, order: int, family: tuple[str, str]) -> Iterator[Line]:

@@ -20,11 +20,9 @@ def law_answers(dataset: xr.Dataset) -> list[Answer]:
     if low == high:
         lead = "Free motions of every shorter period strike both supports."
         return [Answer(lead, f"The longest is {symbol} = {low}.")]
-    lead, offset = (
-        "Free motions strike both supports up to a longest period.",
-        dataset["delta_over_l"],
-    )
-    falls = f"It falls from {symbol} = {high} to {low} as {symbol_text(offset)} grows in size."
+    lead = "Free motions strike both supports up to a longest period."
+    offset = symbol_text(dataset["delta_over_l"])
+    falls = f"It falls from {symbol} = {high} to {low} as {offset} grows in size."
     return [Answer(lead, falls)]
 
 

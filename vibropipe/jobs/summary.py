@@ -52,10 +52,8 @@ def summarise(run: Run) -> Summary:
             continue
         notes = []
         for scene in [each for each in run.studies[name].scenes if each in (*made, *kept)]:
-            sidecar, all_rows = (
-                read_sidecar(f"{run.results}/{name}/{scene}.nc"),
-                run.plans[name][scene].rows,
-            )
+            sidecar = read_sidecar(f"{run.results}/{name}/{scene}.nc")
+            all_rows = run.plans[name][scene].rows
             if scene in made and TAKEN in sidecar:
                 notes.append(f"  {scene}: {taken_text(int(sidecar[TAKEN]), all_rows)}")
             elif scene in made and NOT_TAKEN in sidecar:

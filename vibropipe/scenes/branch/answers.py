@@ -38,21 +38,17 @@ MAX_NAMED = 2  # motions beyond a jump
 def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
     stretches = list(stretches_of(dataset))
-    changes = (
-        jump_answer(dataset, stretches)
-        or cascade_answer(dataset)
-        or gap_answer(dataset, stretches)
-        or kinds_answer(dataset)
-    )
-    if "law" in dataset.attrs:
-        changes = kinds_answer(dataset)
+    changes = None
+    if "law" not in dataset.attrs:
+        changes = jump_answer(dataset, stretches) or cascade_answer(dataset)
+        changes = changes or gap_answer(dataset, stretches)
     found = [
         law_answer(dataset, stretches),
         motor_answer(dataset),
         yield_answer(dataset),
         proof_answer(dataset),
         lopsided_answer(dataset, stretches) or together_answer(dataset, stretches),
-        changes,
+        changes or kinds_answer(dataset),
         velocity_answer(dataset),
     ]
     return [answer for answer in found if answer is not None][:MAX_ANSWERS]
@@ -79,16 +75,14 @@ def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     stable = united(
         [(float(s.values[0]), float(s.values[-1])) for s in stretches if s.over == widest]
     )
-    law, place = dataset.attrs["law"], ""
-    if over:
-        place = f" at {symbol_text(dataset[over])} = {value_text(dataset[over], widest)}"
     is_where = ranges_text(dataset, stable)
     rest = f"They are stable {is_where}." if stable else "None of those found there is stable."
     absent = int(dataset.attrs.get("without_law", 0))
     if over and absent:
         values = amount_text(absent, "value")
         rest += f" At {values} of {symbol_text(dataset[over])} none is found."
-    return Answer(f"Orbits {law} exist{place} {ranges_text(dataset, found[widest])}.", rest)
+    exist = f"exist{over_text(dataset, widest)} {ranges_text(dataset, found[widest])}"
+    return Answer(f"Orbits {dataset.attrs['law']} {exist}.", rest)
 
 
 def ranges_text(

@@ -242,17 +242,8 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     return Table(head, rows, note, left=3 if over else 2, title=title, scene=scene)
 
 
-answers, tables = (
-    of_each(branch_answers),
-    tables_of_each(
-        speed_table,
-        jump_table,
-        cascade_table,
-        stable_table,
-        together_table,
-        scatter_table,
-        yield_table,
-        proof_table,
-    ),
-)
+answers = of_each(branch_answers)
+tables = tables_of_each(
+    speed_table, jump_table, cascade_table, stable_table, together_table, scatter_table, yield_table, proof_table,
+)  # fmt: skip
 REPORT = ReportPart("Branches of orbits", question_of, answers, tables, side=side_of_first, rank=0)

@@ -101,13 +101,13 @@ def wanted_parts(dataset: xr.Dataset) -> list[Part]:
             found += [Part(stem, dim, label) for label in labels]
     found += [Part(name) for name in ("displacement_misfit",) if name in dataset]
     named = [text.removeprefix("-") for text in objectives(dataset)]
-    found += [part for name in named for part in [part_of(dataset, name)] if part]
+    found += [part for name in named if (part := part_of(dataset, name))]
     return list(dict.fromkeys(found or usual_parts(dataset)))
 
 
 def usual_parts(dataset: xr.Dataset) -> list[Part]:
     """Return the usual quantities that a dataset has."""
-    return [part for name in USUAL for part in [part_of(dataset, name)] if part]
+    return [part for name in USUAL if (part := part_of(dataset, name))]
 
 
 def spread_parts(dataset: xr.Dataset) -> list[Part]:

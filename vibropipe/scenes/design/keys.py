@@ -177,15 +177,16 @@ class DesignScene(VariedScene):
         }
 
 
+_GOALS = ("target", "subject_to", "minimise", "tolerance")
+
+
 def _goals(scene: DesignScene) -> Iterator[Problem]:
     """Check names, bounds and contradictions of what is wanted, as `vibropipe.design` does."""
     from vibropipe.solve.design.goals import check_allow, check_placed, check_presence, goals_of
 
     arguments = scene.arguments()
     try:
-        goals = goals_of(
-            *(arguments[key] for key in ("target", "subject_to", "minimise", "tolerance"))
-        )
+        goals = goals_of(*(arguments[key] for key in _GOALS))
         check_allow(goals, arguments["allow"])
         check_placed(goals, scene.tied())
     except ParameterError as error:
@@ -202,14 +203,7 @@ CHECKS = (
     TOGETHER,
     Check((("vary",),), check_vary),
     Check((*EXCITER, ("vary",), ("start",)), check_vary_corners),
-    Check(
-        (
-            *EXCITER,
-            *(("vary",), ("target",), ("subject_to",)),
-            *(("minimise",), ("tolerance",), ("allow",)),
-        ),
-        _goals,
-    ),
+    Check((*EXCITER, ("vary",), *((key,) for key in _GOALS), ("allow",)), _goals),
     PROVE,
 )
 

@@ -64,7 +64,7 @@ def draw_sketch(dataset: xr.Dataset) -> Figure:
     """Draw supports, offset and equilibrium of design 1 to scale, with the tolerances beside the deviations."""
     names = limited(dataset)
     given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
-    texts = [f"{symbol_of(dataset[name])} = {nominal_text(dataset, name)}" for name in given]
+    texts = [quantity_text(dataset, name) for name in given]
     line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
     below = max(0, len(names) - FEW_LINES, line.count("\n")) * LINE
     height = 5.7 + below
@@ -175,8 +175,8 @@ def draw_limits(ax: Axes, dataset: xr.Dataset, names: list[str]) -> None:
 
 def limited(dataset: xr.Dataset) -> list[str]:
     """Return the parameters that have a tolerance or a deviation."""
-    known = [str(name) for name in dataset.coords if f"{name}_std" in dataset]
-    return [str(n) for n in dataset.coords if str(n) in toleranced(dataset) or str(n) in known]
+    held = toleranced(dataset)
+    return [n for n in map(str, dataset.coords) if n in held or f"{n}_std" in dataset]
 
 
 def plus_minus(dataset: xr.Dataset, name: str, text: str) -> str:
@@ -262,11 +262,8 @@ def describe_sketch(dataset: xr.Dataset) -> str:
     ]
     if has_tolerances(dataset):
         reason = no_tolerance(dataset, 0)
-        off = (
-            "May be off: all at once, rounded down"
-            if hold_at_once(dataset)
-            else "May be off, rounded down"
-        )
+        how = ": all at once" if hold_at_once(dataset) else ""
+        off = f"May be off{how}, rounded down"
         parts.append(no_tolerance_text([0], reason) if reason else off)
     if dataset.attrs.get("scatter") == "given":
         red = "; red: a tolerance below it" if held_too_wide(dataset, 0) else ""

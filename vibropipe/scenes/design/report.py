@@ -297,10 +297,8 @@ def ranges(dataset: xr.Dataset, free: list[str]) -> list[Row]:
     return [Row(", ".join(symbols), text) for text, symbols in texts.items()]
 
 
-answers, tables = (
-    of_each(answers_of_scene),
-    tables_of_each(designs_table, tolerances_table, units_table, sorting_table, bounds_table),
-)
+answers = of_each(answers_of_scene)
+tables = tables_of_each(designs_table, tolerances_table, units_table, sorting_table, bounds_table)
 REPORT = ReportPart(
     "Designs",
     "Which parameters give the wanted motion, and how far may they be off?",

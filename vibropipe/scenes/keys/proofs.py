@@ -83,10 +83,8 @@ def check_limits(scene: Any) -> Iterator[Problem]:
             must = f"must be one of {', '.join(BOXED)}"
             yield Problem(path[:2], name, must=must)
         elif name not in scene.varied_names():
-            value, allowed = (
-                scene.resolved_exciter().get(name, DEFAULTS[name]),
-                range_in_boxes(name),
-            )
+            value = scene.resolved_exciter().get(name, DEFAULTS[name])
+            allowed = range_in_boxes(name)
             kept = kept_from_boxes(name, scene.extent(), scene.given_exciter().__contains__)
             if kept is not None:
                 yield Problem(path, f"{off:.6g}", must=f"must be left out: {kept}")

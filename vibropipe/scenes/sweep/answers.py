@@ -145,11 +145,9 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
         )
     values = of_orbits(dataset, name)
     support, where = int(top["support"]), ""
-    other = largest(values.sel(support=3 - support)) if values.sizes["support"] == 2 else None
     alike = abs(values) >= abs(float(top)) * (1.0 - 1e-9)
-    rows = alike.any("support")
     place = f"support {support}"
-    if other is not None and bool(alike.sel(support=3 - support).any()):
+    if alike.sizes["support"] == 2 and bool(alike.sel(support=3 - support).any()):
         place = "both supports" if bool(alike.all("support").any()) else "one support or the other"
     start = "From rest, the" if is_from_rest(dataset) else "The"
     lead = f"{start} {words} is {value_text(top, top, DIGITS)}, on {place}."
@@ -157,7 +155,7 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     if chaos is not None and float(chaos) > float(top):
         where = f"Aperiodic motion reaches {value_text(top, chaos, DIGITS)} within its window."
     else:
-        where = place_sentence(dataset, values, top, rows)
+        where = place_sentence(dataset, values, top, alike.any("support"))
     return Answer(lead, where)
 
 

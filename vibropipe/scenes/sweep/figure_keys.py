@@ -17,7 +17,6 @@ from vibropipe.words.vocabulary import STEADY, drawn_by
 if TYPE_CHECKING:
     from vibropipe.scenes.sweep.keys import SweepScene
 
-if TYPE_CHECKING:
     Shown = str
 else:
     Shown = Literal[drawn_by("sweep")]

@@ -161,7 +161,7 @@ def motion_text(motion: xr.Dataset) -> str:
     lines = [
         parameters,
         *_accuracy_text(motion),
-        *_shortened(aligned([head, *body]), MAX_EVENTS),
+        *_shortened(aligned([head, *body])),
         end,
     ]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
@@ -199,14 +199,10 @@ def events(motion: xr.Dataset) -> list[tuple[float, tuple[str, ...]]]:
     ]
 
 
-def _shortened(lines: list[str], max_rows: int) -> list[str]:
-    """Return a table without its middle rows if it has more than `max_rows`; its first line is the head."""
-    left_out = len(lines) - 1 - max_rows
+def _shortened(lines: list[str]) -> list[str]:
+    """Return a table without its middle rows if it has more than MAX_EVENTS; its first line is the head."""
+    left_out = len(lines) - 1 - MAX_EVENTS
     if left_out <= 0:
         return lines
-    half = max_rows // 2
-    return [
-        *lines[: 1 + half],
-        f"... {left_out} more ...",
-        *lines[len(lines) - (max_rows - half) :],
-    ]
+    half = MAX_EVENTS // 2
+    return [*lines[: 1 + half], f"... {left_out} more ...", *lines[-half:]]

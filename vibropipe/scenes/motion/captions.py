@@ -141,17 +141,17 @@ def impacts_text(dataset: xr.Dataset) -> str:
     clauses = []
     for support in (1, 2):
         at = dataset["impact_support"].values == support
-        if at.any():
-            if (
-                not dataset["impact_velocity"].values[at].any()
-            ):  # a motion that starts at rest on a soft support
-                contacts = count(int(at.sum()), "contact")
-                clauses.append(f"{contacts} with support {support}, without velocity")
-                continue
-            impacts = count(int(at.sum()), "impact")
-            if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
-                impacts = "impacts, with rests,"
-            clauses.append(f"{impacts} on support {support}")
+        if not at.any():
+            continue
+        if not dataset["impact_velocity"].values[at].any():
+            # a motion that starts at rest on a soft support
+            contacts = count(int(at.sum()), "contact")
+            clauses.append(f"{contacts} with support {support}, without velocity")
+            continue
+        impacts = count(int(at.sum()), "impact")
+        if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
+            impacts = "impacts, with rests,"
+        clauses.append(f"{impacts} on support {support}")
     return capitalised(series(clauses)) or NO_SUPPORT_STRUCK
 
 

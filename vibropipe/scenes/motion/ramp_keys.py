@@ -45,11 +45,8 @@ def check_ramp(scene: Any) -> Iterator[Problem]:
         return
     name, ends = str(next(iter(scene.ramp))), scene.ramp_ends
     if name != "nu":
-        yield Problem(
-            ("ramp",),
-            scene.as_written(name),
-            must="must name the frequency, which alone has a ramp",
-        )
+        must = "must name the frequency, which alone has a ramp"
+        yield Problem(("ramp",), scene.as_written(name), must=must)
         return
     if "nu" not in scene.given_exciter():
         where = ", since the exciter has none"
@@ -119,17 +116,5 @@ def _covered(scene: Any, change: float) -> Iterator[Problem]:
         yield Problem(("ramp", "nu", "within"), f"{steps:.3g} steps", must=must)
 
 
-RAMP = Check(
-    (
-        *EXCITER,
-        ("ramp",),
-        ("ties",),
-        ("tau_end",),
-        ("solver",),
-        ("effects",),
-        ("outputs",),
-        ("figure",),
-        ("prove",),
-    ),
-    check_ramp,
-)
+_READ = ("ramp", "ties", "tau_end", "solver", "effects", "outputs", "figure", "prove")
+RAMP = Check((*EXCITER, *((key,) for key in _READ)), check_ramp)

@@ -148,13 +148,9 @@ def motion_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> 
     return TimedWork(repeated(solve), about.periods, 1, impact_tau.size / about.periods, 0.0)
 
 
-def kernel_call(case: TimingCase) -> Callable[[], object]:
-    """Return a call that compiles the kernel of a case with a minimum of work."""
-
-    def call() -> None:
-        timed_work(case).repeat(1)
-
-    return call
+def compile_kernel(case: TimingCase) -> None:
+    """Compile the kernel of a case with a minimum of work."""
+    timed_work(case).repeat(1)
 
 
 def timed_work(case: TimingCase) -> TimedWork:
@@ -219,7 +215,10 @@ def solve_effects(
     for case in cases.values():
         # Kernels of one group share most of their code, which side by side would be compiled twice.
         group = groups.setdefault((case.row, case.effects.has_pieces), [])
-        group += [kernel_call(case), partial(stored_bytes, case.motion, case.row, case.outputs)]
+        group += [
+            partial(compile_kernel, case),
+            partial(stored_bytes, case.motion, case.row, case.outputs),
+        ]
     compile_side_by_side(list(groups.values()), numba.get_num_threads())
     return measure_effects(cases, stored_bytes, rounds, progress)
 

@@ -201,12 +201,8 @@ def swept_dampings(exciter: Exciter, over: Mapping[str, np.ndarray]) -> set[str]
         if not ((R_values < 1.0).any() and (k_values > 0.0).any()):
             continue
         if h in over or exciter.states(h):
-            raise ParameterError(
-                f"over.{h}" if h in over else h,
-                None,
-                must=TWICE_DAMPED.format(R=R, k=k, h=h),
-                got="",
-            )
+            must = TWICE_DAMPED.format(R=R, k=k, h=h)
+            raise ParameterError(f"over.{h}" if h in over else h, None, must=must, got="")
         if {R, k} & over.keys():
             derived.add(h)
     return derived
@@ -218,6 +214,5 @@ def with_frequency(exciter: Exciter, varied: Mapping[str, float]) -> Exciter:
     Raises ParameterError if it has a force, or one varies, and no frequency.
     """
     exciter.check_frequency(varied.keys())
-    return (
-        exciter if exciter.states("nu") or "nu" not in varied else replace(exciter, nu=varied["nu"])
-    )
+    is_stated = exciter.states("nu") or "nu" not in varied
+    return exciter if is_stated else replace(exciter, nu=varied["nu"])

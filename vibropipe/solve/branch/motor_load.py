@@ -103,11 +103,8 @@ class MotorLoad:
         followed = [
             Bifurcation[kind.upper()] for kind in str(self.branch.attrs.get("switch", "")).split()
         ]
-        return "law" not in self.branch.attrs and kinds <= {
-            Bifurcation.FOLD,
-            Bifurcation.CHANGE,
-            *followed,
-        }
+        known = {Bifurcation.FOLD, Bifurcation.CHANGE, *followed}
+        return "law" not in self.branch.attrs and kinds <= known
 
     def torque_of_row(self, row: xr.Dataset) -> float:
         """Return the mean torque that the force takes."""

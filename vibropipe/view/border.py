@@ -108,12 +108,9 @@ class Borders:
         if border is None:
             if np.unique(self._codes).size > 1 or (self._of_starts and self._codes.flat[0] < 0):
                 return "No border is known."
-            what = (
-                "starts shown have one attractor"
-                if self._of_starts
-                else "rows shown have one regime"
-            )
-            return f"All {what}."
+            if self._of_starts:
+                return "All starts shown have one attractor."
+            return "All rows shown have one regime."
         ways = [between_text(self._arrays[border.axis], *border.rows)]
         ways += [
             f"{symbol(array)} = {value_of(array, there, 4)} "

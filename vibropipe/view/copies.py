@@ -17,21 +17,15 @@ from vibropipe.words.units import plain_units
 PERIODS = 4
 
 
-def _parameters(row: xr.Dataset) -> dict[str, float]:
+def _stated(row: xr.Dataset) -> dict[str, float]:
     """Return the parameters of a row that differ from the defaults, in its units."""
-    return {name: float(row[name]) for name in _stated(row)}
-
-
-def _stated(row: xr.Dataset) -> list[str]:
-    """Return the names of the parameters of a row that differ from the defaults."""
-    names = [name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables]
-    values = {name: float(row[name]) for name in dict.fromkeys(names)}
+    names = dict.fromkeys(name for name in (*PHYSICAL, *PARAMETERS) if name in row.variables)
     is_si = is_physical(row)
-    return [
-        name
-        for name, value in values.items()
+    return {
+        name: value
+        for name, value in ((name, float(row[name])) for name in names)
         if (is_si and name in PHYSICAL) or PARAMETERS[name].default != value
-    ]
+    }
 
 
 def _start(row: xr.Dataset) -> tuple[float, float]:
@@ -72,7 +66,7 @@ def as_yaml(row: xr.Dataset, title: str) -> str:
         unit = f" {plain_units(units)}" if is_si and units != "1" else ""
         return f"{name}: {value!r}{unit}"
 
-    values = _parameters(row)
+    values = _stated(row)
     own = [written(name, value) for name, value in values.items() if is_si and name in PHYSICAL]
     others = [
         written(name, value) for name, value in values.items() if not (is_si and name in PHYSICAL)

@@ -30,16 +30,8 @@ FRAME_WIDTH, FRAME_HEIGHT, LEFT_BORDER = 430, 340, 70
 # Beside the frame, for the colour bar, whether it is shown or not.
 RIGHT_BORDER = 66
 NO_VALUE = "#FFFFFF"
-COLOURS = (
-    YELLOW,
-    SKY,
-    "#003B5C",
-    VERMILLION,
-    "#EFEFEF",
-    GREEN,
-    PURPLE,
-    "#7F7F7F",
-)  # far apart in grey as well
+# Of words, far apart in grey as well.
+COLOURS = (YELLOW, SKY, "#003B5C", VERMILLION, "#EFEFEF", GREEN, PURPLE, "#7F7F7F")
 WORDS, EDGE = ("x", "y", "text", "align"), 0.1
 # Cells of a side of the image of an irregular grid.
 FINE = 800

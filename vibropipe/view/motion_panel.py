@@ -8,7 +8,7 @@ from bokeh.plotting import figure
 from numpy.typing import NDArray
 
 from vibropipe.figures.palette import SUPPORT_COLOURS
-from vibropipe.figures.phase_plane import FAR_SUPPORT, with_breaks
+from vibropipe.figures.phase_plane import near_walls, with_breaks
 from vibropipe.figures.text import clock, times_of
 from vibropipe.solve.rebuild import Motion
 from vibropipe.view.words import label_of, script, short_ticks
@@ -122,9 +122,8 @@ class MotionPanel:
         )
         for panel in (self.curves, self.portrait):
             panel.xaxis.formatter = panel.yaxis.formatter = short_ticks()
-        self.portrait.xaxis[0].ticker.desired_num_ticks = self.portrait.yaxis[
-            0
-        ].ticker.desired_num_ticks = 4
+        for axis in (self.portrait.xaxis[0], self.portrait.yaxis[0]):
+            axis.ticker.desired_num_ticks = 4
         self.shown: dict[str, Motion] = {}
         for name, (colour, dash, width) in STYLES.items():
             look = {
@@ -144,10 +143,7 @@ class MotionPanel:
         )
         for panel, x, y in ((self.curves, "time", "x"), (self.portrait, "x", "v")):
             panel.scatter(x, y, size=10, color="#E69F00", line_color="black", source=self.dot)
-        self.walls = {
-            1: (BoxAnnotation(**WALL), BoxAnnotation(**WALL)),
-            2: (BoxAnnotation(**WALL), BoxAnnotation(**WALL)),
-        }
+        self.walls = {n: (BoxAnnotation(**WALL), BoxAnnotation(**WALL)) for n in (1, 2)}
         for level, upright in self.walls.values():
             self.curves.add_layout(level)
             self.portrait.add_layout(upright)
@@ -190,8 +186,7 @@ class MotionPanel:
             + [motion.section[:, 0]]
         )
         low, high = float(np.nanmin(x)), float(np.nanmax(x))
-        reach = max(abs(low), abs(high), 1e-300)
-        near = [at for at in motion.walls.values() if abs(at) <= FAR_SUPPORT * reach]
+        near = near_walls(low, high, motion.walls).values()
         low, high = min([low, *near]), max([high, *near])
         margin = MARGIN * (high - low or 1.0)
         self.x_range.update(start=low - margin, end=high + margin)

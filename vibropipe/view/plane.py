@@ -184,12 +184,8 @@ class Plane:
         array = self.dataset[series.name]
         if series.dim is None or series.position is None:
             return label_of(array)
-        at = (
-            self.dataset[series.dim].values[series.position]
-            if series.dim in self.dataset.coords
-            else None
-        )
-        text = str(series.position + 1 if at is None else at)
+        numbers = self.dataset.coords.get(series.dim, range(1, series.position + 2))
+        text = str(np.asarray(numbers)[series.position])
         index = int(text) if text.isdigit() else None
         # A symbol with an index says which one, but for supports.
         tail = f", {series.dim} {text}" if series.dim in ("support", "parameter") else ""

@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.motion_words import rests_of, stability_text, window_text
+from vibropipe.figures.motion_words import rests_of, stability_text, times_word, window_text
 from vibropipe.figures.text import (
     REGIME_TEXT,
     REST,
@@ -18,7 +18,6 @@ from vibropipe.figures.text import (
     parameter_names,
     regime_name,
     sentences,
-    times,
     with_units,
 )
 from vibropipe.orbits.harmonics import rest_force
@@ -69,17 +68,12 @@ def law_text(row: xr.Dataset) -> str:
     if regime == Regime.WITH_REST:
         return sentences(f"Repeats {every} and sticks to a support: {words}")
     impacts = np.round(_impacts_per_orbit(row, m)).astype(int).tolist()
-    struck = [f"support {side} {times_text(n)}" for side, n in enumerate(impacts, 1) if n]
+    # in letters, since a number beside that of the support would be misread
+    struck = [f"support {side} {times_word(n)}" for side, n in enumerate(impacts, 1) if n]
     what = f"strikes {' and '.join(struck)}" if struck else "strikes no support"
     stability = stability_text(row) if "stable" in row else "stable"
     said = "" if stability == "stable" else stability.capitalize()
     return sentences(f"Repeats {every} and {what}: {words}", said)
-
-
-def times_text(amount: int) -> str:
-    """Write how often a support is struck; a number beside its number would be misread."""
-    words = ("", "", "", "three", "four", "five", "six", "seven", "eight", "nine", "ten")
-    return f"{words[amount]} times" if 2 < amount < len(words) else times(amount)
 
 
 def motion_name(row: xr.Dataset) -> str:
@@ -106,11 +100,8 @@ def _impacts_per_orbit(row: xr.Dataset, m: int) -> NDArray[np.float64]:
     """Return the impacts of an orbit of m forcing periods on each support; none where they are not stored."""
     if "impacts_per_orbit" in row:
         return np.asarray(row["impacts_per_orbit"].values)
-    return (
-        np.asarray(row["impacts_per_period"].values * m)
-        if "impacts_per_period" in row
-        else np.zeros(2)
-    )
+    rates = row["impacts_per_period"].values if "impacts_per_period" in row else np.zeros(2)
+    return np.asarray(rates * m)
 
 
 def momentum(motion: Motion) -> tuple[float, float]:

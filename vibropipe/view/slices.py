@@ -47,12 +47,10 @@ def slice_label(plane: Plane, chosen: list[Series]) -> str:
     """Return the label of the quantity of slices: in full beside curves, its symbol beside a map."""
     array, one = plane.dataset[chosen[0].name], len(chosen) == 1
     if len(plane.axes) == 1:
-        label = plane.label(chosen[0]) if one else label_of(array)
-    else:
-        index = chosen[0].position
-        mark = symbol(array, index + 1 if one and index is not None else None)
-        label = in_brackets(mark, array).strip()
-    return label
+        return plane.label(chosen[0]) if one else label_of(array)
+    index = chosen[0].position
+    mark = symbol(array, index + 1 if one and index is not None else None)
+    return in_brackets(mark, array).strip()
 
 
 def least_length(plane: Plane, series: Series) -> float:

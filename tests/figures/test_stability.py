@@ -8,7 +8,7 @@ import vibropipe as vp
 from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.quantities import row_kinds
-from vibropipe.solve.rows.label import decay
+from vibropipe.solve.multipliers import decay
 from vibropipe.store.table import is_neutral
 from vibropipe.words.bifurcations import Bifurcation
 

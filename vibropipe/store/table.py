@@ -10,6 +10,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 from numpy.typing import NDArray
 
+from vibropipe.solve.multipliers import largest_modulus
 from vibropipe.solve.physical import is_physical
 from vibropipe.store.atomic import StoreError
 from vibropipe.store.encoding import part_names
@@ -265,15 +266,14 @@ def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
     stable = dataset["stable"].values
     if "floquet_multiplier" not in dataset:
         return np.zeros(stable.shape, bool)
-    moduli = np.abs(dataset["floquet_multiplier"].transpose(..., "multiplier").values)
-    error = np.zeros(stable.shape)
-    if "floquet_multiplier_error" in dataset:
-        errors = dataset["floquet_multiplier_error"].transpose(..., "multiplier").values
-        of_largest = np.take_along_axis(errors, moduli.argmax(axis=-1)[..., None], axis=-1)[..., 0]
-        # An infinite one says nothing: products overflow beside a grazing.
-        error = np.nan_to_num(of_largest, posinf=0.0)
-    distance = np.abs(moduli.max(axis=-1) - 1.0)
-    neutral: NDArray[np.bool_] = distance <= np.maximum(error, NEUTRAL_TOLERANCE)
+    errors = dataset.get("floquet_multiplier_error")
+    modulus, error = largest_modulus(
+        dataset["floquet_multiplier"].transpose(..., "multiplier").values,
+        None if errors is None else errors.transpose(..., "multiplier").values,
+    )
+    # An infinite error says nothing: products overflow beside a grazing.
+    error = np.nan_to_num(error, posinf=0.0)
+    neutral: NDArray[np.bool_] = np.abs(modulus - 1.0) <= np.maximum(error, NEUTRAL_TOLERANCE)
     return neutral & (stable == 0)
 
 

@@ -17,6 +17,7 @@ from vibropipe.solve.branch.problem import (
     with_rests,
 )
 from vibropipe.solve.motion.simulate import simulate
+from vibropipe.solve.multipliers import decay
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rebuild import (
     exciter_of,
@@ -26,7 +27,6 @@ from vibropipe.solve.rebuild import (
     ties_of,
     without_units,
 )
-from vibropipe.solve.rows.label import decay
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.outputs import Output
 from vibropipe.words.vocabulary import held_name

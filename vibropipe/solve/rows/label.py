@@ -20,12 +20,12 @@ from vibropipe.orbits.housing import (
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.window import LISTED_PERIODS
 from vibropipe.solve.accuracy.orbit_errors import label_errors
+from vibropipe.solve.multipliers import decay
 from vibropipe.solve.rows.power import label_frame, label_power
 from vibropipe.solve.rows.row_results import PHASES, SUBHARMONICS_PER_HARMONIC, columns_of
 from vibropipe.solve.rows.sensitivity import differentiated, label_derivatives
 from vibropipe.solve.rows.unsolved import is_solved
 from vibropipe.words.outputs import OUTPUTS
-from vibropipe.words.regimes import NEUTRAL_TOLERANCE
 from vibropipe.words.vocabulary import (
     ERROR_SUFFIX,
     OF_CONTACT,
@@ -132,21 +132,6 @@ def label_rows(
         for name, variable in variables.items()
         if STEADY[split_suffix(name)[0]].output in wanted
     }
-
-
-def decay(multipliers: np.ndarray, error: np.ndarray | None = None) -> np.ndarray:
-    """Return by how much the largest modulus is below 1 (rows,); 0 where rounding decides.
-
-    multipliers : (rows, n) complex
-    error : (rows, n), their errors; NEUTRAL_TOLERANCE where they are not known, as beside a housing that slides
-    """
-    moduli = np.abs(multipliers)
-    margin = np.full(len(moduli), NEUTRAL_TOLERANCE)
-    if error is not None:
-        of_largest = error[np.arange(len(error)), moduli.argmax(axis=1)].astype(float)
-        margin = np.where(np.isnan(of_largest), margin, of_largest)
-    below = 1.0 - moduli.max(axis=1)
-    return np.where(np.abs(below) <= margin, 0.0, below)
 
 
 def _forces(

@@ -5,7 +5,7 @@ from __future__ import annotations
 import numpy as np
 
 import vibropipe as vp
-from vibropipe.solve.rows.gradient import STEP, by_differences, values_and_jacobian
+from vibropipe.solve.rows.gradient import by_differences, values_and_jacobian
 from vibropipe.solve.rows.named import named
 from vibropipe.solve.rows.points import solve_points
 
@@ -35,7 +35,7 @@ def test_both_agree():
     arguments = parameters, state, list(range(7)), near, read, np.subtract
     point, values, exact = values_and_jacobian(*arguments, names=NAMES)
     # the error of a central difference is its step squared times the third derivative, large by nu
-    _, same, differences = by_differences(*arguments, STEP)
+    _, same, differences = by_differences(*arguments)
     assert point.is_stable.all()
     assert np.allclose(values, same, rtol=1e-10)
     assert np.allclose(exact, differences, rtol=1e-5, atol=1e-7)

@@ -13,7 +13,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.branch.places import with_places
 from vibropipe.solve.design.goals import MET, YIELD, Bound, Goals
 from vibropipe.solve.fit import curve_fit
-from vibropipe.solve.rows.gradient import STEP, exact_slopes, values_and_jacobian
+from vibropipe.solve.rows.gradient import exact_slopes, values_and_jacobian
 from vibropipe.solve.rows.many import Start
 from vibropipe.solve.rows.named import SENSITIVITY, Named, harmonics_of, outputs_of
 from vibropipe.solve.rows.points import CallWork, Points, clipped, solve_points, within_ranges
@@ -165,7 +165,7 @@ class Problem:
     ) -> tuple[Points, np.ndarray, np.ndarray]:
         """Return the motion near a state, its quantities as `read` returns them, and their derivatives (q, columns)."""
         points, values, jacobian = values_and_jacobian(
-            parameters, state, columns, self.near, self.read, self.difference, STEP,
+            parameters, state, columns, self.near, self.read, self.difference,
             None if self.goals.curve or any(name.derived for name in self.names) else self.names,
         )  # fmt: skip
         for name in self.at_most:

@@ -144,7 +144,7 @@ class Model:
         steps = STEP * np.maximum(np.abs(point), 0.1 * self.width)
         of_parameters = [n for n, name in enumerate(self.found) if name in Parameters._fields]
         columns = [Parameters._fields.index(self.found[n]) for n in of_parameters]
-        steps[of_parameters] = parameter_steps(base, columns, STEP)
+        steps[of_parameters] = parameter_steps(base, columns)
         points = np.vstack([point, point - np.diag(steps), point + np.diag(steps)])
         rows = self.rows(points)
         values, laws = self._solve(rows)

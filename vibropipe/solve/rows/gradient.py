@@ -30,11 +30,11 @@ class Solve(Protocol):
         """Return the solved points."""
 
 
-def parameter_steps(parameters: np.ndarray, columns: Sequence[int], step: float) -> np.ndarray:
+def parameter_steps(parameters: np.ndarray, columns: Sequence[int]) -> np.ndarray:
     """Return steps (columns,) of differences, relative to a parameter or, if it is small, to its scale."""
     half, records = parameters[Parameters._fields.index("l")], [*PARAMETERS.values()]
     scales = np.array([half ** LENGTHS.get(records[n].dimension, 0) for n in columns])
-    return step * np.maximum(np.abs(parameters[list(columns)]), 0.1 * scales)
+    return STEP * np.maximum(np.abs(parameters[list(columns)]), 0.1 * scales)
 
 
 def values_and_jacobian(
@@ -44,7 +44,6 @@ def values_and_jacobian(
     solve: Solve,
     read: Read,
     difference: Difference,
-    step: float = STEP,
     names: Sequence[Named] | None = None,
 ) -> tuple[Points, np.ndarray, np.ndarray]:
     """Return the solved point, its quantities (q,), and their derivatives (q, columns).
@@ -54,19 +53,16 @@ def values_and_jacobian(
     columns : parameters by which the derivatives are taken
     read : returns the quantities (n, q) of solved points
     difference : returns the difference of two rows of quantities
-    step : of differences, over the size of a parameter
     names : the quantities that `read` returns, if they have exact derivatives. Those that are undefined, as of an
         amplitude that vanishes, and all without names are central differences
     """
     if names is None:
-        return by_differences(parameters, state, columns, solve, read, difference, step)
+        return by_differences(parameters, state, columns, solve, read, difference)
     point = solve(parameters[None], state[None], sensitivity=True)
     values, jacobian = read(point)[0], exact_slopes(point, names, columns)[0]
     missing = np.isnan(jacobian) & np.isfinite(values)[:, None]
     if missing.any() and point.is_stable[0]:
-        _, _, differences = by_differences(
-            parameters, state, columns, solve, read, difference, step
-        )
+        _, _, differences = by_differences(parameters, state, columns, solve, read, difference)
         jacobian = np.where(missing, differences, jacobian)
     return point, values, jacobian
 
@@ -112,7 +108,6 @@ def by_differences(
     solve: Solve,
     read: Read,
     difference: Difference,
-    step: float,
 ) -> tuple[Points, np.ndarray, np.ndarray]:
     """Return the same as `values_and_jacobian` by central differences.
 
@@ -120,7 +115,7 @@ def by_differences(
     """
     k = len(columns)
     rows = np.tile(parameters, (1 + 2 * k, 1))
-    steps = parameter_steps(parameters, columns, step)
+    steps = parameter_steps(parameters, columns)
     for n, column in enumerate(columns):
         rows[1 + 2 * n, column] -= steps[n]
         rows[2 + 2 * n, column] += steps[n]

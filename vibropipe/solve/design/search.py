@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -48,8 +49,7 @@ class Candidate:
         return self.result == DesignResult.MET
 
 
-@dataclass
-class Samples:
+class Samples(NamedTuple):
     """Stable motions among sampled points; `reliability` as of `Problem`, if it was asked for, else without end."""
 
     share: np.ndarray
@@ -60,16 +60,11 @@ class Samples:
 
     def chosen(self, rows: Sequence[int] | np.ndarray) -> Samples:
         """Return some of the samples."""
-        return Samples(*(getattr(self, name)[list(rows)] for name in vars(self)))
+        return Samples(*(part[list(rows)] for part in self))
 
     def joined(self, other: Samples) -> Samples:
         """Return both sets, one after the other."""
-        return Samples(
-            *(
-                np.concatenate([getattr(part, name) for part in (self, other)])
-                for name in vars(self)
-            )
-        )
+        return Samples(*(np.concatenate(both) for both in zip(self, other, strict=True)))
 
 
 def find_candidates(problem: Problem, n_samples: int, steps: WorkCount) -> list[Candidate]:

@@ -245,27 +245,22 @@ def spread_variables(
     alone = moved[low_high].reshape(len(sigma), 2, -1)
     with np.errstate(invalid="ignore", divide="ignore"):
         contribution = effects**2 / (effects**2).sum(axis=1, keepdims=True)
-    by_suffix = {
-        "std": np.stack([np.linalg.norm(effects, axis=1), _std(moved[:n][is_same[:n]])], axis=1),
-        "worst": np.stack([reach * np.abs(effects).sum(axis=1), _largest(moved[n:])], axis=1),
-        "sensitivity": slopes,
-        "contribution": contribution,
-        "deviation": alone.transpose(2, 0, 1),
-    }
-    dims = {
-        "std": ("estimate",),
-        "worst": ("estimate",),
-        "sensitivity": ("parameter",),
-        "contribution": ("parameter",),
-        "deviation": ("parameter", "side"),
+    std = np.linalg.norm(effects, axis=1), _std(moved[:n][is_same[:n]])
+    worst = reach * np.abs(effects).sum(axis=1), _largest(moved[n:])
+    by_suffix: dict[str, tuple[tuple[str, ...], np.ndarray]] = {
+        "std": (("estimate",), np.stack(std, axis=1)),
+        "worst": (("estimate",), np.stack(worst, axis=1)),
+        "sensitivity": (("parameter",), slopes),
+        "contribution": (("parameter",), contribution),
+        "deviation": (("parameter", "side"), alone.transpose(2, 0, 1)),
     }
     share, low, high = shares(np.array([(~is_same[:n]).sum()]), n)
     counts = {"share": share[0], "low": low[0], "high": high[0], "corners": (~is_same[n:]).mean()}
     variables: Variables = {
         f"law_change_{name}": ((), np.array(value)) for name, value in counts.items()
     }
-    for suffix, values in by_suffix.items():
-        variables |= gathered(names, values, suffix, dims[suffix])
+    for suffix, (dims, values) in by_suffix.items():
+        variables |= gathered(names, values, suffix, dims)
     return variables
 
 

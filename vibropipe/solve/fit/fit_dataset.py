@@ -140,10 +140,7 @@ def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray)
     known = determined(slopes, spread, best, low, high)
     scale = spread * float(np.mean((data.weights * quality.noise) ** 2))
     twins = find_twins(model, search, low, high, slopes / np.sqrt(spread), scale)
-    parameters = {
-        **model.exciter.stated(),
-        **dict(zip(found, best.tolist(), strict=True)),
-    }
+    parameters = model.exciter.stated() | dict(zip(found, best.tolist(), strict=True))
     numbers = model.exciter.numbers()._asdict()
     tied = model.ties.values({**numbers, **parameters, **data.over})
     along = {name: values for name, values in tied.items() if np.ndim(values)}
@@ -162,37 +159,29 @@ def fit_dataset(model: Model, search: Search, low: np.ndarray, high: np.ndarray)
         variables |= {f"{n}_{suffix}": ((), value) for n, value in zip(found, column, strict=True)}
     if isinstance(model, RecordModel):
         fitted = np.where(model.record.is_clipped, np.nan, fitted)
-    for suffix, values in (
-        ("measured", data.values),
-        ("fitted", fitted),
-        ("noise", quality.noise),
-    ):
+    over = {**data.over, **along}
+    by_suffix = {"measured": data.values, "fitted": fitted, "noise": quality.noise}
+    for suffix, values in by_suffix.items():
         variables |= _by_quantity(data.names or [Named(CURVE, CURVE)], values, suffix)
-    coords: dict[str, Any] = {
-        name: ((), value)
-        for name, value in parameters.items()
-        if name not in {**data.over, **along}
-    }
+    coords: dict[str, Any] = {n: ((), v) for n, v in parameters.items() if n not in over}
     if fit is not None and isinstance(model, RecordModel):
         variables |= _sensors(model, fit)
         coords["phase"] = ("measurement", fit.phase)
-    coords |= {name: ("measurement", values) for name, values in {**data.over, **along}.items()}
+    coords |= {name: ("measurement", values) for name, values in over.items()}
     if len(twins.points):
         variables |= {
             f"{name}_twin": (("twin",), column)
             for name, column in zip(found, twins.points.T, strict=True)
         }
-        variables |= {
-            "twin_kind": (("twin",), twins.kinds),
-            "twin_excess": (("twin",), twins.excess),
-        }
+        variables["twin_kind"] = (("twin",), twins.kinds)
+        variables["twin_excess"] = (("twin",), twins.excess)
         coords["twin"] = np.arange(1, len(twins.points) + 1)
     labelled = [(dims, np.shape(values)) for dims, values in variables.values()]
     sizes = {dim: n for dims, shape in labelled for dim, n in zip(dims, shape, strict=True)}
     coords |= {dim: np.arange(1, size + 1) for dim, size in sizes.items() if dim in SIZES}
     coords |= {"parameter": found, "other_parameter": found}
     coords["direction_of_fit"] = np.arange(1, len(found) + 1)
-    values = {**vars(model.exciter), **parameters, **data.over, **along}
+    values = {**vars(model.exciter), **parameters, **over}
     effects = all_effect_names(values, pieces=True, housing=True)
     start = start_text(values, model.x0, model.v0)
     attrs = origin_attrs(effects, start) | {"noise": "given" if data.has_noise else "estimated"}
@@ -217,15 +206,9 @@ def fit_quality(model: Model, best: np.ndarray, fitted: np.ndarray, fit: RowFit 
     freedom = max(misfits[kept].size - n_found, 1)
     offsets, by_phase = np.nan_to_num(fit.offsets), np.argsort(fit.phase[kept], kind="stable")
     # A wrong orbit leaves what has a memory over the phase, a transient or a drift what has one over time.
+    measured, found = data.values[kept] - offsets, fitted[kept] - offsets
     qualities = [
-        quality_of(
-            data.values[kept] - offsets,
-            fitted[kept] - offsets,
-            misfits[kept],
-            freedom,
-            order,
-            given,
-        )
+        quality_of(measured, found, misfits[kept], freedom, order, given)
         for order in (by_phase, np.arange(by_phase.size))
     ]
     return max(qualities, key=lambda each: each.chi)

@@ -28,7 +28,6 @@ from vibropipe.solve.fit.measured_table import (
 from vibropipe.solve.fit.record import (
     UNKNOWN,
     Record,
-    is_record,
     read_record,
 )
 from vibropipe.solve.fit.record_frequency import (
@@ -42,6 +41,7 @@ from vibropipe.solve.rows.named import named
 from vibropipe.solve.with_units import are_with_units
 from vibropipe.words.designs import DESIGN_SAMPLES, FitResult
 from vibropipe.words.records import POSITIVE
+from vibropipe.words.sensors import TAU
 from vibropipe.words.spelling import did_you_mean
 
 if TYPE_CHECKING:
@@ -204,7 +204,11 @@ def _identify(
     for line in set(zip(*(values.tolist() for values in over.values()), strict=True)):
         replace(start, **dict(zip(over, line, strict=True))).check_start(x0, v0)
     if isinstance(data, Record):
-        return _of_record(exciter, data, ranges, x0, v0, samples, ties, p)
+        found = _searched(_models_of(exciter, data, ranges, x0, v0, ties), samples)
+        if found is None:
+            must = f"must hold the frequency of the record, {frequency_text(data.line.nu, p)}"
+            raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
+        return found
     low, high = np.array(list(ranges.values())).T
     model = Model(start, data, [*ranges], x0, v0, np.zeros(1), high - low, ties)
     model = with_absent(model, low, high)
@@ -244,35 +248,11 @@ def _search(model: Model, low: np.ndarray, high: np.ndarray, samples: int) -> Se
 
 
 def _fitted(model: Model, low: np.ndarray, high: np.ndarray, found: Search) -> xr.Dataset:
-    """Return the fit of a search whose best values keep tied parameters in range."""
-    _check_tied(model, found.best)
-    return fit_dataset(model, found, low, high)
-
-
-def _check_tied(model: Model, best: np.ndarray) -> None:
-    """Raise a ParameterError if a tied parameter is out of its range at values (k,) of those found."""
+    """Return the fit of a search, or raise a ParameterError if its best values put a tied parameter out of range."""
     over = {n: values for n, values in model.data.over.items() if n in Parameters._fields}
-    found = dict(zip(model.found, best.tolist(), strict=True))
-    model.ties.checked({**model.exciter.numbers()._asdict(), **over, **found})
-
-
-def _of_record(
-    exciter: Exciter,
-    record: Record,
-    ranges: Mapping[str, tuple[float, float]],
-    x0: float | None,
-    v0: float,
-    samples: int,
-    ties: Ties,
-    p: float | None,
-) -> xr.Dataset:
-    """Return the parameters that explain a record; where none do, those with another line as the forcing frequency."""
-    models = _models_of(exciter, record, ranges, x0, v0, ties)
-    found = _searched(models, samples)
-    if found is None:
-        must = f"must hold the frequency of the record, {frequency_text(record.line.nu, p)}"
-        raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
-    return found
+    best = dict(zip(model.found, found.best.tolist(), strict=True))
+    model.ties.checked({**model.exciter.numbers()._asdict(), **over, **best})
+    return fit_dataset(model, found, low, high)
 
 
 def _models_of(
@@ -319,7 +299,7 @@ def read_table(
     ties : a record is read with the tied parameters at the lower ends of the ranges
     """
     table = {name: column.values for name, column in columns_of(measured).items()}
-    if is_record(table):
+    if TAU in table:  # a record
         ties = ties or Ties()
         if "nu" in ties.expressions:
             must = "must be left out beside a record, in which the frequency is found"

@@ -144,17 +144,12 @@ def plain_table(
         if is_number or is_strange:
             plain[name] = _of_phase(name, column)
             continue
-        dimension = (
-            PHYSICAL[name].dimension
-            if name in PHYSICAL
-            else RECORD[name]
-            if name in RECORD
-            else named(name, "measured").dimension
-        )
-        si = column.values * _factor(name, column.unit, dimension)
         if name in PHYSICAL:
+            si = column.values * _factor(name, column.unit, PHYSICAL[name].dimension)
             plain[plain_name(name)] = np.asarray(plain_values(exciter, name, si))
         else:
+            dimension = RECORD[name] if name in RECORD else named(name, "measured").dimension
+            si = column.values * _factor(name, column.unit, dimension)
             plain[TAU if name == TIME else name] = si / factors.get(dimension, 1.0)
     return plain
 
@@ -171,12 +166,9 @@ def _check_ranges(columns: Mapping[str, Column], with_units: bool) -> None:
 
 def _of_phase(name: str, column: Column) -> np.ndarray:
     """Return a column without units; of a phase with a unit, in forcing periods."""
-    angle = name == PHASE and column.unit
-    return (
-        column.values * _factor(name, column.unit, "angle") / (2 * np.pi)
-        if angle
-        else column.values
-    )
+    if name != PHASE or not column.unit:
+        return column.values
+    return column.values * _factor(name, column.unit, "angle") / (2 * np.pi)
 
 
 def _factor(name: str, unit: str, dimension: str) -> float:
@@ -212,10 +204,8 @@ def plain_arguments(exciter: Exciter, given: Mapping[str, Any]) -> dict[str, Any
         plain["noise"] = {}
         for name, value in given["noise"].items():
             dimension = RECORD[name] if name in RECORD else named(name, "noise").dimension
-            own_factor = factors.get(dimension, 1.0)
-            plain["noise"][name] = (
-                si_of_dimension(f"noise.{name}", value, dimension) / own_factor
-                if dimension
-                else value
-            )
+            plain["noise"][name] = value
+            if dimension:
+                si = si_of_dimension(f"noise.{name}", value, dimension)
+                plain["noise"][name] = si / factors.get(dimension, 1.0)
     return plain

@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -69,11 +68,6 @@ class Record:
     def finds_phase(self) -> bool:
         """Whether the phase of the force is found with the parameters."""
         return self.phase is None or self.phase_slack > 0.0
-
-
-def is_record(table: Mapping[str, Any]) -> bool:
-    """Return whether a table is a record over time."""
-    return TAU in table
 
 
 def read_record(

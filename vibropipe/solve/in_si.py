@@ -160,13 +160,11 @@ def sensitivities_in_si(
 
     parameter, factors = variables[PARAMETER], unit_factors(**numbers)
     names = np.asarray(parameter.values)
-    dimensions = [
-        quantity(str(name)).dimension if name in VOCABULARY else "" for name in names.ravel()
+    of_each = [
+        factors.get(quantity(str(name)).dimension if name in VOCABULARY else "", 1.0)
+        for name in names.ravel()
     ]
-    units = xr.Variable(
-        parameter.dims,
-        np.reshape([factors.get(dimension, 1.0) for dimension in dimensions], names.shape),
-    )
+    units = xr.Variable(parameter.dims, np.reshape(of_each, names.shape))
     masses = xr.Variable(parameter.dims, names == "M")
     if masses.any():
         # M falls where the ratio m/M rises: dM = -M^2/m d(m/M).
@@ -174,25 +172,23 @@ def sensitivities_in_si(
         units = xr.where(masses, slope, units)
     physical_names = [physical_name(str(name)) for name in names.ravel()]
     renamed = np.reshape(physical_names, names.shape)
-    changed = {PARAMETER: xr.Variable(parameter.dims, renamed, parameter.attrs)}
+    changed = {PARAMETER: xr.Variable(parameter.dims, renamed)}
     for name, variable in variables.items():
         if name.endswith(SENSITIVITY_SUFFIX):
             changed[name] = variable / units
-            changed[name].attrs = variable.attrs
         elif name.endswith("_deviation") and PARAMETER in variable.dims:
             # Parts whose ratio is lower have the greater mass.
             changed[name] = xr.where(masses, variable.isel(side=slice(None, None, -1)), variable)
             changed[name] = changed[name].transpose(*variable.dims)
-            changed[name].attrs = variable.attrs
     for name in OF_PARAMETERS & variables.keys():
         changed[name] = variables[name] * units
-        changed[name].attrs = variables[name].attrs
     covariance = variables.get("parameter_covariance")
     if covariance is not None:
         dims = ["other_parameter" if dim == PARAMETER else dim for dim in units.dims]
         other = xr.Variable(dims, units.data)
         changed["parameter_covariance"] = covariance * (units * other)
-        changed["parameter_covariance"].attrs = covariance.attrs
+    for name, variable in changed.items():
+        variable.attrs = variables[name].attrs
     return changed
 
 

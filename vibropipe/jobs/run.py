@@ -219,7 +219,8 @@ def read_run(
     files = {name: config.study_file(name) for name in config.studies}
     files |= {name: config.study_file(name) for name in _named_studies(config, named, arguments)}
     places = tuple(
-        (name, str(file), file.resolve(), _time_of(file)) for name, file in files.items()
+        (name, str(file), file.resolve(), file.stat().st_mtime_ns if file.is_file() else 0)
+        for name, file in files.items()
     )
     studies, plans = _read(places, os.environ.get(SHARD_VARIABLE))
     return Run(config.results, files, studies, plans, tuple(config.studies), named)
@@ -236,10 +237,6 @@ def _read(
         for name, study in studies.items()
     }
     return studies, plans
-
-
-def _time_of(file: Path) -> int:
-    return file.stat().st_mtime_ns if file.is_file() else 0
 
 
 def _config(config_file: str | None, settings: Mapping[str, Any]) -> Config:

@@ -52,7 +52,8 @@ def draw_motions(figure: Figure, dataset: xr.Dataset, bottom: float, across: boo
     if not drawn:
         return
     motions = [motion for _, motion in drawn if motion is not None]
-    periods, limits = periods_of(motions), limits_of(motions)
+    longest = max((int(motion.row["period_multiple"]) for motion in motions), default=1)
+    periods, limits = min(max(longest, LEAST_PERIODS), MOST_PERIODS), limits_of(motions)
     words = [
         textwrap.wrap(text, LETTERS)[:2] for text in motion_texts(dataset, [n for n, _ in drawn])
     ]
@@ -130,12 +131,6 @@ def row_motion(dataset: xr.Dataset, index: int) -> Motion | None:
     needed = ("displacement_strobe", "velocity_strobe", "base_frequency", "period_multiple")
     names = [name for name in (*PARAMETERS, *PHYSICAL, *needed) if name in row.variables]
     return motion_of(row[names])
-
-
-def periods_of(motions: Sequence[Motion]) -> int:
-    """Return how many forcing periods are drawn: the longest orbit, within limits."""
-    longest = max((int(motion.row["period_multiple"]) for motion in motions), default=1)
-    return min(max(longest, LEAST_PERIODS), MOST_PERIODS)
 
 
 def limits_of(motions: Sequence[Motion]) -> tuple[float, float]:

@@ -247,8 +247,9 @@ def plan(scene: MotionScene) -> Work:
         stored += scene.samples_per_period * recorded * 8 * (6 if steps else 4)
     if OF_ORBIT & set(scene.outputs):
         stored += steady_bytes(scene.outputs, scene.harmonics, effects=scene.all_effects())
+    (end,), unit = stored_values(scene, "tau", [scene.tau_end])
     return Work(
-        size=_length_text(scene),
+        size=f"{scene.as_written('tau')} {end}{unit}",
         rows=1,
         method=_method(scene),
         outputs=tuple(scene.outputs),
@@ -256,11 +257,6 @@ def plan(scene: MotionScene) -> Work:
         + proof_seconds(scene.prove),
         bytes=stored,
     )
-
-
-def _length_text(scene: MotionScene) -> str:
-    (end,), unit = stored_values(scene, "tau", [scene.tau_end])
-    return f"{scene.as_written('tau')} {end}{unit}"
 
 
 def _method(scene: MotionScene) -> str:

@@ -115,11 +115,6 @@ def _contracts(
         return False
     # The size of the ring itself also where it is cut off by a support.
     size = math.sqrt(ring[0] @ norm @ ring[0])
-    rest = images - point - ring_images(jacobian, states - point)
+    rest = images - point - (states - point) @ jacobian.T
     deviation = np.sqrt(np.einsum("ni,ij,nj->n", rest, norm, rest))
     return bool((deviation <= 0.5 * (1.0 - factor) * size).all())
-
-
-def ring_images(jacobian: np.ndarray, offsets: np.ndarray) -> np.ndarray:
-    """Return the images of offsets (n, 2) under the linear part of the map."""
-    return offsets @ jacobian.T

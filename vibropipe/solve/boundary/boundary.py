@@ -152,8 +152,10 @@ def boundary(
     if isinstance(along, Mapping | set | frozenset):
         must = 'must be two names in their order, such as ("nu", "f"); their ranges are those of within'
         raise ParameterError("along", along, must=must)
+    listed = of if isinstance(of, (list, tuple)) else [of]
+    wanted_levels = [each for each in listed if isinstance(each, Mapping)]
     if isinstance(along, (list, tuple)) and are_with_units(
-        exciter, dict.fromkeys(along), within, *_levels_in(of)
+        exciter, dict.fromkeys(along), within, *wanted_levels
     ):
         dataset = boundary(
             exciter,
@@ -205,12 +207,6 @@ def boundary(
         remedy = "Choose a smaller box, or fewer kinds of bifurcation."
         warnings.warn(f"{dataset.attrs['incomplete']}. {remedy}", UnsolvedWarning, stacklevel=3)
     return dataset
-
-
-def _levels_in(of: Any) -> list[Mapping[str, Any]]:
-    """Return the mappings of quantities to values in what is sought."""
-    listed = of if isinstance(of, (list, tuple)) else [of]
-    return [each for each in listed if isinstance(each, Mapping)]
 
 
 def _check_along(along: tuple[str, str], ties: Ties) -> tuple[str, str]:

@@ -16,7 +16,6 @@ from vibropipe.orbits.law.marching import Marcher
 from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.boundary.boundary_of_pieces import label_points
-from vibropipe.solve.boundary.sought import levels_text
 from vibropipe.solve.branch.branch_dataset import solve_orbits
 from vibropipe.solve.branch.branch_of_pieces import solve_sections
 from vibropipe.solve.design.goals import Bound
@@ -115,7 +114,7 @@ def boundary_dataset(
     if box.tied is not None:
         attrs |= box.tied.ties.attrs
     if levels:
-        attrs["levels"] = levels_text(levels)
+        attrs["levels"] = "; ".join(level.text for level in levels)
     if law is not None:
         attrs["law"] = f"({law[0]}; {law[1]}, {law[2]})"
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)

@@ -63,8 +63,3 @@ def check_levels(values: Mapping[str, Any], levels: Sequence[Bound]) -> None:
     values : of the exciter, of parameters that vary the largest
     """
     check_presence(values, Goals(tuple(levels), ()))
-
-
-def levels_text(levels: Sequence[Bound]) -> str:
-    """Return levels as the attribute of a dataset has them."""
-    return "; ".join(level.text for level in levels)

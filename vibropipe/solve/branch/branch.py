@@ -227,7 +227,7 @@ def branch(
     sigma = check_place_tolerance(exciter, along, tolerance, outputs, tied)
     start = steady_state(exciter, x0, v, harmonics=1)
     values = {name: np.array([value]) for name, value in exciter.numbers()._asdict().items()}
-    follow = along, _direction(signs)
+    follow = along, "both" if len(signs) > 1 else "up" if signs[0] > 0 else "down"
     effects = problem.effects
     reached = {**values, **ends_of(problem)}
     attrs = origin_attrs(effect_names(effects, reached), start_text(values, x0, v), follow=follow)
@@ -258,11 +258,6 @@ def ends_of(problem: Problem) -> dict[str, np.ndarray]:
     ends = [exciter_at(problem, value)._asdict() for value in (problem.low, problem.high)]
     names = [name for name in problem.varied if name in PARAMETERS]
     return {name: np.array([end[name] for end in ends]) for name in names}
-
-
-def _direction(signs: tuple[float, ...]) -> str:
-    """Return the directions in which a parameter is followed as a word."""
-    return "both" if len(signs) > 1 else "up" if signs[0] > 0 else "down"
 
 
 def _branch_of_law(

@@ -19,7 +19,6 @@ from vibropipe.orbits.branches.following import Branch
 from vibropipe.orbits.branches.symmetry import whole_orbit
 from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.orbits.law.curve import NO_TOUCH
-from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.tied import Tied
@@ -164,15 +163,10 @@ def _slope(branch: Branch, event: Event, orbit: Grazing, name: str) -> float:
     else:
         curve = branch.points[event.point].curve
         scales, marcher = curve.scales, curve.marcher
-    boundary = LawBoundary(
-        box, KINDS[event.kind], _contiguous(orbit.law), orbit.touch, scales, marcher
-    )
+    # codes that kernels can read
+    law = orbit.law._replace(codes=np.ascontiguousarray(orbit.law.codes))
+    boundary = LawBoundary(box, KINDS[event.kind], law, orbit.touch, scales, marcher)
     return boundary.slope_at(np.concatenate([orbit.u.T.ravel(), ends]))
-
-
-def _contiguous(law: Law) -> Law:
-    """Return a law whose codes kernels can read."""
-    return law._replace(codes=np.ascontiguousarray(law.codes))
 
 
 # A motion is followed to this multiple of the parameter or to the share of it; an offset by l.

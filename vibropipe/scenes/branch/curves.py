@@ -1,4 +1,7 @@
-"""Branches along a parameter: stable orbits as solid lines, unstable ones dashed, bifurcations as marks."""
+"""Branches along a parameter: stable orbits as solid lines, unstable ones dashed, bifurcations as marks.
+
+What `vp.motor` returns has no branch: the speeds of a motor and its jumps.
+"""
 
 from __future__ import annotations
 
@@ -12,6 +15,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import (
+    arrow,
     axes,
     jump,
     legend_above,
@@ -20,7 +24,7 @@ from vibropipe.figures.canvas import (
     panel,
 )
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
-from vibropipe.figures.text import axis_label, parameter_line
+from vibropipe.figures.text import axis_label, in_brackets, parameter_line
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.lines import (
     Panel,
@@ -42,6 +46,7 @@ from vibropipe.scenes.branch.stretches import (
 )
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import held_name
 
 LEFT, WIDTH, LOW, TOP, BETWEEN = 1.3, 14.4, 1.05, 0.4, 0.75  # cm
 PANELS_CM, LEAST_CM, MOST_CM = 9.0, 2.6, 7.2  # of all panels; of one
@@ -58,6 +63,13 @@ TICKS = 0.3  # cm for the ticks of every panel, where one is enlarged
 PLAIN_FLIPS = 3  # of a cascade, that the whole range tells apart
 UNSTABLE_MULTIPLES = 2  # of the shortest period: unstable orbits of a cascade that are drawn
 FREE_STYLE: dict[str, Any] = {"color": GREY, "alpha": 0.45, "linewidth": 4, "zorder": 0}
+# Of the speeds of a motor: a panel in cm, marks of a speed and of one that is lost.
+HIGH, ABOVE = 3.6, 0.9
+SPEED: dict[str, Any] = {
+    "marker": "o", "markersize": 6, "linestyle": "none", "markeredgecolor": INK,
+}  # fmt: skip
+KEPT = {1: ("speed that is kept", INK), 0: ("not kept", "white")}
+BAR: dict[str, Any] = {"marker": "|", "markersize": 9, "color": INK, "linestyle": "none"}
 
 
 def draw_branches(
@@ -248,3 +260,39 @@ def handles_of(dataset: xr.Dataset, backbone: xr.Dataset | None) -> list[Line2D]
     if backbone is not None:
         handles.append(Line2D([], [], **FREE_STYLE, label="free motion"))
     return handles
+
+
+def draw_speeds(dataset: xr.Dataset) -> Figure:
+    """Draw the torque at each speed where motor and load have the same, and the torque added at each jump."""
+    note, speeds = parameter_line(dataset), dataset[held_name(dataset, "nu")]
+    has_jumps = bool(dataset.sizes["jump"])
+    figure = noted_canvas(LOW + HIGH + ABOVE + TOP + has_jumps * (HIGH + ABOVE), note, LEFT)
+    top = axes(figure, LEFT, LOW + has_jumps * (HIGH + ABOVE), WIDTH, HIGH)
+    is_kept, handles = dataset["speed_is_stable"].values, []
+    for kept, (text, colour) in KEPT.items():
+        own = is_kept == kept
+        if own.any():
+            torques = dataset["motor_torque"].values[own]
+            top.plot(speeds.values[own], torques, markerfacecolor=colour, **SPEED)
+            handles.append(Line2D([], [], markerfacecolor=colour, label=text, **SPEED))
+    title = in_brackets("torque of load and motor", dataset["motor_torque"])
+    panel(top, "a" if has_jumps else "", title, indent=-1.1)
+    last = top
+    if has_jumps:
+        last = axes(figure, LEFT, LOW, WIDTH, HIGH, sharex=top)
+        lost, reached = (dataset[f"jump_{way}{speeds.name}"].values for way in ("", "to_"))
+        added = dataset["jump_torque"].values
+        last.plot(lost, added, **BAR)
+        last.plot(reached, added, linestyle="none")  # the axes hold the ends of the arrows
+        for n in np.flatnonzero(np.isfinite(reached)):
+            arrow(
+                last, (lost[n], added[n]), (reached[n], added[n]), linestyle=(0, (2, 1.2)), lw=0.8
+            )
+        panel(last, "b", in_brackets("torque added at a jump", dataset["jump_torque"]), indent=-1.1)
+        handles.append(Line2D([], [], label="speed that is lost", **BAR))
+        top.tick_params(labelbottom=False)
+    for ax in {top, last}:
+        ax.margins(0.08, 0.15)
+    last.set_xlabel(axis_label(speeds))
+    legend_above(figure, handles, LEFT)
+    return figure

@@ -34,11 +34,11 @@ from vibropipe.scenes.branch.curves import (
     WIDTH,
     colours_of,
     draw_pieces,
+    draw_speeds,
     stabilities,
 )
 from vibropipe.scenes.branch.lines import followed, has_points, pieces_of, swept
 from vibropipe.scenes.branch.names import line_names, write_names
-from vibropipe.scenes.branch.speeds import draw_speeds
 from vibropipe.store.table import is_neutral
 
 HIGH = 6.5  # cm

@@ -57,11 +57,8 @@ def side_of(datasets: Datasets) -> Side:
         if any(name in data and shows_cycles(data[name]) for data in datasets.values()):
             symbol += CYCLES
         if is_pair:
-            symbol, words = (
-                f"{symbol}, {LETTERS.get(twin, twin)}",
-                words.partition(" of support")[0],
-            )
-            words = words if name == "R1" else f"{words} of the supports"
+            symbol += f", {LETTERS.get(twin, twin)}"
+            words = words.partition(" of support")[0] + " of the supports" * (name != "R1")
         rows.append(Row(symbol, text, words))
     return Side(rows)
 

@@ -19,7 +19,6 @@ from vibropipe.report.parts import MAX_ANSWERS, Answer
 from vibropipe.scenes.certificate_page import proof_answer
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import (
-    NO_ORBIT,
     border_text,
     doubling_answer,
     is_followed,
@@ -28,10 +27,12 @@ from vibropipe.scenes.sweep.neighbours import (
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
 from vibropipe.scenes.sweep.quantities import (
+    Series,
     combinations,
     directions,
     is_from_rest,
     is_map,
+    of_orbits,
     strikes,
     swept,
 )
@@ -103,11 +104,6 @@ def lines_of(dataset: xr.Dataset, *names: str) -> Iterator[tuple[str, xr.Dataset
         yield point_text(line["regime"], others), line
 
 
-def of_orbits(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return a quantity of the rows with an orbit; NaN in the others."""
-    return dataset[name].where(dataset["regime"] < NO_ORBIT)
-
-
 def fills_answer(dataset: xr.Dataset) -> Answer:
     """Return how the mass moves most often on a map, with the shares of the first two ways."""
     _, regions = regions_of(dataset)
@@ -127,12 +123,12 @@ def fills_answer(dataset: xr.Dataset) -> Answer:
 def hardest_answer(dataset: xr.Dataset) -> Answer | None:
     """Return the largest force of a soft support, else the hardest impact of an orbit, and the harder one of chaos."""
     name, words = "support_force_max", "largest force on a soft support"
-    top = largest(of_orbits(dataset, name)) if name in dataset else None
+    top = largest(of_orbits(dataset, Series(name))) if name in dataset else None
     if top is None:
         name, words = "impact_velocity_max", "hardest impact of an orbit"
         if name not in dataset:
             return None
-        top = largest(of_orbits(dataset, name))
+        top = largest(of_orbits(dataset, Series(name)))
     if top is None or not float(top):
         struck, known = largest(dataset[name]), dataset["regime"] < Regime.UNBOUNDED
         if not bool(known.any()) or (struck is not None and float(struck)):
@@ -143,7 +139,7 @@ def hardest_answer(dataset: xr.Dataset) -> Answer | None:
         return Answer(
             "No support is struck." if whole else "No row with a result strikes a support."
         )
-    values = of_orbits(dataset, name)
+    values = of_orbits(dataset, Series(name))
     support, where = int(top["support"]), ""
     alike = abs(values) >= abs(float(top)) * (1.0 - 1e-9)
     place = f"support {support}"
@@ -231,13 +227,13 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     """Return the largest mean displacement of the orbits and its row; none if it is rounding."""
     if "displacement_mean" not in dataset:
         return None
-    mean = of_orbits(dataset, "displacement_mean")
+    mean = of_orbits(dataset, Series("displacement_mean"))
     top = largest(mean)
     if top is None:
         return None
     scale = None
     if "displacement_amplitude" in dataset:
-        scale = largest(of_orbits(dataset, "displacement_amplitude").isel(harmonic=0))
+        scale = largest(of_orbits(dataset, Series("displacement_amplitude", "harmonic", 0)))
     if scale is not None and abs(float(top)) <= 1e-9 * abs(float(scale)):
         return Answer("The mean displacement of every orbit is zero.")
     rises = rising_text(mean, top, dataset["regime"].dims)
@@ -295,7 +291,8 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
     if not number:
         return Answer(f"No row{solved} along {symbol} has impacts.")
     rest = "" if possible.any(axis=1).all() else "Some lines have none."
-    start = f"{followed_text(dataset)}, impacts" if is_followed(dataset) else "Impacts"
+    ways = " and ".join(f"{way}wards" for way in directions(dataset))
+    start = f"Followed {ways}, impacts" if is_followed(dataset) else "Impacts"
     start = "From rest, impacts" if is_from_rest(dataset) else start
     # Between two rows without impacts none is known.
     if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
@@ -307,12 +304,6 @@ def impacts_answer(dataset: xr.Dataset) -> Answer:
         ends = f"up to both ends of the range of {symbol}, but not in all rows"
         where = ends if reach else f"in some rows along {symbol}"
     return Answer(f"{start} occur {where}.", rest)
-
-
-def followed_text(dataset: xr.Dataset) -> str:
-    """Write in which direction rows are followed: `Followed downwards`."""
-    ways = [f"{way}wards" for way in directions(dataset)]
-    return f"Followed {' and '.join(ways)}"
 
 
 def jumps_answer(dataset: xr.Dataset) -> Answer | None:

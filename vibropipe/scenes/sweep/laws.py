@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from vibropipe.figures.motion_words import orbit_text
 from vibropipe.figures.palette import PROOF_STYLES, REGIME_STYLES, RegimeStyle, shaded
 from vibropipe.figures.text import REGIME_TEXT, regime_name, times
-from vibropipe.scenes.sweep.quantities import PERIODIC_BELOW
 from vibropipe.words.regimes import Regime
 
 # Code of orbits that strike both supports, but not each of them once a forcing period.
@@ -130,7 +129,7 @@ def laws_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Law]]:
 def orbit_numbers(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray, xr.DataArray]:
     """Return m, p1 and p2 of each row as integers; 0 where no orbit was found or it sticks to a support."""
     regime = dataset["regime"]
-    whole = (regime < PERIODIC_BELOW) & (regime != Regime.WITH_REST)
+    whole = (regime < Regime.APERIODIC) & (regime != Regime.WITH_REST)
     multiple = dataset.get("period_multiple", xr.ones_like(regime)).astype(np.int64)
     if "impacts_per_orbit" in dataset:
         per_orbit = dataset["impacts_per_orbit"]

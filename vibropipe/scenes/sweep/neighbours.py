@@ -41,7 +41,6 @@ ABSENT = dict.fromkeys(("h", "delta", "load", "f2", "friction", "shaker"), 0.0) 
 # impacts do not jump.
 JUMP_SHARE, JUMP_FACTOR, MAX_BESIDE = 0.1, 5.0, 3
 MIN_DOUBLINGS = 2  # of the period, that are told as a way to chaos
-NO_ORBIT = Regime.APERIODIC  # regimes from here on have no orbit
 
 
 @dataclass(frozen=True)
@@ -61,7 +60,7 @@ def jumps_of(line: xr.Dataset, axis: str) -> list[Jump]:
     regime, values = line["regime"].values, line[axis].values
     # Beside a mass that lies on a support for good, too, a jump cannot be told from motions that die out.
     moves = (regime == Regime.NO_IMPACT) | strikes(line).values
-    amplitude = np.where(moves & (regime < NO_ORBIT), amplitude, np.nan)
+    amplitude = np.where(moves & (regime < Regime.APERIODIC), amplitude, np.nan)
     return [
         Jump(float(values[n]), float(values[n + 1]), abs(float(amplitude[n + 1] - amplitude[n])))
         for n in jump_steps(values, amplitude, regime)
@@ -255,8 +254,8 @@ def doublings_of(dataset: xr.Dataset, axis: str) -> Doublings | None:
     for falls in (False, True):
         line = dataset.sortby(axis, ascending=not falls)
         regime, values = line["regime"].values, line[axis].values
-        known = np.flatnonzero(regime <= NO_ORBIT)
-        multiples = np.where(regime < NO_ORBIT, line["period_multiple"].values, 0)[known]
+        known = np.flatnonzero(regime <= Regime.APERIODIC)
+        multiples = np.where(regime < Regime.APERIODIC, line["period_multiple"].values, 0)[known]
         runs: list[tuple[int, float, float]] = []  # period, first and last value
         for m, found in groupby(
             zip(multiples.tolist(), values[known].tolist(), strict=True), key=itemgetter(0)

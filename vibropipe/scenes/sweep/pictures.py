@@ -126,8 +126,7 @@ def draw_portraits(dataset: xr.Dataset) -> Figure:
     struck: set[int] = set()
 
     def draw(ax: Axes, row: xr.Dataset) -> None:
-        impacts = orbit_impacts(row)
-        impacts = impacts.within(0.0, 1.0)
+        impacts = orbit_impacts(row).within(0.0, 1.0)
         time, x, v = (row[name].values for name in ("phase", "displacement", "velocity"))
         if int(row.get("period_multiple", xr.DataArray(1))) > 0:  # a closed curve
             time, x, v = np.append(time, 1.0), np.append(x, x[0]), np.append(v, v[0])

@@ -8,15 +8,16 @@ from vibropipe.figures.claims import rising_text
 from vibropipe.figures.motion_words import way_of
 from vibropipe.report.findings import largest, point_text, value_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.sweep.neighbours import NO_ORBIT, is_followed
+from vibropipe.scenes.sweep.neighbours import is_followed
 from vibropipe.scenes.sweep.quantities import is_from_rest
+from vibropipe.words.regimes import Regime
 
 DIGITS = 3
 
 
 def fastest(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray | None, xr.DataArray | None]:
     """Return the mean velocities of the housing in orbits, the largest of them, and the largest velocity of any."""
-    is_orbit = dataset["regime"] < NO_ORBIT
+    is_orbit = dataset["regime"] < Regime.APERIODIC
     mean = dataset["housing_velocity_mean"].where(is_orbit)
     return mean, largest(mean), largest(dataset["housing_velocity_max"].where(is_orbit))
 

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import itertools
 import re
 from collections.abc import Collection
 from dataclasses import dataclass
@@ -16,11 +17,9 @@ from vibropipe.figures.text import ORDINALS, axis_label, in_brackets, symbol_of
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.words.quantities import REGIMES
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import ENERGIES, STEADY, drawn_by
 
-PERIODIC_BELOW = REGIMES["aperiodic"]  # regimes from here on have no orbit
 DEFAULT_SHOW = (
     "housing_velocity_mean",
     "displacement_amplitude",
@@ -265,7 +264,7 @@ def _fitted(texts: list[str], array: xr.DataArray, width_cm: float) -> str:
 
 def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
     """Return a mask of the points by kind of mark; each point is in exactly one mask."""
-    orbit = row["regime"].values < PERIODIC_BELOW
+    orbit = row["regime"].values < Regime.APERIODIC
     stable = ~is_unstable(row) if "stable" in row else np.ones_like(orbit)
     multiple = np.zeros_like(orbit)
     if "period_multiple" in row:
@@ -280,10 +279,8 @@ def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
 
 def combinations(dataset: xr.Dataset, dims: list[str]) -> list[dict[str, int]]:
     """Return the indices of all combinations of values of some dimensions; one empty mapping without any."""
-    found: list[dict[str, int]] = [{}]
-    for dim in dims:
-        found = [{**one, dim: n} for one in found for n in range(dataset.sizes[dim])]
-    return found
+    indices = itertools.product(*(range(dataset.sizes[dim]) for dim in dims))
+    return [dict(zip(dims, at, strict=True)) for at in indices]
 
 
 def evenly(items: list[dict[str, int]], most: int) -> list[dict[str, int]]:

@@ -18,12 +18,18 @@ from vibropipe.scenes.sweep.answers import (
     axis_of,
     lines_of,
     n_lines,
-    of_orbits,
     sweep_answers,
 )
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import Doublings, differing_rows, doublings_of, is_followed
-from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, is_map, is_shown, strikes
+from vibropipe.scenes.sweep.quantities import (
+    ENERGY_SHOW,
+    Series,
+    is_map,
+    is_shown,
+    of_orbits,
+    strikes,
+)
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series
@@ -103,13 +109,10 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
     """Return how the mass moves along a line, range by range; of many ranges, the longest ones."""
     axis = axis_of(dataset)
     has_velocity, has_period = "impact_velocity_max" in dataset, is_forced(dataset)
-    ((_, line),) = lines_of(
-        dataset.assign(region=regions_of(dataset)[0]), "region", "impact_velocity_max"
-    )
-    words = {region.code: region.words for region in regions_of(dataset)[1]}
-    multiple = (
-        line["period_multiple"].values if "period_multiple" in line else np.zeros(line.sizes[axis])
-    )
+    codes, regions = regions_of(dataset)
+    ((_, line),) = lines_of(dataset.assign(region=codes), "region", "impact_velocity_max")
+    words = {region.code: region.words for region in regions}
+    multiple = line.get("period_multiple", xr.zeros_like(line["region"])).values
     is_quiet = line["region"].values == Regime.NO_IMPACT
     # undamped motions repeat after many, or never
     quiet = 1 if (multiple[is_quiet] <= 1).all() else 0
@@ -117,18 +120,15 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         (int(code), int(m) if code != Regime.NO_IMPACT else quiet)
         for code, m in zip(line["region"].values, multiple, strict=True)
     ]
-    runs, first = [], 0
-    for key, found in groupby(keys):
-        last = first + len(list(found)) - 1
-        runs.append((key, first, last))
-        first = last + 1
-    kept = sorted(sorted(runs, key=lambda run: run[1] - run[2])[:MAX_ROWS], key=lambda run: run[1])
-    rows, spans = [], [ends_text(line[axis].values[[low, high]]) for _, low, high in kept]
-    for span, ((code, m), low, high) in zip(even_digits(spans), kept, strict=True):
+    runs = [(key, [*found]) for key, found in groupby(range(len(keys)), keys.__getitem__)]
+    kept = sorted(sorted(runs, key=lambda run: -len(run[1]))[:MAX_ROWS], key=lambda run: run[1])
+    spans = [ends_text(line[axis].values[[found[0], found[-1]]]) for _, found in kept]
+    rows = []
+    for span, ((code, m), found) in zip(even_digits(spans), kept, strict=True):
         cells = [span, words[code]]
         cells += [str(m) if m > 0 else DASH] if has_period else []
         if has_velocity:
-            cells.append(hardest_text(line.isel({axis: slice(low, high + 1)})))
+            cells.append(hardest_text(line.isel({axis: found})))
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
     note = f"First and last row of each range{longest}. {between_rows(dataset)}"
@@ -163,8 +163,7 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     axis = axis_of(dataset)
     has_velocity = "impact_velocity_max" in dataset
     if has_velocity:
-        velocity = dataset["impact_velocity_max"]
-        orbits = of_orbits(dataset, "impact_velocity_max").assign_attrs(velocity.attrs)
+        orbits = of_orbits(dataset, Series("impact_velocity_max"))
         dataset = dataset.assign(impact_velocity_max=orbits)
     rows = []
     for point, line in lines_of(dataset, "impact_velocity_max"):

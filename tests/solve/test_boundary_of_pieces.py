@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.orbits.boundaries import law_search as search
+from vibropipe.orbits.boundaries import search
 from vibropipe.words.bifurcations import Bifurcation, Meeting
 
 SOFT = vp.Exciter(l=0.5, h=0.1, nu=1.0, f=0.5, k1=50.0, k2=50.0, h1=1.0, h2=1.0)

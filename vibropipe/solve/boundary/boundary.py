@@ -9,7 +9,6 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.orbits.boundaries.curve import Box
-from vibropipe.orbits.boundaries.search import Settled, find_boundaries
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.tied import Tied
 from vibropipe.physics import limits
@@ -19,7 +18,7 @@ from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.stated import stated_names, ties_of_call
 from vibropipe.physics.ties import SAMPLES, Ties
 from vibropipe.solve.boundary.boundary_dataset import Quantities, boundary_dataset
-from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_pieces, values_of
+from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_rows
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_varied, check_whole, with_frequency
@@ -33,9 +32,6 @@ from vibropipe.words.status import UnsolvedWarning
 
 if TYPE_CHECKING:
     import xarray as xr
-
-# Orbits with more impacts are left out: towards chatter there are any number of them.
-MAX_IMPACTS = 24
 
 
 def boundary(
@@ -196,11 +192,7 @@ def boundary(
     rows = _settled(given, names, box, lines, tied)
     quantities = Quantities(Marcher(effects))
     sought = quantities.levels(levels, exciter.l)
-    if not effects.has_pieces:
-        orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
-        found = find_boundaries(box, orbits, kinds, sought)
-        return boundary_dataset(box, found, wanted, levels, quantities, names_of_effects)
-    curves, missing = boundaries_of_pieces(box, rows, kinds, effects, sought)
+    curves, missing = boundaries_of_rows(box, rows, kinds, sought)
     dataset = boundary_dataset(box, curves, wanted, levels, quantities, names_of_effects)
     if missing:
         dataset.attrs["incomplete"] = f"{len(curves)} curves are {missing}"
@@ -279,20 +271,3 @@ def _settled(
     options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
     options["row_work"] = limits.row_work(sum(grid.rows for grid in grids))
     return [solve_shard(grid, 0, grid.rows, **options) for grid in grids]
-
-
-def _orbits_of(rows: xr.Dataset, box: Box) -> list[Settled]:
-    """Return the orbits of solved rows of a box that can be followed by their impacts."""
-    multiples, sizes = rows["period_multiple"].values, rows["row_size"].values
-    rests = rows["rests_per_orbit"].sum("support").values
-    parameters = values_of(rows, box)
-    times = rows["impact_phase"].values + rows["impact_period"].values
-    velocities, supports = rows["impact_velocity"].values, rows["impact_support"].values
-    ends = np.cumsum(sizes)
-    orbits = []
-    for row in np.flatnonzero((multiples > 0) & (rests == 0) & (sizes <= MAX_IMPACTS)):
-        part = slice(ends[row] - sizes[row], ends[row])
-        u = np.concatenate([times[part], velocities[part]])
-        struck = supports[part].astype(np.int8)
-        orbits.append(Settled(parameters[:, row].copy(), int(multiples[row]), struck, u))
-    return orbits

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -11,14 +11,12 @@ import numpy as np
 from vibropipe.continuation.curve import Point
 from vibropipe.orbits.boundaries.curve import GRAZINGS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
-from vibropipe.orbits.boundaries.law_search import SettledPieces, find_boundaries_of_pieces
 from vibropipe.orbits.boundaries.level_curve import Level
-from vibropipe.orbits.boundaries.search import Boundary
+from vibropipe.orbits.boundaries.search import Boundary, Settled, find_boundaries, is_spent
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
-from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
 from vibropipe.solve.branch.branch_of_pieces import MIN_SIZE
@@ -28,33 +26,32 @@ from vibropipe.words.parameters import DEFAULTS
 if TYPE_CHECKING:
     import xarray as xr
 
+# Orbits with more impacts are left out: towards chatter there are any number of them.
+MAX_IMPACTS = 24
 L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
 
 
-def boundaries_of_pieces(
-    box: Box,
-    rows: list[xr.Dataset],
-    of: tuple[str, ...],
-    effects: Effects,
-    levels: Sequence[Level] = (),
+def boundaries_of_rows(
+    box: Box, rows: list[xr.Dataset], of: tuple[str, ...], levels: Sequence[Level] = ()
 ) -> tuple[list[Boundary], str]:
     """Return the boundaries that are reached from solved rows, and what may be missing, "" if nothing.
 
-    rows : steady states with their first harmonic, over `row`
+    rows : steady states with their first harmonic and impacts, over `row`
     of : kinds
-    effects : of all exciters of the box
     """
     orbits = [orbit for each in rows for orbit in _orbits_of(each, box)]
     n = sum(each.sizes["row"] for each in rows)
+    # An orbit of impacts alone has no rests.
+    effects = box.effects if box.effects.has_pieces else box.effects._replace(rest=None)
     marcher = Marcher(effects, MAX_CALL_WORK + 2 * START_WORK * n)
-    boundaries, is_complete = find_boundaries_of_pieces(box, orbits, of, marcher, levels)
-    if marcher.is_spent:
+    boundaries, is_complete = find_boundaries(box, orbits, of, marcher, levels)
+    if is_spent(marcher):
         return boundaries, "found in the steps of one call; there may be more"
     return boundaries, "" if is_complete else "followed, the most of one call; there are more"
 
 
-def _orbits_of(rows: xr.Dataset, box: Box) -> list[SettledPieces]:
-    """Return the orbits of solved rows of a box."""
+def _orbits_of(rows: xr.Dataset, box: Box) -> Iterator[Settled]:
+    """Yield the orbits of solved rows of a box; between rigid supports those that are followed by their impacts."""
     multiples, parameters = rows["period_multiple"].values, values_of(rows, box)
     x = rows["displacement_strobe"].values - parameters[LOAD]
     v = rows["velocity_strobe"].values
@@ -64,13 +61,21 @@ def _orbits_of(rows: xr.Dataset, box: Box) -> list[SettledPieces]:
     amplitude = rows["displacement_amplitude"].max("harmonic").values
     size = np.maximum(np.maximum(amplitude, np.abs(x)), MIN_SIZE * parameters[L])
     speed = np.maximum(parameters[0] * size, np.abs(v))
-    return [
-        SettledPieces(
+    sizes, rests = rows["row_size"].values, rows["rests_per_orbit"].sum("support").values
+    times = (rows["impact_phase"] + rows["impact_period"]).values
+    ends = np.cumsum(sizes)
+    for row in np.flatnonzero(multiples > 0):
+        struck = None
+        if not box.effects.has_pieces:
+            if rests[row] or sizes[row] > MAX_IMPACTS:
+                continue
+            part = slice(ends[row] - sizes[row], ends[row])
+            supports = rows["impact_support"].values[part].astype(np.int8)
+            struck = supports, np.append(times[part], rows["impact_velocity"].values[part])
+        yield Settled(
             parameters[:, row].copy(), int(multiples[row]), np.array([each[row] for each in states]),
-            float(size[row]), float(speed[row]),
-        )
-        for row in np.flatnonzero(multiples > 0)
-    ]  # fmt: skip
+            float(size[row]), float(speed[row]), struck,
+        )  # fmt: skip
 
 
 def values_of(rows: xr.Dataset, box: Box) -> np.ndarray:

@@ -23,7 +23,7 @@ from vibropipe.solve.basins import attractor_set, section_map
 from vibropipe.solve.basins.attractor_set import AttractorSet
 from vibropipe.solve.basins.attractors import scattered_starts
 from vibropipe.solve.basins.section_map import SectionMap
-from vibropipe.solve.boundary import boundary_of_pieces
+from vibropipe.solve.boundary import boundary_points
 from vibropipe.solve.branch import branch_of_pieces
 from vibropipe.solve.motion.run import MotionRequest, run_motion
 from vibropipe.solve.rows import many
@@ -156,7 +156,7 @@ def test_points_of_a_branch_that_the_work_does_not_suffice_for_have_a_status(
 
 
 def test_boundaries_whose_work_is_spent_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(boundary_of_pieces, "MAX_CALL_WORK", 10**6)
-    monkeypatch.setattr(boundary_of_pieces, "START_WORK", 0)
+    monkeypatch.setattr(boundary_points, "MAX_CALL_WORK", 10**6)
+    monkeypatch.setattr(boundary_points, "START_WORK", 0)
     with pytest.warns(vp.UnsolvedWarning, match="in the steps of one call"):
         vp.boundary(SOFT, "grazing", within=((0.8, 1.2), (0.6, 1.0)), lines=2)

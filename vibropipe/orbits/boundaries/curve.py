@@ -92,7 +92,7 @@ class BoundaryFollower(Follower):
             return "grazing_fold", ""
         if test == DOUBLING:
             return "grazing_pitchfork" if self.curve.sequence.mirrored else "grazing_flip", ""
-        name = self.curve.meeting_of(test, zero[1], step.new)
+        name = self.curve.meeting_of(test, zero[1])
         return name, name
 
     def marks_of_its_own(self, step: Step) -> list[Mark]:  # noqa: D102 - as Follower

@@ -179,7 +179,7 @@ class LawBoundary(LawZeros):
         change, sign = self._solve(np.zeros_like(self.system.blocks.rest), rows, np.eye(2)[0])
         return float(change[-2]) if sign != 0.0 else math.nan
 
-    def meeting_of(self, test: int, point: Point, beyond: Point) -> str:
+    def meeting_of(self, test: int, point: Point) -> str:
         """Return what a boundary meets where a margin is zero: a further touch of a support, or another change."""
         if test != SPEED:
             if int(point.tests[MARGIN]) == of.GAP:
@@ -197,7 +197,7 @@ class LawBoundary(LawZeros):
         if point.tests[SPEED] < NEAR_END:
             return TOUCHES[self.kind]
         if point.tests[GAP] < NEAR_END and self.touch[0] != of.ANY:
-            return self.meeting_of(GAP, point, point)
+            return self.meeting_of(GAP, point)
         half = halves_agree(self.sequence, point.u, self.weights, NEAR_HALVES)
         return f"degenerate_{half}" if half and self._may_halve(half) else ""
 

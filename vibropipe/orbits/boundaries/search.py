@@ -89,7 +89,9 @@ def find_boundaries(
                 if box.effects.has_pieces and len(boundaries) == MAX_BOUNDARIES:
                     return boundaries, False
                 found = follow_both_ways(*begun)
-                if isinstance(found.curve, LevelCurve) and not new_levels(found, boundaries):
+                # A level curve may have begun at an end of one, where that was not seen.
+                middle, is_level = len(found.points) // 2, isinstance(found.curve, LevelCurve)
+                if is_level and is_known(boundaries, found.curve, found.points[middle]):
                     continue
                 boundaries.append(found)
                 # At its end an orbit of impacts alone touches once more, which no other law continues.
@@ -194,12 +196,6 @@ def is_known(boundaries: Iterable[Boundary], curve: LawBoundary, point: Point) -
         and each.curve.passes(each.points, point)
         for each in boundaries
     )
-
-
-def new_levels(found: Boundary, others: Iterable[Boundary]) -> list[Boundary]:
-    """Return a level curve if it is none of some others: where it began at an end of one, that was not seen."""
-    is_again = found.curve.is_again(found.points[len(found.points) // 2], others)
-    return [] if is_again else [found]
 
 
 def follow_both_ways(curve: Any, point: Point) -> Boundary:

@@ -46,18 +46,17 @@ def begin(
         scales = Scales(p.l, p.l * p.nu)
         return begin_at(box, kind, law, u.ravel(), touch, values[box.along], scales, marcher)
     point = branch.points[event.point]
-    curve = point.curve
-    law, u, touch = curve.sequence, point.u, BY_LAW
+    law, u, touch = point.curve.sequence, point.u, BY_LAW
     ends = branch.problem.values_at(point.value)[box.along]
     if kind == GRAZINGS:
-        grazing = grazing_at(point._replace(curve=curve))
+        grazing = grazing_at(point)
         if grazing is None:
             return None
         law, u, touch = grazing.law, grazing.u.T.ravel(), grazing.touch
     elif event.reason == "doubled":
         law, u = halved(law, u, event.kind)
     u = u[: law.width * len(law.codes)]
-    return begin_at(box, kind, law, u, touch, ends, curve.scales, marcher)
+    return begin_at(box, kind, law, u, touch, ends, point.curve.scales, marcher)
 
 
 def linear_grazing(p: Any) -> Grazing:

@@ -18,7 +18,7 @@ from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.stated import stated_names, ties_of_call
 from vibropipe.physics.ties import SAMPLES, Ties
 from vibropipe.solve.boundary.boundary_dataset import Quantities, boundary_dataset
-from vibropipe.solve.boundary.boundary_of_pieces import boundaries_of_rows
+from vibropipe.solve.boundary.boundary_points import boundaries_of_rows
 from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_varied, check_whole, with_frequency

@@ -15,7 +15,7 @@ from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.physics.effects import NOT_COMPUTED
 from vibropipe.physics.exciter import Parameters
-from vibropipe.solve.boundary.boundary_of_pieces import label_points
+from vibropipe.solve.boundary.boundary_points import label_points
 from vibropipe.solve.branch.branch_dataset import solve_orbits
 from vibropipe.solve.branch.branch_of_pieces import solve_sections
 from vibropipe.solve.design.goals import Bound

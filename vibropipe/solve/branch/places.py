@@ -113,7 +113,7 @@ def _orbit_at(branch: Branch, event: Event) -> tuple[Grazing, Collection[str]] |
     point = branch.points[event.point]
     curve = point.curve
     if event.kind == "grazing":
-        grazing = grazing_at(point._replace(curve=curve))
+        grazing = grazing_at(point)
         if grazing is None:
             return None
         return grazing, ENDS_SYMMETRY if curve.sequence.mirrored else ()

@@ -49,12 +49,11 @@ def begins_or_ends(branch: Branch, seed: Seed) -> bool:
         return False
     if branch.curve is None or seed.curve is None or seed.point is None:
         return branch.curve is seed.curve
-    point = seed.point._replace(curve=seed.curve)
     ends = (branch.points[end] for end in (0, -1))
     return any(
         end.curve.sequence.key == seed.curve.sequence.key
         and abs(end.value - seed.value) <= reach
-        and phases_agree(end, point)
+        and phases_agree(end, seed.point)
         for end in ends
     )
 

@@ -13,6 +13,7 @@ from vibropipe.orbits.boundaries.curve import GRAZINGS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.level_curve import Level
 from vibropipe.orbits.boundaries.search import Boundary, Settled, find_boundaries, is_spent
+from vibropipe.orbits.boundaries.seeds import MAX_CONTACTS
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE
@@ -26,8 +27,6 @@ from vibropipe.words.parameters import DEFAULTS
 if TYPE_CHECKING:
     import xarray as xr
 
-# Orbits with more impacts are left out: towards chatter there are any number of them.
-MAX_IMPACTS = 24
 L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
 
 
@@ -67,7 +66,7 @@ def _orbits_of(rows: xr.Dataset, box: Box) -> Iterator[Settled]:
     for row in np.flatnonzero(multiples > 0):
         struck = None
         if not box.effects.has_pieces:
-            if rests[row] or sizes[row] > MAX_IMPACTS:
+            if rests[row] or sizes[row] > MAX_CONTACTS:
                 continue
             part = slice(ends[row] - sizes[row], ends[row])
             supports = rows["impact_support"].values[part].astype(np.int8)

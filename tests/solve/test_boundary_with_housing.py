@@ -62,6 +62,9 @@ def test_orbits_have_the_multiplier_of_their_bifurcation(curves, case):
     assert curve.floquet_multiplier.shape[1] == 3
     for kind, unit in ((Bifurcation.FOLD, 1.0), (Bifurcation.FLIP, -1.0), (Bifurcation.PITCHFORK, 1.0)):  # fmt: skip
         is_own = kinds == kind
+        unknown = is_own & np.isnan(curve.floquet_multiplier.values).any(axis=1)
+        assert set(np.flatnonzero(unknown)) <= set(curve.meeting_point.values.tolist())
+        is_own &= ~unknown
         if kind.name.lower() in CASES[case][1]:
             assert is_own.sum() > 10
         away = np.abs(curve.floquet_multiplier.values[is_own] - unit).min(axis=1, initial=np.inf)
@@ -210,9 +213,10 @@ def test_orbits_on_boundaries_return_when_marched(case):
     for i in range(0, points, max(1, points // 60)):
         at = replace(exciter, nu=float(curve.nu[i]), f=float(curve.f[i]))
         state = np.array([float(curve[name][i]) for name in SECTION])
-        growth = 1.0 + float(np.abs(curve.floquet_multiplier[i]).max()) ** 2
-        # At a grazing rounding decides whether the support is met, at a speed of its root.
-        atol = (1e-6 if of == "grazing" else 1e-9) * growth
+        largest = float(np.abs(curve.floquet_multiplier.values[i]).max())
+        # At a grazing rounding decides whether the support is met, at a speed of its root; at the end of a law, too.
+        atol = 1e-6 if of == "grazing" or np.isnan(largest) else 1e-9
+        atol *= 1.0 + np.nan_to_num(largest) ** 2
         ends = section_map(at, state, int(curve.period_multiple[i]))
         np.testing.assert_allclose(ends, state, atol=atol)
         resting += float(vp.steady_state(at, *state[:2]).rests_per_orbit.sum()) > 0.0

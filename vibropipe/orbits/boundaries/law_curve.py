@@ -1,7 +1,7 @@
 """Boundaries of orbits by their laws: the equations of a law, and the condition that makes its orbit a bifurcation.
 
-The condition of a fold, a flip or a pitchfork is that a determinant of the cyclic system is zero; that of a grazing,
-that the least gap of a flight is, or that an orbit turns on a support against friction.
+The condition of a fold, a flip or a pitchfork is that a determinant of the return map is zero; that of a grazing, that
+the least gap of a flight is, or that an orbit turns on a support against friction.
 """
 
 from __future__ import annotations
@@ -19,7 +19,7 @@ from vibropipe.orbits.boundaries.touches import touch_beside
 from vibropipe.orbits.branches.symmetry import halves_agree
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawZeros
-from vibropipe.orbits.law.determinants import fill_slopes, unit_and_doubling
+from vibropipe.orbits.law.determinants import condition, fill_slopes
 from vibropipe.orbits.law.equations import new_blocks
 from vibropipe.orbits.law.flights import fill_gap_slopes, gap_of_piece
 from vibropipe.orbits.law.law import Law
@@ -82,6 +82,8 @@ class LawBoundary(LawZeros):
         self._slope: np.ndarray | None = None
         self._no_columns = new_blocks(len(law.codes), 0, marcher.effects.housing)
         kinds = law.codes[:, CAUSE]
+        self.wrap = 1.0 if kind == FOLDS else -1.0
+        self.impacts, self.slow = np.flatnonzero(kinds == IMPACT), -1
         self.is_turn = kind == GRAZINGS and kinds[int(touch[0])] in (TURN, STICK)
         # An orbit without contacts touches the nearer support, or both at once.
         grazes_alone = kind == GRAZINGS and not law.has_contacts
@@ -105,17 +107,17 @@ class LawBoundary(LawZeros):
     def conditions(self, u: np.ndarray) -> list[tuple[float, np.ndarray]]:  # noqa: D102 - as LawZeros
         value = self._condition(u)
         if self._slope is None:
-            self._slope = self._slopes(u, DIFFERENCE)
+            self._slope = self._slopes(u)
         return [(value, self._slope)]
 
-    def _slopes(self, u: np.ndarray, step: float) -> np.ndarray:
-        """Return the derivatives of the condition, as central differences of a weighted step."""
+    def _slopes(self, u: np.ndarray) -> np.ndarray:
+        """Return the derivatives of the condition, as central differences."""
         last, system, effects = self.width * len(self.sequence.codes), self.system, self.effects
         self.set_ends(u[last:])
         moving = system.values[0, system.along]
-        all_u, steps = np.append(u[:last], moving), step / self.weights
+        all_u, steps = np.append(u[:last], moving), DIFFERENCE / self.weights
         if self.tied is not None:
-            steps = np.append(steps, step * np.maximum(1.0, np.abs(moving[self.n_free :])))
+            steps = np.append(steps, DIFFERENCE * np.maximum(1.0, np.abs(moving[self.n_free :])))
         slope = np.zeros(all_u.size)
         if self.kind == GRAZINGS:
             piece, side, time = self.touched
@@ -128,7 +130,7 @@ class LawBoundary(LawZeros):
             self.marcher.rows += 2 * all_u.size * len(self.sequence.codes)
             fill_slopes(
                 effects, system.values, system.along, self.sequence, all_u,
-                self._no_columns, steps, self.kind == FOLDS, slope,
+                self._no_columns, steps, self.wrap, self.slow, slope,
             )  # fmt: skip
         self.set_ends(u[last:])
         return self.through_ties(slope)
@@ -142,11 +144,11 @@ class LawBoundary(LawZeros):
         """Return what is zero at a bifurcation, at u, whose blocks are filled."""
         if self.kind == GRAZINGS:
             return self._gap(u) / self.size
-        blocks = self.system.blocks
-        unit, doubling = unit_and_doubling(
-            blocks.before, blocks.at, blocks.rest, self.effects.housing
-        )
-        return unit if self.kind == FOLDS else doubling
+        blocks, housing = self.system.blocks, self.effects.housing
+        if len(self.impacts):
+            sizes = np.abs(np.linalg.det(blocks.at[self.impacts]))
+            self.slow = int(self.impacts[sizes.argmin()])
+        return float(condition(blocks, self.wrap, self.slow, housing))
 
     def _gap(self, u: np.ndarray) -> float:
         """Return the least gap of the flight that touches a support, and note when it is there."""
@@ -172,9 +174,6 @@ class LawBoundary(LawZeros):
         ((value, slope),) = self.conditions(u)
         if not abs(value) < ON_BOUNDARY:
             return math.nan
-        if self.kind != GRAZINGS:
-            # A share D / (|D| + |U|) has differences whose error is of first order.
-            slope = 2.0 * self._slopes(u, 0.5 * DIFFERENCE) - slope
         rows = np.array([np.eye(u.size)[-1], slope])
         change, sign = self._solve(np.zeros_like(self.system.blocks.rest), rows, np.eye(2)[0])
         return float(change[-2]) if sign != 0.0 else math.nan

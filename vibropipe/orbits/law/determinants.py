@@ -144,8 +144,28 @@ def unit_and_doubling(before, at, rest, housing=None):
 
 
 @jit_allocating
-def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None:
-    """Fill the derivatives of one of both shares by all unknowns, as central differences.
+def condition(blocks, wrap, slow, housing=None):
+    """Return det(1 - wrap M) of the return map M times the determinant of the block of one event; none where slow < 0.
+
+    M grows without bounds where an impact loses its speed, as 1 over the determinant of its block: times this the
+    condition of a boundary, and its derivatives, are finite there and have no other zero.
+    """
+    n, width = blocks.at.shape[0], width_of(housing)
+    sign, log = solve_cyclic(
+        blocks.before, blocks.at, np.zeros((n, width, 0)), blocks.rest, wrap, np.zeros((0, n, width)),
+        np.zeros((0, 0)), np.zeros(0), np.zeros((n, width)), np.zeros(0), housing,
+    )  # fmt: skip
+    for i in range(n):
+        if i != slow:
+            own = determinant_of(blocks.at[i], housing)
+            sign = math.copysign(sign, sign * own)
+            log -= math.log(abs(own))
+    return sign * math.exp(log)
+
+
+@jit_allocating
+def fill_slopes(e, values, along, law, u, blocks, steps, wrap, slow, slope) -> None:
+    """Fill the derivatives of a `condition` by all unknowns, as central differences.
 
     values : (1, parameters), of the exciter; those at `along` (k,) are set
     along : (k,) int
@@ -160,6 +180,5 @@ def fill_slopes(e, values, along, law, u, blocks, steps, is_unit, slope) -> None
         for sign in (1.0, -1.0):
             set_unknowns(values, along, u, events, k, sign * steps[k])
             fill_blocks(e, row_parameters(values, 0), law, events, columns, blocks)
-            unit, doubling = unit_and_doubling(blocks.before, blocks.at, blocks.rest, e.housing)
-            ends += sign * (unit if is_unit else doubling)
+            ends += sign * condition(blocks, wrap, slow, e.housing)
         slope[k] = ends / (2.0 * steps[k])

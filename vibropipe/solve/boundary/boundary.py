@@ -110,9 +110,10 @@ def boundary(
         period_multiple, impacts_per_orbit (support)
             The law of motion (m; p1, p2); at a grazing without the impact that begins.
         impact_velocity_max (support), displacement_strobe, velocity_strobe, floquet_multiplier (multiplier)
-            As for `steady_state`; with a housing that slides, housing_velocity_strobe, and three multipliers.
+            As for `steady_state`; with a housing that slides, housing_velocity_strobe, and three multipliers, NaN where
+            a curve ends with the law of its orbits.
         stable
-            Whether the orbit is stable: but for the multiplier 1 or -1 of a bifurcation.
+            Whether the orbit is stable: but for the multiplier 1 or -1 of a bifurcation; as next to it where NaN.
 
         Over `meeting`, what a curve meets:
 

@@ -16,7 +16,7 @@ from vibropipe.orbits.boundaries.search import Boundary, Settled, find_boundarie
 from vibropipe.orbits.boundaries.seeds import MAX_CONTACTS
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
 from vibropipe.orbits.law.marching import Marcher
-from vibropipe.orbits.law.steps import DETERMINANT, MINORS, TRACE
+from vibropipe.orbits.law.steps import DETERMINANT, GAP, MINORS, SPEED, TRACE
 from vibropipe.orbits.return_map import floquet_multipliers
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.limits import MAX_CALL_WORK, START_WORK
@@ -28,6 +28,8 @@ if TYPE_CHECKING:
     import xarray as xr
 
 L, LOAD = Parameters._fields.index("l"), Parameters._fields.index("load")
+# Margin, weighted, of an orbit with which its law ends.
+NO_MARGIN = 1e-10
 
 
 def boundaries_of_rows(
@@ -95,18 +97,26 @@ def values_of(rows: xr.Dataset, box: Box) -> np.ndarray:
     return values
 
 
-def multipliers_at(point: Point, width: int, mirrored: int) -> np.ndarray:
-    """Return the Floquet multipliers (width,) of an orbit, the largest modulus first; mirrored : known by its half."""
+def multipliers_at(curve: LawBoundary, point: Point) -> np.ndarray:
+    """Return the Floquet multipliers (w,) of an orbit on a boundary, the largest modulus first.
+
+    Where its law ends, what is read off the orbit is rounding divided by the speed of an impact, or the length of a
+    rest, that vanishes. There one of two is that of the bifurcation, and the other follows; of three they are NaN.
+    """
     trace, determinant = point.tests[TRACE], point.tests[DETERMINANT]
-    minors = point.tests[MINORS] if width > 2 else determinant
-    if mirrored:
+    minors = point.tests[MINORS] if curve.width > 2 else determinant
+    if curve.kind != GRAZINGS and point.tests[[SPEED, GAP]].min() < NO_MARGIN:
+        if curve.width > 2:
+            return np.full(curve.width, math.nan, complex)
+        trace = curve.wrap * (1.0 + determinant)
+    if curve.sequence.mirrored:
         # Of the whole orbit, which is the map to the mirror image twice.
         trace, minors, determinant = (
             trace * trace - 2.0 * minors,
             minors * minors - 2.0 * trace * determinant,
             determinant * determinant,
         )
-    if width > 2:
+    if curve.width > 2:
         return np.array(eigenvalues_of_cubic(trace, minors, determinant))
     return np.array(floquet_multipliers(trace, -determinant, 1.0, 0.0))
 
@@ -126,7 +136,7 @@ def label_points(boundary: Boundary) -> Variables:
     multipliers, fastest = np.empty((n, curve.width), complex), np.empty((n, 2))
     strobe, loads = np.empty((n, curve.width)), np.empty(n)
     for i, point in enumerate(points):
-        multipliers[i] = multipliers_at(point, curve.width, curve.sequence.mirrored)
+        multipliers[i] = multipliers_at(curve, point)
         strobe[i] = curve.state_at(point)
         fastest[i] = curve.fastest(point)
         loads[i] = curve.parameters_of(point.u).load
@@ -137,6 +147,8 @@ def label_points(boundary: Boundary) -> Variables:
         largest = np.abs(multipliers.prod(axis=1))
         if curve.width > 2:
             largest = np.abs(_without_unit(multipliers)).max(axis=1)
+    for i in np.flatnonzero(np.isnan(largest)).tolist():
+        largest[i] = largest[min(1, n - 1) if i == 0 else i - 1]
     of_housing = {"housing_velocity_strobe": (("row",), strobe[:, 2])} if curve.width > 2 else {}
     return {
         **of_housing,

@@ -286,11 +286,18 @@ def shown_parameters(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> list
     ]
 
 
+def stated(dataset: xr.Dataset, name: str) -> xr.DataArray:
+    """Return the values of a parameter, NaN for the restitution 1, of none stated, of a soft support."""
+    values = dataset[name]
+    for stiffness in RIGID_RESTITUTION.get(name, ()):
+        if stiffness in dataset.variables:
+            values = values.where((values != 1) | (dataset[stiffness] == 0))
+    return values
+
+
 def is_soft_without_restitution(dataset: xr.Dataset, name: str) -> bool:
     """Return whether a parameter is the restitution 1, of none stated, of a support that is soft throughout."""
-    stiffness = RIGID_RESTITUTION.get(name, ())
-    is_soft = any((dataset[k].values > 0).all() for k in stiffness if k in dataset.variables)
-    return is_soft and bool((dataset[name].values == 1).all())
+    return name in RIGID_RESTITUTION and bool(stated(dataset, name).isnull().all())
 
 
 def parameter_line(dataset: xr.Dataset) -> str:

@@ -10,11 +10,11 @@ import xarray as xr
 
 from vibropipe.figures.text import (
     CYCLES,
-    RIGID_RESTITUTION,
     format_number,
     is_forced,
     parameters_text,
     shown_parameters,
+    stated,
     with_units,
 )
 from vibropipe.report.parts import SYMBOLS, Datasets, Row, Side
@@ -111,15 +111,6 @@ def arrays_of(name: str, datasets: Datasets) -> list[xr.DataArray]:
     """Return the values of a parameter in each dataset, those of designs only where there are no others."""
     arrays = [stated(data, name) for data in datasets.values() if name in data.variables]
     return [array for array in arrays if "design" not in array.dims] or arrays
-
-
-def stated(dataset: xr.Dataset, name: str) -> xr.DataArray:
-    """Return the values of a parameter, NaN for the restitution 1, of none stated, of a soft support."""
-    values = dataset[name]
-    for stiffness in RIGID_RESTITUTION.get(name, ()):
-        if stiffness in dataset.variables:
-            values = values.where((values != 1) | (dataset[stiffness] == 0))
-    return values
 
 
 def offset_sign(datasets: Datasets) -> int:

@@ -112,7 +112,7 @@ scenes:
 
 def test_the_hash_covers_what_fills_the_pages():
     files = {path.name for entry in DRAWN for path in _files(PACKAGE / entry)}
-    assert {"template.typ", "reporting.py", "exciter.py", "claims.py"} <= files
+    assert {"template.typ", "report_data.py", "reporting.py", "exciter.py", "claims.py"} <= files
 
 
 def test_scenes_that_others_draw_have_no_picture_of_their_own():

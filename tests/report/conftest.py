@@ -5,7 +5,8 @@ from figures.sample_datasets import Scene, backbone, hard_cases, motion, steady,
 from report_text import HOSTILE, PROVENANCE, study_of
 
 from vibropipe.jobs.drawing import draw_study
-from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.report_data import report_data
+from vibropipe.jobs.reporting import build_report
 from vibropipe.store import write, write_sidecar
 
 

@@ -6,7 +6,7 @@ from pathlib import Path
 import numpy as np
 import pytest
 
-from vibropipe.jobs.reporting import _groups, scene_labels
+from vibropipe.jobs.report_data import _groups, scene_labels
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import load_study
 

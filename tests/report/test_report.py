@@ -13,7 +13,8 @@ from report_text import HOSTILE, flat, items, study_of
 
 import vibropipe as vp
 from vibropipe.figures.text import parameters_text
-from vibropipe.jobs.reporting import _groups, build_report, report_data, scene_labels
+from vibropipe.jobs.report_data import _groups, report_data, scene_labels
+from vibropipe.jobs.reporting import build_report
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, said_beside, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line

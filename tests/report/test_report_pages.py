@@ -10,7 +10,7 @@ from report_text import flat, items, study_of
 
 from vibropipe.figures.canvas import MIN_TYPE, axes, new_canvas
 from vibropipe.figures.style import house_style, save
-from vibropipe.jobs.reporting import hero_of, report_data
+from vibropipe.jobs.report_data import hero_of, report_data
 from vibropipe.report import typeset
 from vibropipe.report.parts import Table
 from vibropipe.words.regimes import Regime

@@ -15,7 +15,8 @@ from small_studies import STUDIES
 
 from vibropipe.figures.canvas import MIN_TYPE
 from vibropipe.jobs.drawing import draw_study
-from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.report_data import report_data
+from vibropipe.jobs.reporting import build_report
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.store import read_scenes, read_sidecar
 from vibropipe.study import load_study

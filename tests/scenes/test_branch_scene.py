@@ -10,7 +10,7 @@ import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.reporting import report_data
+from vibropipe.jobs.report_data import report_data
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
 from vibropipe.scenes.branch.curves import draw_branches
 from vibropipe.scenes.branch.lines import both_alike, cascade_of, places_of

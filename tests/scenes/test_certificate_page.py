@@ -8,7 +8,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.jobs.reporting import report_data
+from vibropipe.jobs.report_data import report_data
 from vibropipe.jobs.solving import is_of
 from vibropipe.scenes.certificate import STATEMENT, proof_of
 from vibropipe.scenes.certificate_page import (

@@ -10,7 +10,8 @@ from figures.figure_text import words
 from sampling import sampled
 
 from vibropipe.jobs.drawing import draw_study
-from vibropipe.jobs.reporting import build_report, report_data
+from vibropipe.jobs.report_data import report_data
+from vibropipe.jobs.reporting import build_report
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.report.exciter import said_beside
 from vibropipe.scenes.motion.report import steady_tables

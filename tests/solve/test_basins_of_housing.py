@@ -8,7 +8,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.jobs.reporting import report_data
+from vibropipe.jobs.report_data import report_data
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
 

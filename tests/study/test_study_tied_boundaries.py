@@ -6,7 +6,7 @@ from drawing import caption, draw
 from study_texts import faults, study_of
 
 import vibropipe as vp
-from vibropipe.jobs.reporting import report_data
+from vibropipe.jobs.report_data import report_data
 from vibropipe.scenes.registry import kind_of
 
 STUDY = """\

@@ -5,7 +5,7 @@ import math
 import pytest
 from study_texts import faults, study_of
 
-from vibropipe.jobs.reporting import warning_answers
+from vibropipe.jobs.report_data import warning_answers
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.study.tables import Files, _read
 

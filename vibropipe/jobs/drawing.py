@@ -22,7 +22,15 @@ if TYPE_CHECKING:
 
 SUFFIXES = (".svg", ".pdf")
 # Folders of the package that figures and reports depend on, beside the data.
-DRAWN = ("figures", "report", "scenes", "words", "jobs/drawing.py", "jobs/reporting.py")
+DRAWN = (
+    "figures",
+    "report",
+    "scenes",
+    "words",
+    "jobs/drawing.py",
+    "jobs/report_data.py",
+    "jobs/reporting.py",
+)
 
 
 def figure_names(scene: BaseScene) -> list[str]:

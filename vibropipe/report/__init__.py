@@ -39,7 +39,7 @@ def typeset(data: dict[str, Any], pictures: Mapping[str, Path]) -> bytes:
 
     Only fonts of the typesetter are used, not those of the machine, so that the bytes are the same everywhere.
 
-    data : contents, as `jobs.reporting.report_data` returns them
+    data : contents, as `jobs.report_data.report_data` returns them
     pictures : PDF files of the figures by scene
     """
     import typst

@@ -118,22 +118,27 @@ def pair_share(trace, minors, determinant):
 
 
 @jit_allocating
+def cyclic_determinant(before, at, rest, wrap, housing):
+    """Return sign and logarithm of the determinant of a cyclic system without borders, as `solve_cyclic`."""
+    n, width = at.shape[0], width_of(housing)
+    few = np.zeros(0)
+    return solve_cyclic(
+        before, at, np.zeros((n, width, 0)), rest, wrap, np.zeros((0, n, width)), np.zeros((0, 0)),
+        few, np.zeros((n, width)), few, housing,
+    )  # fmt: skip
+
+
+@jit_allocating
 def unit_and_doubling(before, at, rest, housing=None):
     """Return the shares of both determinants: zero at a fold, and where an orbit doubles or loses its symmetry.
 
     The sum of both is the determinant of the blocks times 2 (1 + det M), whose sign is taken from the blocks: next to
     a grazing both determinants cancel. With a housing, an int or None, it is that times 2 (1 + the principal minors).
     """
-    n, width, flips = at.shape[0], width_of(housing), 1.0
-    none, x = np.zeros((n, width, 0)), np.zeros((n, width))
-    borders, corner, few = np.zeros((0, n, width)), np.zeros((0, 0)), np.zeros(0)
-    signs, logs = np.empty(2), np.empty(2)
+    signs, logs, flips = np.empty(2), np.empty(2), 1.0
     for k in range(2):
-        wrap = 2.0 * k - 1.0
-        signs[k], logs[k] = solve_cyclic(
-            before, at, none, rest, wrap, borders, corner, few, x, few, housing
-        )
-    for i in range(n):
+        signs[k], logs[k] = cyclic_determinant(before, at, rest, 2.0 * k - 1.0, housing)
+    for i in range(at.shape[0]):
         flips = math.copysign(flips, flips * determinant_of(at[i], housing))
     top = max(logs[0], logs[1])
     if not top > -math.inf:
@@ -150,12 +155,8 @@ def condition(blocks, wrap, slow, housing=None):
     M grows without bounds where an impact loses its speed, as 1 over the determinant of its block: times this the
     condition of a boundary, and its derivatives, are finite there and have no other zero.
     """
-    n, width = blocks.at.shape[0], width_of(housing)
-    sign, log = solve_cyclic(
-        blocks.before, blocks.at, np.zeros((n, width, 0)), blocks.rest, wrap, np.zeros((0, n, width)),
-        np.zeros((0, 0)), np.zeros(0), np.zeros((n, width)), np.zeros(0), housing,
-    )  # fmt: skip
-    for i in range(n):
+    sign, log = cyclic_determinant(blocks.before, blocks.at, blocks.rest, wrap, housing)
+    for i in range(blocks.at.shape[0]):
         if i != slow:
             own = determinant_of(blocks.at[i], housing)
             sign = math.copysign(sign, sign * own)

@@ -232,7 +232,7 @@ def whole_step(a11, a12, a21, a22, y, w, forcing_y, forcing_w):
     return a11 * y + (a12 * w + forcing_y), a21 * y + (a22 * w + forcing_w)
 
 
-@jit
+@jit_inline
 def evaluate(grid, c, theta):
     """Return (y, w) of the method's polynomial c at theta."""
     if grid.exact is not None:
@@ -269,7 +269,7 @@ def stays_between(grid, frame, departs, y, w, y1, w1, span):
     return 3.0 * b1 > 16.0 * margin and b1 > 0.0 and b2 > 0.0 and y1 > 0.0
 
 
-@jit
+@jit_inline
 def phase_at(grid, at):
     """Return the phase, in turns, of an `Instant` or a state; on a `RampGrid` the `Moment`."""
     return _phase_at(ramp_of(grid), grid, at)
@@ -283,7 +283,7 @@ def _phase_at(ramp, grid, at):
     return (at.step + at.theta) / grid.steps
 
 
-@jit
+@jit_inline
 def turns_at(grid, at):
     """Return the time of an `Instant` or a state, in forcing periods since tau = 0."""
     return at.period + (at.step + at.theta) / grid.steps

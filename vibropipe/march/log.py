@@ -131,7 +131,7 @@ def clear_log(log) -> None:
     clear_pieces(log.pieces)
 
 
-@jit
+@jit_inline
 def log_impact(log, position, support, velocity_before, impulse) -> None:
     """Append an impact, or the tail of a chatter.
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import phase_at
 from vibropipe.march.piece_crossing import crossing, largest_value
 from vibropipe.march.piece_housing import SLIP_UP, housing_margin
@@ -73,7 +73,7 @@ class Piece(NamedTuple):
     factor: float
 
 
-@jit
+@jit_inline
 def piece_at(e, p, frame, state) -> Piece:
     """Return the piece that a moving state is on; `frame` has the load of its housing."""
     in_contact = is_in_contact(e, p, state)
@@ -97,7 +97,7 @@ def piece_at(e, p, frame, state) -> Piece:
     )  # fmt: skip
 
 
-@jit
+@jit_inline
 def force_on(e, p, grid, frame, piece, state):
     """Return the `Force` on a piece at a state, with the factor of the piece."""
     force = no_force()
@@ -108,7 +108,7 @@ def force_on(e, p, grid, frame, piece, state):
     return force
 
 
-@jit
+@jit_inline
 def parts_of_step(e, p, grid, frame, piece, state):
     """Return into how many parts a step of the grid is divided, where a piece is stiffer than the spring; its `Decay`.
 
@@ -143,7 +143,7 @@ def fill_newmark(e, p, grid, frame, piece, state, span, dt, c) -> None:
     c[0], c[1], c[2] = state.y, state.w * dt, 0.5 * dt * dt * mean
 
 
-@jit
+@jit_inline
 def fill_exact(e, piece, flow, state, force, dt, c) -> None:
     """Fill c with the motion on a piece from a state under a `Force`, in t/dt; flow : of `piece_path.fill_flow`."""
     combine(e, flow, c, state.y, state.w, piece.load, force)
@@ -157,7 +157,7 @@ def fill_exact(e, piece, flow, state, force, dt, c) -> None:
         c[3] = 0.0
 
 
-@jit
+@jit_inline
 def fill_support_force(p, home, c, dt, work) -> None:
     """Fill work, (c.size,), with the polynomial of stiffness y + damping y' of a soft support on the piece of c."""
     stiffness, damping, last = stiffness_of(p, home), damping_of(p, home) / dt, c.size - 1
@@ -166,7 +166,7 @@ def fill_support_force(p, home, c, dt, work) -> None:
     work[last] = stiffness * c[last]
 
 
-@jit
+@jit_inline
 def first_event_beyond(p, home, piece, may, c, span, dt, work, counts):
     """Locate the first event of a piece beyond a support that only pushes: as `first_event` does."""
     if may & (MAY_PULL | MAY_NEAR) == 0:
@@ -187,7 +187,7 @@ def first_event_beyond(p, home, piece, may, c, span, dt, work, counts):
     return theta, event, kind
 
 
-@jit
+@jit_inline
 def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, counts):
     """Locate the first event of a piece within `span`.
 
@@ -224,7 +224,7 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
     return theta, event, kind
 
 
-@jit
+@jit_inline
 def follow_contact(p, home, contact, c, theta, dt, work) -> None:
     """Add a part of a contact, from 0 to theta of its polynomial, to the record of the contact; work : (c.size,)."""
     fill_support_force(p, home, c, dt, work)

@@ -100,7 +100,7 @@ def flow_index(home, piece):
     return form + FORMS // 2 if piece.factor > 1.0 else form
 
 
-@jit
+@jit_inline
 def ensure_flow(flow, p, piece, dt, second) -> None:
     """Fill the flow of a piece with steps of dt where that was not done."""
     key = flow[MAP]

@@ -45,7 +45,7 @@ from vibropipe.physics.stiffness import (
 )
 
 
-@jit
+@jit_inline
 def direction_of(state) -> float:
     """Return the sign of the velocity of a state, or of the velocity that it is about to have; 0 if it is held."""
     if state.w != 0.0:
@@ -55,7 +55,7 @@ def direction_of(state) -> float:
     return -1.0 if DOWN_BY_ACCELERATION <= state.mode <= DOWN_BY_SNAP else 0.0
 
 
-@jit
+@jit_inline
 def is_beyond(e, p, state) -> bool:
     """Return whether the mass is beyond the soft support `home`, or is about to be."""
     if not is_soft(e, p, state.home):
@@ -87,7 +87,7 @@ def mode_beyond(e, p, home, y, w) -> int:
     return FLIGHT
 
 
-@jit
+@jit_inline
 def form_of(e, p, state) -> int:
     """Return what the piece of a state is: FREE, CONTACT, HELD, RESTING or BEYOND."""
     if state.mode == REST:
@@ -99,7 +99,7 @@ def form_of(e, p, state) -> int:
     return BEYOND if is_unloaded(e, state) else CONTACT
 
 
-@jit
+@jit_inline
 def coefficients(e, p, home, in_contact):
     """Return (stiffness, damping) of a piece whose housing is held."""
     stiffness, damping = 1.0, 0.0
@@ -110,7 +110,7 @@ def coefficients(e, p, home, in_contact):
     return stiffness, damping
 
 
-@jit
+@jit_inline
 def net_force(e, p, home, y, turn, housing=None):
     """Return the force on a mass without velocity, friction apart: value, rate of change, and scale of its rounding.
 
@@ -128,7 +128,7 @@ def net_force(e, p, home, y, turn, housing=None):
     return value, rate, scale
 
 
-@jit
+@jit_inline
 def mode_without_velocity(e, p, grid, home, y, turn, housing=None) -> int:
     """Return how a mass without velocity goes on: moving either way, STUCK or, on a rigid support, REST.
 
@@ -217,7 +217,7 @@ def with_housing(e, p, grid, state, housing):
     return state_with(state, state.mode, way, power, housing)
 
 
-@jit
+@jit_inline
 def resume(e, p, grid, at, home, y, housing):
     """Return the state of a mass without velocity at an `Instant` or state, with a `Housing` or None."""
     turn = phase_at(grid, at)

@@ -75,7 +75,7 @@ def speed_rounding(p, grid, home, w):
     return SPEED_ROUNDING * (abs(w) + (abs(offset) + largest_force(p)) * grid.dt)
 
 
-@jit
+@jit_inline
 def begin(e, p, grid, log, cause, state):
     """Log the piece that a state begins, and the contact with a soft support that begins or ends there."""
     pieces = log.pieces

@@ -62,7 +62,7 @@ class Frame(NamedTuple):
     to_far: bool
 
 
-@jit
+@jit_inline
 def frame_at(e, p, home: int, housing=None) -> Frame:
     """Return the `Frame` of motions written from `home`, with the load of the sliding of a housing, if there is one.
 

@@ -147,7 +147,7 @@ def fill_basis(basis, h, nu, dt, second) -> None:
         taylor(basis[column], y, w, force, load, h, nu, dt, second)
 
 
-@jit
+@jit_inline
 def combine(e, basis, c, y, w, load, force) -> None:
     """Fill c, shape (DEGREE + 1,), with the motion from (y, w) under a constant load and a `Force`."""
     # The length is read from the array: a constant length would be unrolled instead of vectorised.

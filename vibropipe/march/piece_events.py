@@ -213,12 +213,13 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
             if other_kind != NONE and (kind == NONE or other < theta):
                 theta, event, kind = other, FAR, other_kind
     if has_friction and may & MAY_TURN != 0 and kind != STRIDE_LIMIT:
-        last = c.size - 1
+        # The velocity, divided by the power of time with which it leaves zero.
+        power = min(piece.velocity_power, c.size - 2)
+        last = c.size - 1 - power
         for n in range(last):
-            work[n] = (n + 1) * c[n + 1]
-        work[last] = 0.0
-        power = min(piece.velocity_power, last - 1)
-        other, other_kind = crossing(work, power, piece.direction, 0.0, 0.0, span, counts)
+            work[n] = (n + power + 1) * c[n + power + 1]
+        work[last:] = 0.0
+        other, other_kind = crossing(work, 0, piece.direction, 0.0, 0.0, span, counts)
         if other_kind != NONE and (kind == NONE or other < theta):
             theta, event, kind = other, ZERO, other_kind
     return theta, event, kind

@@ -55,10 +55,7 @@ def build_report(
 def failures(failed: Mapping[str, str]) -> list[Answer]:
     """Return what page 1 says of scenes that are left out: names, and the reason of each."""
     return [
-        Answer(
-            f"The scene {name} failed and is left out.",
-            f"The reason: {reason.rstrip('.')}.",
-        )
+        Answer(f"The scene {name} failed and is left out.", f"The reason: {reason.rstrip('.')}.")
         for name, reason in failed.items()
     ]
 

@@ -158,12 +158,7 @@ def motion_text(motion: xr.Dataset) -> str:
     x, v = (float(motion[f"{name}_end"]) + 0.0 for name in ("displacement", "velocity"))
     end = f"end: displacement {x:.12g}, velocity {v:.12g}"
     status = Status(int(motion["status"]))
-    lines = [
-        parameters,
-        *_accuracy_text(motion),
-        *_shortened(aligned([head, *body])),
-        end,
-    ]
+    lines = [parameters, *_accuracy_text(motion), *_shortened(aligned([head, *body])), end]
     return "\n".join(lines if status == Status.OK else [*lines, status.remedy])
 
 

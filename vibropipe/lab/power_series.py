@@ -78,11 +78,7 @@ def first_zero(gap: Series, span: Decimal, reach: Decimal) -> Decimal | None:
                 return t + step
             # grazing: continue beyond the minimum
             step = (
-                max(
-                    TWO * fall / curvature if curvature > 0 else step,
-                    TIME_TOLERANCE * reach,
-                )
-                * TWO
+                max(TWO * fall / curvature if curvature > 0 else step, TIME_TOLERANCE * reach) * TWO
             )
         t += step
     return None

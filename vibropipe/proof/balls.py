@@ -1,4 +1,4 @@
-"""Balls, which certainly contain a number, with their derivatives; all roundings are outwards.
+"""Balls, which certainly contain a number, their derivatives, and boxes of exciters; all roundings are outwards.
 
 Arb [1]_ computes with midpoints and radii: what holds of a result holds of the exact number. A `Jet` adds the balls of
 the derivatives by a few variables (forward differentiation).
@@ -12,7 +12,7 @@ References
 from __future__ import annotations
 
 import math
-from collections.abc import Iterable, Sequence
+from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
 from vibropipe.words.proofs import MISSING
@@ -181,3 +181,48 @@ def round_down(a: Any) -> float:
 def round_up(a: Any) -> float:
     """Return a double that is not below any number of a ball; NaN of one that is not finite."""
     return -round_down(-a)
+
+
+class Box:
+    """Exciters p0 + sum D_j c_j: the offsets c_j from `low` to `high`, within -1 to 1.
+
+    nominal : p0, by parameter, balls that are exact numbers
+    directions : D_j, balls by parameter; none of an exciter alone
+    low, high : exact in few bits, as halves of halves of the box are
+    """
+
+    def __init__(
+        self,
+        nominal: Mapping[str, Any],
+        directions: Sequence[Mapping[str, Any]] = (),
+        low: Sequence[float] = (),
+        high: Sequence[float] = (),
+    ) -> None:
+        self.nominal, self.directions, self.low, self.high = nominal, directions, low, high
+        self.middle = [(a + b) / 2 for a, b in zip(low, high, strict=True)]
+        self.offsets = [hull(a, b) - c for a, b, c in zip(low, high, self.middle, strict=True)]
+        self.centre = self.at(self.middle)
+        self.balls = self.at([hull(a, b) for a, b in zip(low, high, strict=True)])
+
+    @property
+    def share(self) -> float:
+        """Its share of the box with all offsets from -1 to 1."""
+        return math.prod((b - a) / 2 for a, b in zip(self.low, self.high, strict=True))
+
+    def at(self, c: Sequence[Any]) -> dict[str, Any]:
+        """Return the parameters at an offset."""
+        moves = list(zip(self.directions, c, strict=True))
+        return {
+            name: value + total(d[name] * x for d, x in moves if name in d)
+            for name, value in self.nominal.items()
+        }
+
+    def jets(self, n: int) -> dict[str, Number]:
+        """Return the parameters over the box as functions of the offsets, the first of n variables."""
+        k = len(self.directions)
+        return {
+            name: Jet(ball, [*(d.get(name, ZERO) for d in self.directions), *[ZERO] * (n - k)])
+            if any(name in d for d in self.directions)
+            else ball
+            for name, ball in self.balls.items()
+        }

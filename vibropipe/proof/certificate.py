@@ -15,8 +15,7 @@ from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass, field, replace
 from typing import Any
 
-from vibropipe.proof.balls import ZERO, arb, magnitude, total
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import ZERO, Box, arb, magnitude, total
 from vibropipe.proof.law import Law
 from vibropipe.proof.motion import is_minimal, is_no_motion
 from vibropipe.proof.orbit import Orbit

@@ -5,8 +5,7 @@ from __future__ import annotations
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
-from vibropipe.proof.balls import ONE, ZERO, Jet, Number, arb, ball_of, total
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import ONE, ZERO, Box, Jet, Number, arb, ball_of, total
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.law import Event, Kind, Law
 

@@ -12,8 +12,7 @@ from dataclasses import dataclass
 from functools import partial
 from typing import Any
 
-from vibropipe.proof.balls import BITS, ONE, Jet, arb, hull
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import BITS, ONE, Box, Jet, arb, hull
 from vibropipe.proof.certificate import MAX_MOVED_BY_ROUNDING, Claim, Part, examine
 from vibropipe.proof.law import Law
 from vibropipe.proof.linear import Equations, UndecidedError

@@ -9,8 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import ParameterError
-from vibropipe.proof.balls import BITS, arb, ctx
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import BITS, Box, arb, ctx
 from vibropipe.proof.certificate import MAX_MOVED_BY_ROUNDING, Claim, examine
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.given import Given, balls_of, given_orbit

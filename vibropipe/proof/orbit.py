@@ -23,14 +23,7 @@ import math
 from collections.abc import Sequence
 from typing import Any
 
-from vibropipe.proof.balls import (
-    BITS,
-    arb,
-    arb_mat,
-    magnitude,
-    total,
-)
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import BITS, Box, arb, arb_mat, magnitude, total
 from vibropipe.proof.equations import Spread, derivatives, scale_of
 from vibropipe.proof.law import Law
 

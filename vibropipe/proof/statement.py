@@ -11,9 +11,8 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.physics.exciter import Exciter
-from vibropipe.proof.balls import BITS, arb, ctx, round_down, round_up
+from vibropipe.proof.balls import BITS, Box, arb, ctx, round_down, round_up
 from vibropipe.proof.bifurcation import BOTH, bifurcation_near
-from vibropipe.proof.box import Box
 from vibropipe.proof.certificate import (
     MAX_MOVED_BY_ROUNDING,
     Certificate,
@@ -26,12 +25,7 @@ from vibropipe.proof.every import all_orbits
 from vibropipe.proof.given import Given, balls_of, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
 from vibropipe.proof.proved_dataset import described, proved_scalars
-from vibropipe.proof.sentences import (
-    Outcome,
-    critical_statement,
-    every_statement,
-    statement,
-)
+from vibropipe.proof.sentences import Outcome, critical_statement, every_statement, statement
 from vibropipe.proof.three import three_impacts
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.words.bifurcations import Bifurcation
@@ -215,11 +209,7 @@ def prove_every(
 
 
 def _orbit_dataset(
-    given: Given,
-    within: Mapping[str, float] | None,
-    harmonics: int,
-    claim: Claim,
-    outcome: Outcome,
+    given: Given, within: Mapping[str, float] | None, harmonics: int, claim: Claim, outcome: Outcome
 ) -> xr.Dataset:
     """Return the dataset of `prove`."""
     half_width = arb(given.exciter.l)

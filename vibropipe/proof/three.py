@@ -19,8 +19,7 @@ from collections.abc import Mapping, Sequence
 from functools import partial
 from typing import Any, NamedTuple
 
-from vibropipe.proof.balls import BITS, ONE, ZERO, Jet, Number, arb, ball_of, ctx, hull
-from vibropipe.proof.box import Box
+from vibropipe.proof.balls import BITS, ONE, ZERO, Box, Jet, Number, arb, ball_of, ctx, hull
 from vibropipe.proof.every import CUT, Found, proved_orbit, strikes
 from vibropipe.proof.law import Law
 from vibropipe.proof.linear import Equations, determinant, minors

@@ -10,6 +10,7 @@ from pathlib import Path
 
 import grimp
 import pytest
+from command_line import printed
 
 import vibropipe
 
@@ -75,6 +76,5 @@ kernels = [value for module in list(sys.modules.values())
 assert len(kernels) > 50
 assert not [kernel for kernel in kernels if kernel.signatures]
 """
-    environment = os.environ | {"VIBROPIPE_CACHE_DIR": str(tmp_path)}
-    subprocess.run([sys.executable, "-c", code], check=True, env=environment)
+    printed(code, VIBROPIPE_CACHE_DIR=str(tmp_path))
     assert not [path for path in tmp_path.rglob("*") if path.suffix in (".nbi", ".nbc")]

@@ -2,13 +2,11 @@
 
 from __future__ import annotations
 
-import os
-import subprocess
-import sys
 from pathlib import Path
 
 import numpy as np
 import pytest
+from command_line import printed
 
 import vibropipe
 
@@ -37,14 +35,6 @@ np.savez(sys.argv[1], **{f"{one}.{name}": ds[name] for one, ds in found.items() 
 """
 
 
-def run(code: str, *arguments: object, **environment: str) -> None:
-    command = [sys.executable, "-c", code, *map(str, arguments)]
-    done = subprocess.run(
-        command, env=os.environ | environment, capture_output=True, text=True, check=False
-    )
-    assert done.returncode == 0, done.stderr
-
-
 @pytest.fixture
 def bare(tmp_path) -> dict[str, str]:
     """Environment of an interpreter on such a system."""
@@ -55,7 +45,7 @@ def bare(tmp_path) -> dict[str, str]:
 @pytest.fixture
 def known(tmp_path) -> Path:
     """What the face answers here; its kernels are compiled from then on."""
-    run(FACE, tmp_path / "here.npz")
+    printed(FACE, tmp_path / "here.npz")
     return tmp_path / "here.npz"
 
 
@@ -73,15 +63,15 @@ def test_every_module_can_be_imported(bare):
     modules = {".".join(name.parts).removesuffix(".__init__") for name in names}
     modules = {name for name in modules if not name.endswith("__main__")}
     code = "import importlib, os, sys\nassert not hasattr(os, 'fork')\n"
-    run(code + f"for name in {sorted(modules)!r}: importlib.import_module(name)", **bare)
+    printed(code + f"for name in {sorted(modules)!r}: importlib.import_module(name)", **bare)
 
 
 def test_compiled_kernels_give_the_same_numbers(bare, known, tmp_path):
-    run(FACE, tmp_path / "bare.npz", **bare)
+    printed(FACE, tmp_path / "bare.npz", **bare)
     check_same(known, tmp_path / "bare.npz")
 
 
 @pytest.mark.slow
 def test_kernels_compiled_there_give_the_same_numbers(bare, known, tmp_path):
-    run(FACE, tmp_path / "bare.npz", VIBROPIPE_CACHE_DIR=str(tmp_path / "cache"), **bare)
+    printed(FACE, tmp_path / "bare.npz", VIBROPIPE_CACHE_DIR=str(tmp_path / "cache"), **bare)
     check_same(known, tmp_path / "bare.npz")

@@ -1,10 +1,13 @@
-"""Results that do not match their study: one message, exit code 2, and no file written."""
+"""Results that do not match their study, and options that are no numbers: one message, and no file written."""
 
 import shutil
 
 import pytest
 import xarray as xr
 from command_line import run
+from typer.testing import CliRunner
+
+from vibropipe.cli.commands import app
 
 STUDY = """\
 title: A study of seconds
@@ -181,3 +184,19 @@ def test_shards_of_the_study_join(place):
 def test_a_title_is_no_other_study(place):
     (place / "mine.yaml").write_text(STUDY.replace("A study of seconds", "Renamed"))
     assert run("report", "mine.yaml", "-o", "report.pdf") == 0
+
+
+@pytest.mark.parametrize(
+    ("option", "text", "hint"),
+    [
+        ("--l", "0,5", "write 0.5, with a point"),
+        ("--l", "8mm", "numbers of this command have no unit"),
+        ("--x0", "8 mm", "no unit belongs here: quantities with units go with `physical`"),
+        ("--accuracy", "x", "numbers of this command have no unit"),
+    ],
+)
+def test_an_option_that_is_no_number_is_told_with_its_value_and_a_hint(option, text, hint):
+    done = CliRunner().invoke(app, ["simulate", "--l", "1", option, text], terminal_width=200)
+    assert done.exit_code == 2
+    told = " ".join(done.output.replace("│", " ").split())
+    assert f"Invalid value for '{option}': must be a number, got '{text}' ({hint})" in told

@@ -1,13 +1,11 @@
 """The hash of the sources covers all that numbers depend on, and nothing else."""
 
-import os
 import shutil
-import subprocess
-import sys
 from dataclasses import replace
 from pathlib import Path
 
 import pytest
+from command_line import printed
 
 from vibropipe.compiler import sources
 from vibropipe.compiler.sources import PACKAGE, SOLVERS, WORDS, closure, file_hash, source_hash
@@ -95,10 +93,7 @@ def changed_hashes(package: Path, name: str) -> set[str]:
 
 
 def test_a_solving_process_imports_hashed_modules_only():
-    done = subprocess.run(
-        [sys.executable, "-c", SOLVING], capture_output=True, text=True, check=True, env=os.environ
-    )
-    imported = set(done.stdout.split())
+    imported = set(printed(SOLVING).split())
     assert "vibropipe.solve.accuracy.orbit_errors" in imported
     # the vocabulary imports the codes of measurements and bifurcations, which no solver writes
     codes = "measurements", "bifurcations", "designs", "proofs"

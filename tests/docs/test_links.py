@@ -1,13 +1,21 @@
-"""Links and paths in the documents lead to something, and their tables are complete."""
+"""Links, paths and commands in the documents lead to something that exists, and their tables are complete."""
 
 from __future__ import annotations
 
+import importlib.util
 import re
+import shlex
 import tomllib
+from collections.abc import Callable
+from itertools import pairwise
+from pathlib import Path
 
 import pytest
-from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Page
+from documents import CHANGELOG, CONTRIBUTING, PAGES, README, ROOT, Block, Page, all_blocks
+from typer.main import get_command
+from typer.testing import CliRunner
 
+from vibropipe.cli.commands import app
 from vibropipe.physics.limits import LAW_IMPACTS, LAW_PERIODS
 from vibropipe.scenes.motion import keys as motion
 from vibropipe.scenes.sweep import figure_keys as sweep
@@ -103,3 +111,140 @@ def test_the_layout_has_every_folder_on_the_layer_of_the_contract() -> None:
     rows = re.findall(r"^\| (\d+) \| `vibropipe/(\w+)/`", CONTRIBUTING.text, re.MULTILINE)
     assert {name: int(level) for level, name in rows} == contract
     assert contract.keys() == folders
+
+
+PROJECT = tomllib.loads((ROOT / "pyproject.toml").read_text(encoding="utf-8"))
+EXTRAS = PROJECT["project"]["optional-dependencies"]
+MARKERS = {text.split(":")[0] for text in PROJECT["tool"]["pytest"]["ini_options"]["markers"]}
+STUDIES = {path.stem for path in (ROOT / "config").glob("*.yaml")}
+
+
+def vibropipe(arguments: list[str], whole: bool) -> None:
+    """Check arguments by the parser of the command line; within a sentence, required ones may be missing."""
+    group = get_command(app)
+    name, *rest = arguments
+    if name.startswith("--"):
+        assert any(name in option.opts for option in group.params), name
+        return
+    try:
+        group.commands[name].make_context(name, rest)
+    except Exception as error:
+        if whole or type(error).__name__ != "MissingParameter":
+            raise
+
+
+def snakemake(arguments: list[str], whole: bool) -> None:
+    from snakemake.cli import get_argument_parser
+
+    parsed = get_argument_parser().parse_args(arguments)
+    if parsed.workflow_profile:
+        assert (ROOT / parsed.workflow_profile / "config.yaml").is_file()
+    for target in parsed.targets:
+        folder, study, *_ = target.split("/")
+        assert folder == "results"
+        assert study in STUDIES
+
+
+def pytest_call(arguments: list[str], whole: bool) -> None:
+    for option, value in pairwise(arguments):
+        assert option != "-m" or value in MARKERS, value
+    for argument in arguments:
+        assert "/" not in argument or (ROOT / argument).exists(), argument
+
+
+def pip(arguments: list[str], whole: bool) -> None:
+    assert arguments[0] == "install"
+    assert (ROOT / arguments[arguments.index("-c") + 1]).is_file()
+    for extra in re.findall(r"\[(\w+)\]", " ".join(arguments)):
+        assert extra in EXTRAS, extra
+
+
+def python(arguments: list[str], whole: bool) -> None:
+    if arguments[0] == "-m":
+        assert importlib.util.find_spec(arguments[1]) is not None, arguments[1]
+    else:
+        assert (ROOT / arguments[0]).is_file(), arguments[0]
+
+
+def export(arguments: list[str], whole: bool) -> None:
+    name = arguments[0].split("=")[0]
+    sources = (ROOT / "vibropipe").rglob("*.py")
+    assert any(f'"{name}"' in path.read_text(encoding="utf-8") for path in sources), name
+
+
+def tool(arguments: list[str], whole: bool) -> None:
+    for argument in arguments:
+        assert not argument.endswith((".toml", ".txt")) or (ROOT / argument).is_file(), argument
+
+
+CHECKS: dict[str, Callable[[list[str], bool], None]] = {
+    "vibropipe": vibropipe,
+    "snakemake": snakemake,
+    "pytest": pytest_call,
+    "pip": pip,
+    "python": python,
+    "python3": python,
+    "export": export,
+    ".": lambda arguments, whole: None,
+} | dict.fromkeys(("ruff", "mypy", "lint-imports", "snakefmt", "uv"), tool)
+INLINE = ("vibropipe", "snakemake", "pytest", "python")
+# Commands that take long, are run by other tests, or serve until Ctrl-C.
+NOT_RUN = ("new", "run", "bench", "view")
+
+
+def check(line: str, whole: bool) -> None:
+    for command in line.split(" && "):
+        name, *arguments = shlex.split(command)
+        if name in INLINE and not arguments and not whole:
+            continue
+        CHECKS[name](arguments, whole)
+
+
+@pytest.mark.parametrize("block", all_blocks("sh", "bash"), ids=str)
+def test_commands_of_a_block(block: Block) -> None:
+    for line in block.text.splitlines():
+        check(line, whole=True)
+
+
+def quick_commands() -> list[str]:
+    """Return the commands of the package in the order of the documents, each once."""
+    lines = [line for block in all_blocks("bash") for line in block.text.splitlines()]
+    quick = [
+        line for line in lines if line.startswith("vibropipe ") and line.split()[1] not in NOT_RUN
+    ]
+    return list(dict.fromkeys(quick))
+
+
+def test_quick_commands_run(folder: Path, monkeypatch: pytest.MonkeyPatch) -> None:
+    """In order, in one folder, since a join needs the shards solved before it."""
+    monkeypatch.chdir(folder)
+    assert len(quick_commands()) >= 8
+    for line in quick_commands():
+        done = CliRunner().invoke(app, shlex.split(line)[1:])
+        assert done.exit_code == 0, f"{line}\n{done.output}"
+
+
+def test_every_command_is_explained() -> None:
+    listed = re.findall(r"^\| `vibropipe (\w+)` \|", Page("docs/tutorial.md").text, re.MULTILINE)
+    assert sorted(listed) == sorted(get_command(app).commands)
+
+
+@pytest.mark.parametrize("page", [page for page in PAGES if page is not CHANGELOG], ids=str)
+def test_commands_in_sentences(page: Page) -> None:
+    for text in page.quoted:
+        if text.split()[0] in INLINE:
+            check(text, whole=False)
+
+
+def test_a_wrong_command_is_found() -> None:
+    """The checks see a wrong subcommand, option, extra, marker, module and study."""
+    for line in (
+        "vibropipe warm mine.yaml",
+        "vibropipe plan mine.yaml --ruff",
+        "pip install -c constraints.txt -e '.[pears]'",
+        "pytest -m quick",
+        "python -m vibropipe.growth",
+        "snakemake --cores 2 results/acuracy/report.pdf",
+    ):
+        with pytest.raises(Exception):  # noqa: B017, PT011 - each parser has an error of its own
+            check(line, whole=True)

@@ -1,4 +1,4 @@
-"""Before a run: results are locked against other runs, and folders that cannot be written are reported."""
+"""Before and during a run: results are locked, folders must be writable, and Ctrl-C waits for snakemake."""
 
 import subprocess
 import sys
@@ -14,12 +14,14 @@ from vibropipe.jobs.preparation import (
     keep_earlier,
     lock_results,
 )
+from vibropipe.jobs.processes import STOPPED
 from vibropipe.jobs.solving import solve_stale
 from vibropipe.jobs.up_to_date import stale_files
 from vibropipe.scenes.costs import PlanError
 from vibropipe.store import NotWrittenError, read_sidecar
 from vibropipe.store.atomic import host_name
 from vibropipe.study import Study, load_study
+from vibropipe.words.exit_codes import INTERRUPTED
 
 OTHER_RUN = """
 import sys
@@ -173,3 +175,67 @@ def test_a_file_system_without_links_gets_a_copy(tmp_path, monkeypatch):
     file.write_text(SWEEPS.replace("f: [0.2, 1]", "f: [0.2, 0.6, 1]", 1))
     keep_earlier(str(tmp_path), load_study(file), {str(folder / "a.nc")})
     assert (folder / "shards/a/earlier.nc").read_bytes() == (folder / "a.nc").read_bytes()
+
+
+BEFORE = """
+import asyncio, logging, os, signal, time
+from vibropipe.jobs.processes import Interrupt
+
+interrupt = Interrupt(logging.getLogger("snakemake"))
+interrupt.reading = False
+"""
+IN_A_LOOP = """
+async def wait():
+    await asyncio.sleep(0.01)
+
+async def prepare():
+    async with asyncio.TaskGroup() as group:
+        group.create_task(wait())
+        os.kill(os.getpid(), signal.SIGINT)
+    print("prepared")
+
+with asyncio.Runner() as runner:
+    runner.run(prepare())
+    time.sleep(10)
+"""
+IN_A_HANDLER = """
+class Handler(logging.Handler):
+    def emit(self, record):
+        os.kill(os.getpid(), signal.SIGINT)
+        print("logged")
+
+logger = logging.getLogger("other")
+logger.addHandler(Handler())
+logger.warning("")
+time.sleep(10)
+"""
+IN_A_WRITE = """
+import io, sys
+
+class Raw(io.RawIOBase):
+    def writable(self):
+        return True
+
+    def write(self, text):
+        os.kill(os.getpid(), signal.SIGINT)
+        return os.write(1, text)
+
+sys.stderr = io.TextIOWrapper(io.BufferedWriter(Raw()), write_through=True)
+logger = logging.getLogger("other")
+logger.addHandler(logging.StreamHandler(sys.stderr))
+logger.warning("logged")
+sys.stderr.flush()
+time.sleep(10)
+"""
+
+
+@pytest.mark.parametrize(
+    ("busy", "done"), [(IN_A_LOOP, "prepared"), (IN_A_HANDLER, "logged"), (IN_A_WRITE, "logged")]
+)
+def test_a_run_ends_after_what_must_not_be_interrupted(busy, done):
+    script = subprocess.run(
+        [sys.executable, "-c", BEFORE + busy], capture_output=True, text=True, timeout=60
+    )
+    assert script.returncode == INTERRUPTED
+    assert script.stdout.split() == [done]
+    assert script.stderr.splitlines() == [STOPPED]

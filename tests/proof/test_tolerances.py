@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-import subprocess
-import sys
-
 import numpy as np
 import pytest
+from command_line import printed
 
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation
@@ -133,9 +131,7 @@ def test_a_grid_is_refused_with_the_remedy():
 
 def without_flint(code: str) -> str:
     """Return what code prints where python-flint cannot be imported."""
-    code = "import sys; sys.modules['flint'] = None\nimport vibropipe as vp\n" + code
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    return done.stdout.strip()
+    return printed("import sys; sys.modules['flint'] = None\nimport vibropipe as vp\n" + code)
 
 
 def test_a_missing_library_is_told_with_the_command():
@@ -143,7 +139,7 @@ def test_a_missing_library_is_told_with_the_command():
         "try: vp.prove_all(vp.Exciter(l=0.5, nu=1.0, f=1.0))\n"
         "except ModuleNotFoundError as error: print(error)\n"
     )
-    assert told.endswith("not installed: pip install 'vibropipe[proof]'")
+    assert told.endswith("not installed: pip install 'vibropipe[proof]'\n")
 
 
 def test_rows_of_a_scene_say_that_the_library_is_missing():
@@ -154,4 +150,4 @@ def test_rows_of_a_scene_say_that_the_library_is_missing():
         "from vibropipe.scenes.keys.proofs import Prove\n"
         "print(proof_answer(with_row_proofs(rows, Prove())).rest)\n"
     )
-    assert told.endswith("not installed: pip install 'vibropipe[proof]'.")
+    assert told.endswith("not installed: pip install 'vibropipe[proof]'.\n")

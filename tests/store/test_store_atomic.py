@@ -10,6 +10,7 @@ from pathlib import Path
 
 import netCDF4
 import pytest
+from command_line import printed
 from store_datasets import motion
 
 from vibropipe import store
@@ -45,8 +46,7 @@ with h5py.File({str(path)!r}) as raw, netCDF4.Dataset({str(path)!r}) as file:
         assert numpy.asarray(file[name][...]).tobytes() == numpy.asarray(raw[name][...]).tobytes()
     print(raw["displacement"].shape)
 """
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert done.stdout == "(40,)\n"
+    assert printed(code) == "(40,)\n"
 
 
 def test_each_flipped_byte_is_detected(path):
@@ -235,8 +235,7 @@ def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
         "except store.StoreError as error:\n"
         "    print(error)\n"
     )
-    done = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
-    assert f"{path}: was not written" in done.stdout
+    assert f"{path}: was not written" in printed(code)
     assert list(tmp_path.iterdir()) == []
 
 

@@ -1,17 +1,21 @@
-"""Summary of a dataset as text, and its provenance."""
+"""Summary of a dataset as text, its provenance, and a filter and a table of a lazily opened scene."""
 
 import json
 import subprocess
+from collections.abc import Iterator
 from importlib.metadata import version
+from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import xarray as xr
 from store_datasets import motion, rows_of_sweep, shard
 
+import vibropipe as vp
 from vibropipe import store
 from vibropipe.compiler import kernel_hash
-from vibropipe.store import StoreError
+from vibropipe.store import StoreError, write
 from vibropipe.store.origin import _commit_of, _git_commit
 from vibropipe.store.show import plain_symbol
 from vibropipe.words.regimes import Regime
@@ -77,13 +81,12 @@ def test_the_summary_of_an_empty_dataset_is_a_line():
 
 def test_provenance_suffices_to_recompute_a_dataset():
     text = "title: ν\n"
-    attrs = store.provenance(text, "abc", "exact", accuracy_asked=1e-8, outputs=["impacts"])
+    attrs = store.provenance(text, "abc", "exact", accuracy_asked=1e-8)
     assert attrs["study"] == text
     assert attrs["fingerprint"] == "abc"
     assert attrs["kernel_hash"] == kernel_hash()
     assert attrs["accuracy_asked"] == 1e-8
     assert attrs["accuracy_reached"] == "none"
-    assert attrs["outputs"] == ["impacts"]
     assert len(attrs["study_hash"]) == 64
     assert json.loads(attrs["versions"])["numba"] == version("numba")
     assert attrs["machine"]
@@ -154,3 +157,45 @@ def test_a_broken_sidecar_is_named(tmp_path, content):
     (tmp_path / "a.json").write_text(content)
     with pytest.raises(StoreError, match=r"a\.json: .*: delete it"):
         store.read_sidecar(tmp_path / "a.nc")
+
+
+EXCITER = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R1=0.7, R2=0.7)
+OVER = {"nu": [0.6, 1.0, 1.7, 2.9], "f": [0.02, 0.5, 1.0]}
+
+
+@pytest.fixture(scope="module")
+def sweep() -> xr.Dataset:
+    return vp.sweep(EXCITER, OVER, harmonics=2)
+
+
+@pytest.fixture
+def node(sweep: xr.Dataset, tmp_path: Path) -> Iterator[xr.DataTree]:
+    write(sweep, tmp_path / "map.nc")
+    with vp.open_study(tmp_path) as tree:
+        yield tree["map"]
+
+
+def test_a_condition_on_points_leaves_impacts_out(node: xr.DataTree, sweep: xr.Dataset) -> None:
+    stored, is_two_sided = sweep.drop_dims("impact"), sweep.regime == Regime.TWO_SIDED
+    expected = stored.where(is_two_sided, drop=True)
+    assert expected.sizes["f"] < sweep.sizes["f"]
+    selected = node.where(node.regime == Regime.TWO_SIDED, drop=True)
+    assert all(values.chunks is not None for values in selected.data_vars.values())
+    xr.testing.assert_equal(selected.load(), expected)
+    masked = node.where(node.regime == Regime.TWO_SIDED)
+    assert masked.regime.dims == ("nu", "f")
+    xr.testing.assert_equal(masked.load(), stored.where(is_two_sided))
+
+
+def test_a_condition_on_impacts_selects_impacts(node: xr.DataTree, sweep: xr.Dataset) -> None:
+    hard = np.abs(sweep.impact_velocity.values) > 0.8
+    assert 0 < hard.sum() < hard.size
+    selected = node.where(abs(node.impact_velocity) > 0.8, drop=True)
+    assert set(selected.dims) == {"impact"}
+    np.testing.assert_array_equal(selected.impact_velocity, sweep.impact_velocity.values[hard])
+
+
+def test_a_node_becomes_the_table_of_its_points(node: xr.DataTree, sweep: xr.Dataset) -> None:
+    pd.testing.assert_frame_equal(node.to_dataframe(), vp.table(sweep))
+    part = node.isel(nu=1).sel(f=0.5)
+    assert float(part.base_frequency) == 1.0

@@ -1,5 +1,6 @@
-"""Rows written as they are solved: the same file as written at once, and no leftovers after a failure."""
+"""Rows written as they are solved, in shards or blocks: the same file as written at once, with all outputs."""
 
+import math
 from collections.abc import Iterable
 from itertools import pairwise
 from pathlib import Path
@@ -7,9 +8,13 @@ from pathlib import Path
 import numpy as np
 import pytest
 import xarray as xr
-from store_datasets import rows_of_sweep, shard, write_shards
+from store_datasets import IDENTITY, rows_of_sweep, shard, write_shards
 
+import vibropipe as vp
 from vibropipe import store
+from vibropipe.physics.derivatives import DIFFERENTIATED
+from vibropipe.solve.sweep.blocks import solve_blocks, solve_shard
+from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.store import encoding, sweep_files
 
@@ -123,3 +128,89 @@ def test_an_error_between_blocks_leaves_nothing(tmp_path, write, error):
         with pytest.raises(error):
             write(broken(), path)
         assert list(tmp_path.iterdir()) == []
+
+
+SOFT = vp.Exciter(l=0.5, h=0.1, k1=20.0, h1=0.2, k2=20.0, h2=0.2, friction=0.05)
+OVER_SOFT = {
+    "k1": np.array([20.0, 200.0]),
+    "nu": np.array([0.8, 1.2, 5.0]),
+    "f": np.array([0.01, 0.9]),
+}
+IMPACTS = ("impacts",)
+OF_EACH = ("impact_velocity_after", "contact_duration", "contact_force_max", "contact_depth_max")
+LARGEST = ("contact_duration_max", "support_force_max", "support_depth_max")
+CONTACTS = (*OF_EACH, *LARGEST, "row_size")
+
+
+def check_alike(stored, whole, names):
+    for name in names:
+        assert stored[name].dims == whole[name].dims
+        np.testing.assert_array_equal(stored[name].values, whole[name].values)
+        assert stored[name].attrs["units"] == whole[name].attrs["units"]
+
+
+def whole_and_joined(folder, exciter, over, outputs, follow):
+    """Return a sweep that is solved at once, and one in shards."""
+    grid, paths = grid_of(exciter, over, follow), []
+    length = max(grid.chain_length, 2)
+    for start in range(0, grid.rows, length):
+        part = solve_shard(grid, start, start + length, outputs=outputs)
+        paths.append(folder / f"{start}.nc")
+        store.write(part.assign_attrs(IDENTITY), paths[-1])
+    store.join(paths[::-1], folder / "joined.nc", grid)
+    whole = vp.sweep(exciter, over, outputs=outputs, follow=follow)
+    return whole, store.load(folder / "joined.nc")
+
+
+@pytest.mark.parametrize("follow", [None, ("nu", "both")])
+def test_contacts_join_like_all_quantities(tmp_path, follow):
+    whole, joined = whole_and_joined(tmp_path, SOFT, OVER_SOFT, IMPACTS, follow)
+    # The rows of small forces have no impact, and those with impacts lie in several shards.
+    assert (whole.row_size == 0).any()
+    assert (whole.row_size > 0).any()
+    check_alike(joined, whole, CONTACTS)
+
+
+@pytest.mark.parametrize("follow", [None, ("nu", "up")])
+def test_sensitivities_join_like_all_quantities(tmp_path, follow):
+    rigid = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7)
+    over = {"nu": np.array([0.4, 0.9, 1.3]), "f": np.array([0.3, 1.0])}
+    outputs = ("harmonics", "impacts", "sensitivity")
+    whole, joined = whole_and_joined(tmp_path, rigid, over, outputs, follow)
+    assert joined.parameter.values.tolist() == list(DIFFERENTIATED)
+    names = [name for name in whole.data_vars if name.endswith("_sensitivity")]
+    assert "impact_phase_sensitivity" in names
+    check_alike(joined, whole, names)
+
+
+def test_contacts_are_written_block_by_block(tmp_path):
+    grid = grid_of(SOFT, OVER_SOFT, None)
+    blocks = (
+        block.assign_attrs(IDENTITY)
+        for block in solve_blocks(grid, 0, grid.rows, 5, outputs=IMPACTS)
+    )
+    store.write_grid(blocks, tmp_path / "streamed.nc", grid)
+    whole = vp.sweep(SOFT, OVER_SOFT, outputs=IMPACTS)
+    check_alike(store.load(tmp_path / "streamed.nc"), whole, CONTACTS)
+
+
+def test_contacts_have_si_units_and_columns():
+    m, C = 2.0, 8000.0
+    whole = vp.sweep(SOFT, OVER_SOFT, outputs=IMPACTS)
+    physical = vp.to_physical(whole, m, C)
+    factors = {
+        "contact_duration_max": (math.sqrt(m / C), "s"),
+        "support_force_max": (C, "N"),
+        "support_depth_max": (1.0, "m"),
+        "contact_duration": (math.sqrt(m / C), "s"),
+        "contact_force_max": (C, "N"),
+        "contact_depth_max": (1.0, "m"),
+        "impact_velocity_after": (math.sqrt(C / m), "m s-1"),
+    }
+    for name, (factor, units) in factors.items():
+        assert physical[name].attrs["units"] == units
+        np.testing.assert_allclose(physical[name].values, whole[name].values * factor, rtol=1e-14)
+    points, impacts = vp.table(physical), vp.table(physical, impacts=True)
+    assert points.attrs["units"]["support_force_max_2"] == "N"
+    assert {*OF_EACH} <= {*impacts.columns}
+    assert len(impacts) == whole.sizes["impact"]

@@ -10,6 +10,7 @@ from pathlib import Path
 import jsonschema
 import pytest
 import yaml
+from command_line import printed
 from study_texts import BASE, faults, study_of
 
 import vibropipe as vp
@@ -53,26 +54,20 @@ def test_a_study_without_a_file_is_named_with_the_nearest_that_has_one(tmp_path)
     assert load_config(config).studies == ["paper", "regimes"]
 
 
-@pytest.mark.parametrize("name", ["paper.yaml", "config/paper.yaml", "Paper"])
-def test_a_file_in_place_of_a_study_is_named(tmp_path, name):
-    (tmp_path / "config.yaml").write_text(f"studies: [{name}]\n")
-    with pytest.raises(StudyError, match=r"studies\[0\]: .*did you mean 'paper'\?\)$"):
-        load_config(tmp_path / "config.yaml")
-
-
-def test_a_folder_without_studies(tmp_path):
-    (tmp_path / "config.yaml").write_text("studies: [mine]\n")
-    with pytest.raises(
-        StudyError, match=r"must be the name of a study beside .*there is none\), got 'mine'"
-    ):
-        load_config(tmp_path / "config.yaml")
-
-
-def test_a_misspelt_key_of_the_configuration(tmp_path):
-    (tmp_path / "config.yaml").write_text("studys: [one]\n")
-    with pytest.raises(
-        StudyError, match=r"studys: is an unknown key; must be .*did you mean 'studies'"
-    ):
+@pytest.mark.parametrize(
+    ("text", "told"),
+    [
+        *(
+            (f"studies: [{name}]", r"studies\[0\]: .*did you mean 'paper'\?\)$")
+            for name in ("paper.yaml", "config/paper.yaml", "Paper")
+        ),
+        ("studies: [mine]", r"must be the name of a study beside .*there is none\), got 'mine'"),
+        ("studys: [one]", r"studys: is an unknown key; must be .*did you mean 'studies'"),
+    ],
+)
+def test_what_names_no_study_is_told_with_what_may_be_meant(tmp_path, text, told):
+    (tmp_path / "config.yaml").write_text(text)
+    with pytest.raises(StudyError, match=told):
         load_config(tmp_path / "config.yaml")
 
 
@@ -184,10 +179,7 @@ def test_the_paper_is_all_there():
 
 def test_importing_studies_is_light():
     code = "import sys, vibropipe.study; print(*sys.modules)"
-    out = subprocess.run(
-        [sys.executable, "-c", code], check=True, cwd=ROOT, capture_output=True, text=True
-    )
-    loaded = {name.partition(".")[0] for name in out.stdout.split()}
+    loaded = {name.partition(".")[0] for name in printed(code, cwd=ROOT).split()}
     assert "pydantic" in loaded
     assert not loaded & {
         "numba",

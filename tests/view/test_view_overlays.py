@@ -1,15 +1,19 @@
-"""What else is known at a point: branches and boundaries over the map, texts to go on with, units."""
+"""What else is known at a point: branches, boundaries and borders over the map, texts, and the units of a study."""
 
+import math
 from dataclasses import replace
 
 import numpy as np
 import pytest
+from figures.sample_datasets import sweep
 from small_study import EXCITER
 
 import vibropipe as vp
 from vibropipe.scenes.registry import kind_of
 from vibropipe.store import load, write
-from vibropipe.study.loading import study_of_text
+from vibropipe.study import study_of_text
+from vibropipe.view.border import Borders
+from vibropipe.view.copies import as_python, as_yaml
 from vibropipe.view.overlays import MARKS, belongs, boundaries, branches
 from vibropipe.view.page import Page
 from vibropipe.view.plane import SIGNS, Plane
@@ -131,3 +135,92 @@ def test_a_motion_without_an_orbit_shows_its_section(results):
 
 def test_every_mark_of_a_bifurcation_has_a_sign_in_the_legend():
     assert {*MARKS.values()} <= {*SIGNS}
+
+
+@pytest.mark.parametrize(("follow", "first"), [("nu up", 0), ("nu down", -1), ("f up", None)])
+@pytest.mark.parametrize("order", [1, -1])
+def test_the_first_row_of_a_followed_line_is_beside_no_border(follow, first, order):
+    dataset = sweep(12, f=np.linspace(0.05, 2, 12)).assign_attrs(follow=follow)
+    regime = dataset["regime"].copy(data=np.full(dataset["regime"].shape, Regime.NO_IMPACT))
+    # only the columns of the least and the largest frequency differ
+    for column in (0, -1):
+        regime[{"nu": column}] = Regime.TWO_SIDED
+    plane = Plane(dataset.assign(regime=regime).isel(nu=slice(None, None, order)))
+    borders = Borders(plane)
+    steps = np.sort(dataset["nu"].values)
+    places = {0: 0.5 * (steps[0] + steps[1]), -1: 0.5 * (steps[-1] + steps[-2])}
+    x = plane.axes.index("nu")
+    found = {
+        round(borders.nearest(at).at[x], 9)
+        for at in np.ndindex(*(values.size for values in plane.values))
+    }
+    assert found == {round(float(place), 9) for end, place in places.items() if end != first}
+
+
+P = math.sqrt(8000.0 / 2.0)
+
+
+@pytest.fixture
+def page(with_units):
+    return Page(with_units, background=lambda work: work())
+
+
+@pytest.fixture
+def point(page, study):
+    """A point of the page, and the row without units."""
+    row = load(study / "map.nc").isel(nu=5, f=8)
+    page.point_at(float(row["nu"]) * P / (2 * math.pi), float(row["f"]) * 8000.0)
+    return page.point, row
+
+
+def test_axes_and_numbers_have_the_units_of_the_study(page, point):
+    point, row = point
+    np.testing.assert_allclose(page.plane.values[0] * 2 * math.pi / P, np.linspace(0.4, 2.8, 9))
+    assert page.plane.dataset["omega"].attrs["units"] == "Hz"
+    assert "ω/2π" in point.numbers.text
+    assert " Hz" in point.numbers.text
+    assert " mm/s" in point.numbers.text
+    assert "rad/s" not in point.numbers.text
+    jumps = point.panel.jumps.data
+    hardest = float(row["impact_velocity_max"].max()) * P * 1e3
+    assert np.abs(jumps["before"]).max() == pytest.approx(hardest, rel=1e-9)
+    assert {*np.round(jumps["x"], 9)} == {510.0, -490.0}
+    assert point.motion.period == pytest.approx(2 * math.pi / float(row["nu"]) / P * 1e3)
+    assert point.panel.curves.xaxis.axis_label.endswith("(ms)")
+
+
+def test_what_if_takes_the_units_of_the_study(point):
+    point, row = point
+    spinners = point.what_if.spinners
+    assert spinners["l"].value == 500.0
+    assert "(mm)" in spinners["l"].title
+    spinners["delta"].value = 20.0
+    spinners["load"].value = 80.0
+    values = {name: float(row[name]) for name in ("l", "nu", "f", "h", "R1", "R2")}
+    start = {"x0": float(row["displacement_strobe"]), "v0": float(row["velocity_strobe"])}
+    expected = vp.steady_state(vp.Exciter(**values, delta=0.02, load=0.01), **start)
+    assert point.shown.row["displacement_mean"].attrs["units"] == "mm"
+    found = point.shown.row["impact_velocity_max"].values
+    np.testing.assert_allclose(found, expected["impact_velocity_max"] * P * 1e3, rtol=1e-9)
+
+
+def test_the_map_anew_is_in_the_same_units(page, point):
+    point[0].what_if.spinners["delta"].value = 20.0
+    page.solve_map()
+    solved = page.datasets[page.scene.value]
+    assert float(solved["delta"]) == 20.0
+    assert solved["omega"].attrs["units"] == "Hz"
+    np.testing.assert_allclose(solved["omega"], page.plane.values[0])
+
+
+def test_recipes_give_the_same_exciter(point, tmp_path, monkeypatch):
+    point, row = point
+    text = as_yaml(point.stored, "again")
+    assert "l: 500.0 mm" in text
+    scene = study_of_text(text, "again").scenes["point"]
+    found = {}
+    exec(as_python(point.stored), found)
+    for name in ("nu", "f", "l", "h", "delta"):
+        assert scene.resolved_exciter()[name] == pytest.approx(float(row[name]), rel=1e-12)
+        assert getattr(found["exciter"], name) == pytest.approx(float(row[name]), rel=1e-12)
+    assert scene.start.x0 == pytest.approx(float(row["displacement_strobe"]), rel=1e-9)

@@ -1,11 +1,15 @@
-"""One call makes what an edit requires, and nothing else, for the edits that a user makes to a finished study."""
+"""One call makes what an edit requires, and nothing else; what fails leaves the rest made."""
 
 import os
 import re
 import shutil
+import time
 from pathlib import Path
 
 import pytest
+from command_line import called
+
+from vibropipe.store.atomic import scenes_of
 
 DRAWN = {"figures", "report"}
 TYPESETTING = {"typesetting the report", "everything is made"}
@@ -153,3 +157,71 @@ def test_a_run_that_makes_less_than_it_should_says_so_and_fails(project):
     assert "tiny: not made: forced (" in printed
     assert "results/tiny/forced.nc" in printed
     assert "Traceback" not in printed
+
+
+DRAWING = {"drawing free", "drawing forced", "drawing response", *TYPESETTING}
+SOLVING = {"solving free", "solving forced", "solving response"}
+
+
+def test_a_shared_number_recomputes_the_scenes_that_use_it(project):
+    project.edit("config/tiny.yaml", "f: -1,", "f: -0.9,")
+    assert project.planned() == {"solving forced", "drawing forced", *TYPESETTING}
+
+
+def test_edited_kernels_recompute_all(project):
+    project.own_package()
+    with project.path("vibropipe/march/loop.py").open("a") as source:
+        source.write("# an edit\n")
+    assert project.planned() == {*SOLVING, *DRAWING}
+
+
+def test_touched_files_comments_and_spelling_recompute_nothing(project):
+    project.own_package()
+    project.edit("config/tiny.yaml", "tau_end: 20", "tau_end: 2.0e1  # as long as it was")
+    later = time.time() + 60
+    for path in project.folder.rglob("*"):
+        if path.is_file() and ".snakemake" not in path.parts:
+            os.utime(path, (later, later))
+    assert project.planned() == set()
+
+
+def test_edited_figures_recompute_no_data(project):
+    project.own_package()
+    with project.path("vibropipe/figures/style.py").open("a") as source:
+        source.write("# an edit\n")
+    assert project.planned() == DRAWING
+
+
+STUDY = """\
+title: Chaos beside order
+exciter: {l: 0.5, nu: 1, f: 2, h: 0.05, R1: 0.8, R2: 0.8, delta: 0.1}
+scenes:
+  good: {kind: motion, tau_end: 7, samples_per_period: 16}
+  bad: {kind: branch, along: {nu: {from: 0.633, to: 0.64}}}
+"""
+REASON = (
+    "scenes.bad.exciter: must lead from (x0, v0) to an orbit that repeats with the force, got a motion with the regime"
+    " aperiodic: begin at another value (along.nu.from) or from another start"
+)
+
+
+def run(folder: Path, code: int) -> str:
+    return called(folder, "run", "mine.yaml", "--cores", "2", code=code).stderr
+
+
+def test_a_branch_that_cannot_start_fails_alone(tmp_path):
+    (tmp_path / "mine.yaml").write_text(STUDY)
+    report = tmp_path / "results/mine/report.pdf"
+    for _ in range(2):  # it is tried again by each call
+        report.unlink(missing_ok=True)
+        printed = run(tmp_path, 1)
+        assert "mine: results/mine/report.pdf, without bad" in printed
+        assert printed.splitlines()[-1] == f"vibropipe: {REASON}"
+        assert report.is_file()
+    assert not (tmp_path / "results/mine/bad.nc").exists()
+    # once the scene is gone, so is the line on it
+    before = report.read_bytes()
+    (tmp_path / "mine.yaml").write_text(STUDY[: STUDY.index("  bad:")])
+    assert "mine: made report; up to date: good, figures (" in run(tmp_path, 0)
+    assert report.read_bytes() != before
+    assert scenes_of(report) == ["good"]

@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import os
 import re
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import printed
 from hypothesis import assume, example, given, settings
 from hypothesis import strategies as st
 from sampling import sampled
@@ -75,23 +75,10 @@ def compare_all() -> None:
                 assert np.array_equal(full[name].values, without[name].values), (absent, name)
 
 
-def run(code: str, **environment: str) -> str:
-    """Return the output of a new process."""
-    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": path, **environment},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return done.stdout
-
-
 def test_null_effects_change_no_bit_of_the_formulas() -> None:
     code = "import test_march_effects; test_march_effects.compare_all(); print('same')"
-    assert run(code, NUMBA_DISABLE_JIT="1") == "same\n"
+    path = os.pathsep.join([str(Path(__file__).parent), *filter(None, sys.path)])
+    assert printed(code, PYTHONPATH=path, NUMBA_DISABLE_JIT="1") == "same\n"
 
 
 @pytest.mark.parametrize("absent", sampled(["forcing and rest", "support 1", "support 2"]))

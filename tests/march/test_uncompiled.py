@@ -4,13 +4,13 @@ from __future__ import annotations
 
 import json
 import os
-import subprocess
 import sys
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import pytest
+from command_line import printed
 from comparisons import parameters_of, reference
 
 import vibropipe as vp
@@ -78,15 +78,7 @@ def uncompiled() -> dict[str, Any]:
         "found['left out'] = t.rows_with_a_support_left_out(); "
         "found['bound'] = t.status_at_the_bound(); print(json.dumps(found))"
     )
-    done = subprocess.run(
-        [sys.executable, "-c", code],
-        env={**os.environ, "PYTHONPATH": path, "NUMBA_DISABLE_JIT": "1"},
-        capture_output=True,
-        text=True,
-        check=False,
-    )
-    assert done.returncode == 0, done.stderr
-    return json.loads(done.stdout)
+    return json.loads(printed(code, PYTHONPATH=path, NUMBA_DISABLE_JIT="1"))
 
 
 def test_a_search_that_reaches_its_limit_is_reported(uncompiled: dict[str, Any]) -> None:

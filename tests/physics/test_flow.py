@@ -1,15 +1,19 @@
-"""The exact motion between impacts against closed forms, and Newmark's step against its definition."""
+"""The exact motion between impacts against closed forms, Newmark's step, and complex division."""
 
 from __future__ import annotations
 
+import cmath
 import math
 
 import mpmath as mp
 import numpy as np
 import pytest
-from hypothesis import given
+from hypothesis import example, given
 from hypothesis import strategies as st
+from strategies import log
 
+import vibropipe as vp
+from vibropipe.compiler import jit
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import (
     DEGREE,
@@ -26,8 +30,10 @@ from vibropipe.physics.flow import (
     taylor,
     velocity,
 )
-from vibropipe.physics.load import Force
+from vibropipe.physics.forced_flow import acceleration, fly_freely
+from vibropipe.physics.load import Force, force_at
 from vibropipe.physics.newmark import mean_acceleration, newmark_map, step
+from vibropipe.physics.quotient import divide
 
 RATES = [
     (1.0, 0.0),
@@ -130,3 +136,79 @@ def test_newmark_is_constant_average_acceleration(
     assert a11 * y + a12 * w + b1 * mean == pytest.approx(y1, abs=1e-13)
     assert a21 * y + a22 * w + b2 * mean == pytest.approx(w1, abs=1e-13)
     assert mean_acceleration(y, w, mean, h, dt) == pytest.approx(0.5 * (a0 + a1), abs=1e-11)
+
+
+def taylor_flight(p, start, end, x, v):
+    """The same flight in short steps of the polynomial, which shares no formula with the closed form."""
+    steps = max(1, int(np.ceil(2 * (end - start) * steps_for_exact(p.nu, p.h))))
+    dt = (end - start) * 2 * np.pi / p.nu / steps
+    c = np.empty(DEGREE + 1)
+    for n in range(steps):
+        turn = start + (end - start) * n / steps
+        taylor(c, x, v, force_at(p, 1.0, turn), 0.0, p.h, p.nu, dt)
+        x, v = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
+    return x, v
+
+
+@given(
+    nu=st.one_of(st.sampled_from([1.0, 1 + 1e-9, 1 - 1e-12]), log(-1, 1)),
+    h=st.one_of(st.sampled_from([0.0, 1e-12, 2.0, 2 + 1e-12, 2 - 1e-9]), log(-6, 1.5)),
+    start=st.floats(-2, 2),
+    length=log(-3, 0.5),
+)
+@example(nu=1.0, h=0.0, start=0.3, length=5.0)
+def test_flight_is_that_of_short_steps(nu: float, h: float, start: float, length: float) -> None:
+    p = vp.Exciter(l=1.0, nu=nu, f=1.0, h=h).parameters()
+    x, v = taylor_flight(p, start, start + length, 0.7, -0.4)
+    found = fly_freely(p, start, start + length, 0.7, -0.4)
+    # The steps lose an ulp each, and the motion grows at resonance.
+    assert found[:2] == pytest.approx((x, v), abs=2e-13 * (1 + length / nu))
+
+
+def test_derivatives_are_those_of_differences() -> None:
+    p = vp.Exciter(l=1.0, nu=1.3, f=0.8, h=0.2).parameters()
+    x, v, *matrix = fly_freely(p, 0.1, 0.9, 0.3, 0.5)
+    step = 1e-6
+    columns = [
+        (np.array(fly_freely(p, 0.1, 0.9, *ahead)[:2]) - fly_freely(p, 0.1, 0.9, *back)[:2])
+        / 2
+        / step
+        for ahead, back in (
+            ((0.3 + step, 0.5), (0.3 - step, 0.5)),
+            ((0.3, 0.5 + step), (0.3, 0.5 - step)),
+        )
+    ]
+    assert np.transpose(columns).ravel() == pytest.approx(matrix, abs=1e-9)
+    later, earlier = (fly_freely(p, 0.1, 0.9 + side * step, 0.3, 0.5) for side in (1, -1))
+    rate = 2 * step * 2 * np.pi / p.nu
+    assert (later[0] - earlier[0]) / rate == pytest.approx(v, abs=1e-8)
+    assert (later[1] - earlier[1]) / rate == pytest.approx(acceleration(p, x, v, 0.9), abs=1e-8)
+
+
+TINY = 5e-324
+
+
+@jit
+def quotient(a: complex, b: complex) -> complex:
+    return divide(a, b)
+
+
+def test_quotients_equal_those_of_python() -> None:
+    rng = np.random.default_rng(1)
+    a, b = (
+        (rng.normal(size=2000) + 1j * rng.normal(size=2000)) * 10.0 ** rng.integers(-140, 140, 2000)
+        for _ in range(2)
+    )
+    for one, two in zip(a.tolist(), b.tolist(), strict=True):
+        assert quotient(one, two) == pytest.approx(one / two, rel=4e-16)
+
+
+@pytest.mark.parametrize("a", [0j, 1 + 2j, complex(math.inf, 0.0)])
+@pytest.mark.parametrize("b", [0j, complex(-0.0, 0.0), complex(0.0, -0.0)])
+def test_a_zero_divisor_gives_nan(a: complex, b: complex) -> None:
+    assert cmath.isnan(quotient(a, b))
+
+
+@pytest.mark.parametrize("b", [complex(TINY, 0.0), complex(0.0, -TINY), complex(math.nan, 1.0)])
+def test_tiny_and_nan_divisors_do_not_raise(b: complex) -> None:
+    assert not cmath.isfinite(quotient(1 + 1j, b))

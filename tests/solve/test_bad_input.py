@@ -1,4 +1,4 @@
-"""A bad parameter or start is rejected by a message with its name, its value and the valid values."""
+"""A bad start or argument is rejected by a message with its name, its value and the valid values."""
 
 from __future__ import annotations
 
@@ -9,37 +9,9 @@ from typing import Any
 
 import pytest
 import yaml
-from textbook import Parameters
 
 import vibropipe as vp
 from vibropipe.study import StudyError, parse_study
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *(
-            (name, value)
-            for name in Parameters._fields
-            for value in (math.nan, math.inf, -math.inf)
-        ),
-        ("nu", -1.0),
-        ("h", -1e-9),
-        ("l", -0.5),
-        ("l", 0.0),
-        ("R1", 1.0000001),
-        ("R1", -0.1),
-        ("R2", 2.0),
-        ("R2", -1e-300),
-        ("f", "strong"),
-    ],
-)
-def test_a_bad_parameter_is_named_with_its_value(name: str, value: Any) -> None:
-    good = {"l": 0.5, "nu": 1.0, "f": 1.0, "h": 0.1, "delta": 0.0, "R1": 0.5, "R2": 0.5}
-    with pytest.raises(vp.ParameterError, match=name) as error:
-        vp.Exciter(**{**good, name: value})
-    assert str(value) in str(error.value)
-    assert isinstance(error.value, ValueError)
 
 
 @pytest.mark.parametrize(

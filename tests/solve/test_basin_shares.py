@@ -1,10 +1,10 @@
 """Basins over a parameter, against single maps, branches of orbits and sweeps that are followed."""
 
-import numba
 import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.lab.bench_items import limit_threads
 from vibropipe.solve.basins.attractor_families import carry
 from vibropipe.solve.basins.attractor_set import AttractorSet
 from vibropipe.solve.basins.attractors import scattered_starts
@@ -118,12 +118,10 @@ def test_an_impact_that_passes_the_section_is_no_jump():
 
 
 def test_threads_and_the_order_of_values_change_nothing():
-    threads, over = numba.get_num_threads(), {"nu": [1.7, 1.9, 2.1]}
-    datasets = []
-    for n in (1, threads):
-        numba.set_num_threads(n)
-        datasets.append(vp.basins(PAPER, *STARTS, starts=64, over=over))
-    assert datasets[0].identical(datasets[1])
+    over = {"nu": [1.7, 1.9, 2.1]}
+    with limit_threads(1):
+        alone = vp.basins(PAPER, *STARTS, starts=64, over=over)
+    assert alone.identical(vp.basins(PAPER, *STARTS, starts=64, over=over))
 
 
 @pytest.mark.slow

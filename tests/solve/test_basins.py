@@ -1,6 +1,5 @@
 """Attractors and basins, against marches of every start far beyond its transient, and by symmetries."""
 
-import numba
 import numpy as np
 import pytest
 from hypothesis import given, settings
@@ -9,6 +8,7 @@ from sampling import sampled
 from scipy.stats import binomtest
 
 import vibropipe as vp
+from vibropipe.lab.bench_items import limit_threads
 from vibropipe.orbits.basins import LINES
 from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet, visited_cells
 from vibropipe.solve.basins.attractors import reachable_velocity, scattered_starts, shares
@@ -124,12 +124,9 @@ def test_a_refined_grid_keeps_its_starts(exciter):
 
 
 def test_threads_change_nothing():
-    threads = numba.get_num_threads()
-    datasets = []
-    for n in (1, threads):
-        numba.set_num_threads(n)
-        datasets.append(vp.basins(SYMMETRIC, *grid_of(SYMMETRIC, 40)))
-    assert datasets[0].identical(datasets[1])
+    with limit_threads(1):
+        alone = vp.basins(SYMMETRIC, *grid_of(SYMMETRIC, 40))
+    assert alone.identical(vp.basins(SYMMETRIC, *grid_of(SYMMETRIC, 40)))
 
 
 def test_starts_on_a_support():

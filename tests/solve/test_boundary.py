@@ -19,7 +19,6 @@ EXCITER = vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7, nu=1.0, f=0.5)
 # A second harmonic; the first one is in the box.
 TWO_HARMONICS = dataclasses.replace(EXCITER, f2=0.25, phi2=0.6)
 BOX = ((0.6, 3.0), (0.05, 1.5))
-pytestmark = pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
 ALL = ("fold", "flip", "pitchfork", "grazing")
 
 

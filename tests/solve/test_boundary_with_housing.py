@@ -204,7 +204,6 @@ RETURNING = {
 
 
 @pytest.mark.parametrize("case", RETURNING)
-@pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
 def test_orbits_on_boundaries_return_when_marched(case):
     exciter, of, within, lines, least = RETURNING[case]
     curve = vp.boundary(exciter, of, within=within, lines=lines)

@@ -13,6 +13,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.lab.bench_items import limit_threads
 from vibropipe.solve import threads
 from vibropipe.solve.rows import many as rows
 from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_blocks, solve_shard
@@ -175,13 +176,8 @@ def test_pieces_are_whole_chains_or_parts_of_one(count, chain, ends, monkeypatch
 
 
 def test_threads_do_not_matter(whole: xr.Dataset) -> None:
-    before = numba.get_num_threads()
-    try:
-        numba.set_num_threads(1)
-        one = vp.sweep(EXCITER, OVER, outputs=EVERY)
-    finally:
-        numba.set_num_threads(before)
-    xr.testing.assert_identical(one, whole)
+    with limit_threads(1):
+        xr.testing.assert_identical(vp.sweep(EXCITER, OVER, outputs=EVERY), whole)
 
 
 def test_what_is_not_asked_is_not_there() -> None:

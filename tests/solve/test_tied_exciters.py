@@ -33,7 +33,6 @@ CALLS: dict[str, Callable[..., xr.Dataset]] = {
 
 
 @pytest.mark.parametrize("call", CALLS)
-@pytest.mark.filterwarnings("ignore::vibropipe.UnsolvedWarning")
 def test_calls_follow_them_as_ties_of_their_own(call: str) -> None:
     own, given = CALLS[call](TIED), CALLS[call](PLAIN, ties=TIES)
     xr.testing.assert_identical(own, given)

@@ -228,18 +228,22 @@ def test_the_ties_of_an_unbalance_in_the_documentation_hold() -> None:
         assert len(found) == (1 if text is texts[0] else 2)
 
 
-def test_a_name_of_ones_own_varies_only_beside_a_tie_that_uses_it() -> None:
-    with pytest.raises(vp.ParameterError, match=r"over: must have keys among .*, got 'zeta'"):
-        vp.sweep(EXCITER, {"zeta": [0.1]}, ties={"h": "2 * eta", "eta": 1})
-    with pytest.raises(vp.ParameterError, match=r"over.zeta: must be left out, since it is tied"):
-        vp.sweep(EXCITER, {"zeta": [0.1]}, ties={"h": "2 * zeta", "zeta": "0.1"})
-
-
-def test_a_tied_force_needs_a_frequency() -> None:
-    with pytest.raises(vp.ParameterError, match="nu: is required beside f"):
-        vp.sweep(EXCITER, {"zeta": [0.1]}, ties={"f": "zeta"})
-    with pytest.raises(vp.ParameterError, match=r"ties.f: must have a value for nu"):
-        vp.sweep(EXCITER, {"R1": [0.1]}, ties={"f": "nu"})
+@pytest.mark.parametrize(
+    ("over", "ties", "message"),
+    [
+        ("zeta", {"h": "2 * eta", "eta": 1}, r"over: must have keys among .*, got 'zeta'"),
+        (
+            "zeta",
+            {"h": "2 * zeta", "zeta": "0.1"},
+            r"over.zeta: must be left out, since it is tied",
+        ),
+        ("zeta", {"f": "zeta"}, "nu: is required beside f"),
+        ("R1", {"f": "nu"}, r"ties.f: must have a value for nu"),
+    ],
+)
+def test_names_and_forces_that_lack_what_they_need_are_refused(over, ties, message) -> None:
+    with pytest.raises(vp.ParameterError, match=message):
+        vp.sweep(EXCITER, {over: [0.1]}, ties=ties)
 
 
 def test_derivatives_of_ties_by_names_they_depend_on_through_others() -> None:

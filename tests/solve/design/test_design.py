@@ -10,6 +10,7 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
+from vibropipe.lab.bench_items import limit_threads
 from vibropipe.solve.design.goals import goals_of
 from vibropipe.words.designs import DesignResult
 from vibropipe.words.status import UnsolvedWarning
@@ -201,19 +202,10 @@ def test_conflicting_targets_are_met_in_least_squares():
 
 
 def test_the_same_bits_on_one_thread():
-    import numba
-
-    threads = numba.get_num_threads()
-    runs = []
-    for n in (1, threads):
-        numba.set_num_threads(n)
-        runs.append(
-            vp.design(
-                EXCITER, {"delta": (-0.3, 0.3)}, minimise="f", subject_to={"f": "< 0"}, samples=32
-            )
-        )
-    numba.set_num_threads(threads)
-    assert runs[0].identical(runs[1])
+    given = {"minimise": "f", "subject_to": {"f": "< 0"}, "samples": 32}
+    with limit_threads(1):
+        alone = vp.design(EXCITER, {"delta": (-0.3, 0.3)}, **given)
+    assert alone.identical(vp.design(EXCITER, {"delta": (-0.3, 0.3)}, **given))
 
 
 def test_the_spread_of_a_quantity_is_made_least():

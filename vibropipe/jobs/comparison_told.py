@@ -23,19 +23,19 @@ if TYPE_CHECKING:
 MAX_LINES = 40  # of each kind
 
 
-def as_lines(found: Comparison, most: int = MAX_LINES) -> list[str]:
-    """Write a comparison as lines of text, at most so many of each kind."""
+def as_lines(found: Comparison) -> list[str]:
+    """Write a comparison as lines of text, at most MAX_LINES of each kind."""
     lines = []
     if found.settings:
         lines += aligned([("setting", "A", "B"), *found.settings])
     if found.study:
-        lines += ["", "study (- A, + B)", *cut(found.study, most)]
+        lines += ["", "study (- A, + B)", *cut(found.study)]
     over = f" over {', '.join(found.over)}" if found.over else ""
     rows = f"{count(found.rows, 'row')}{over} in both"
     lines += ["", f"{rows}, {found.only[0]:,} in A alone, {found.only[1]:,} in B alone"]
     if found.laws is not None:
         lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} differ")
-        lines += cut([f"  {law}" for law in found.laws], most)
+        lines += cut([f"  {law}" for law in found.laws])
     if found.changes:
         head = ("quantity", "rows", "largest difference", "of largest value", "at")
         cells = [
@@ -59,10 +59,10 @@ def sizes_of(change: Change) -> tuple[str, str]:
     return f"{change.largest:.3g} {change.unit}".strip(), f"{change.relative:.2g}"
 
 
-def cut(lines: list[str], most: int) -> list[str]:
+def cut(lines: list[str]) -> list[str]:
     """Return the first lines, and how many more there are."""
-    more = len(lines) - most
-    return [*lines[:most], f"  and {more:,} more"] if more > 0 else lines
+    more = len(lines) - MAX_LINES
+    return [*lines[:MAX_LINES], f"  and {more:,} more"] if more > 0 else lines
 
 
 def as_table(found: Comparison) -> pd.DataFrame:

@@ -34,7 +34,6 @@ def provenance(
     method: str,
     accuracy_asked: float | None = None,
     packages: tuple[str, ...] = (),
-    **more: Any,
 ) -> dict[str, Any]:
     """Return the global attributes from which a dataset can be recomputed.
 
@@ -58,7 +57,6 @@ def provenance(
         "versions": _versions(packages),
         "git_commit": _commit_of(SOURCES),
         "machine": _machine(),
-        **more,
     }
 
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from comparisons import REFERENCE
 from housings import FREE, RESTING, RUBBED, SECTION, STOPPED, SYMMETRIC, exciter_of
+from law_slopes import slopes
 
 import vibropipe as vp
 from vibropipe.march.piece_log import CAUSE, HOUSING_SLIP, HOUSING_STOP, REST_BEGINS
@@ -22,7 +23,6 @@ from vibropipe.orbits.law.law import WAY
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.steps import SPEED
-from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
 from vibropipe.physics.effects import Effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.branch.problem import is_symmetric
@@ -110,39 +110,13 @@ def test_newton_returns_to_the_orbit_that_was_marched(name, marcher):
 @pytest.mark.parametrize("name", EXCITERS)
 def test_derivatives_of_the_equations_are_those_of_differences(name, marcher):
     _curve, (law, u), p, _state, _start = orbit_of(name, marcher)
-    n, columns, e = len(u), np.arange(len(ALL_DIFFERENTIATED)), marcher.effects
-    exact, beside = new_blocks(n, columns.size, 1), new_blocks(n, 0, 1)
-    fill_blocks(e, p, law, u, columns, exact)
-
-    def rests(q, v):
-        fill_blocks(e, q, law, v, np.zeros(0, np.int64), beside)
-        return beside.rest.copy()
-
-    step = 1e-6
-    for i in range(n):
-        for j in range(3):
-            up, down = u.copy(), u.copy()
-            up[i, j] += step
-            down[i, j] -= step
-            slope = (rests(p, up) - rests(p, down)) / (2.0 * step)
-            expected = np.zeros((n, 3))
-            expected[i] += exact.at[i, :, j]
-            expected[(i + 1) % n] += exact.before[(i + 1) % n, :, j]
-            if u[i, j] == 0.0 and not slope.any():
-                # An event without this number: an equation of its own says so, and nothing else.
-                assert np.sort(np.abs(expected).ravel())[-2:].tolist() == [0.0, 1.0]
-                continue
-            np.testing.assert_allclose(slope, expected, atol=2e-7 * np.abs(expected).max())
-    for k, parameter in enumerate(ALL_DIFFERENTIATED):
-        if parameter in ("k1", "k2") and getattr(p, parameter) == 0.0:
-            continue  # another exciter
-        ends = [
-            rests(p._replace(**{parameter: getattr(p, parameter) + change}), u)
-            for change in (step, -step)
-        ]
-        slope = (ends[0] - ends[1]) / (2.0 * step)
-        scale = max(1.0, np.abs(slope).max())
-        np.testing.assert_allclose(exact.by[:, :, k], slope, atol=2e-7 * scale, err_msg=parameter)
+    for by, own, slope in slopes(marcher.effects, p, law, u):
+        if not isinstance(by, str) and u[by] == 0.0 and not slope.any():
+            # An event without this number: an equation of its own says so, and nothing else.
+            assert np.sort(np.abs(own).ravel())[-2:].tolist() == [0.0, 1.0]
+            continue
+        scale = max(1.0, np.abs(slope).max()) if isinstance(by, str) else np.abs(own).max()
+        np.testing.assert_allclose(slope, own, atol=2e-7 * scale, err_msg=str(by))
 
 
 @pytest.mark.parametrize("name", EXCITERS)

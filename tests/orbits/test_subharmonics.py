@@ -5,6 +5,7 @@ from __future__ import annotations
 import numpy as np
 import pytest
 import xarray as xr
+from orbit_motions import motion_of
 
 import vibropipe as vp
 
@@ -46,8 +47,7 @@ def test_they_are_the_spectrum_of_the_motion_over_the_orbit(name: str) -> None:
     exciter, m = EXCITERS[name], MULTIPLES[name]
     orbit = solve(exciter)
     assert int(orbit.period_multiple) == m
-    start = {"x0": float(orbit.displacement_strobe), "v0": float(orbit.velocity_strobe)}
-    motion = vp.simulate(exciter, tau_end=m * exciter.period, samples_per_period=SAMPLES, **start)
+    motion = motion_of(exciter, orbit, samples_per_period=SAMPLES)
     spectrum = 2 * np.fft.rfft(motion.displacement.values[: m * SAMPLES]) / (m * SAMPLES)
     harmonics = complex_amplitudes(orbit, "displacement")
     np.testing.assert_allclose(harmonics, spectrum[m::m][:HARMONICS], atol=ALIASING)

@@ -6,6 +6,7 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.jobs.report_data import report_data
@@ -66,8 +67,7 @@ def test_the_tube_of_several_periods() -> None:
     m = int(steady.period_multiple)
     assert m == 2
     tube = vp.prove(exciter, stretches=100)
-    x0, v0 = (float(steady[f"{name}_strobe"]) for name in ("displacement", "velocity"))
-    motion = vp.simulate(exciter, m * exciter.period, x0, v0, samples_per_period=250)
+    motion = motion_of(exciter, steady, samples_per_period=250)
     x = motion.displacement.values[: 250 * m]
     stretch = np.arange(250 * m) * 100 // (250 * m)
     assert (tube.displacement_low.values[stretch] <= x + 1e-12).all()

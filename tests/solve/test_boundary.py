@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.physics import closed_orbits as closed
@@ -196,14 +197,11 @@ def check_motions(base, borders):
     rng = np.random.default_rng(2)
     for n in rng.choice(borders.sizes["point"], 40, replace=False):
         exciter = dataclasses.replace(base, nu=float(borders["nu"][n]), f=float(borders["f"][n]))
-        m = int(borders["period_multiple"][n])
+        point = borders.isel(point=n)
         # At a grazing rounding decides whether the touch is an impact without speed.
-        motion = vp.simulate(
-            exciter, m * exciter.period, float(borders["displacement_strobe"][n]),
-            float(borders["velocity_strobe"][n]), samples_per_period=8,
-        )  # fmt: skip
-        grazes = int(borders["boundary_kind"][n]) == Bifurcation.GRAZING
-        moved = abs(float(motion["displacement"][-1]) - float(borders["displacement_strobe"][n]))
+        motion = motion_of(exciter, point, samples_per_period=8)
+        grazes = int(point.boundary_kind) == Bifurcation.GRAZING
+        moved = abs(float(motion.displacement[-1] - point.displacement_strobe))
         assert moved < (1e-4 if grazes else 1e-8)
 
 

@@ -6,6 +6,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.words.bifurcations import Bifurcation, BranchEnd
@@ -395,13 +396,8 @@ def test_orbits_of_two_periods_that_graze_end_at_those_of_one(exciter, parent):
     (end,) = np.flatnonzero(changes & (branch.end_reason.values == BranchEnd.PARENT))
     point = branch.isel(point=int(branch.bifurcation_point[end]))
     there = replace(exciter, nu=float(point.nu))
-    motion = vp.simulate(
-        there,
-        tau_end=there.period,
-        x0=float(point.displacement_strobe),
-        v0=float(point.velocity_strobe),
-    )
     assert int(point.period_multiple) == 2
+    motion = motion_of(there, point.assign(period_multiple=1))
     assert float(motion.displacement_end) == pytest.approx(
         float(point.displacement_strobe), abs=1e-7
     )
@@ -450,13 +446,7 @@ def test_rare_ends_of_laws_are_passed(seed, number, ends):
     for point in range(0, branch.sizes["point"], 5):
         row = branch.isel(point=point)
         there = replace(exciter, nu=float(row.nu))
-        motion = vp.simulate(
-            there,
-            int(row.period_multiple) * there.period,
-            float(row.displacement_strobe),
-            float(row.velocity_strobe),
-            samples_per_period=0,
-        )
+        motion = motion_of(there, row)
         assert float(motion.displacement_end) == pytest.approx(
             float(row.displacement_strobe), abs=1e-7
         )

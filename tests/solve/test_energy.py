@@ -8,6 +8,7 @@ from typing import Any
 
 import numpy as np
 import pytest
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.lab.hard_cases import smooth as independent
@@ -178,8 +179,7 @@ def test_energies_are_per_forcing_period_of_orbits_of_several() -> None:
     ds = steady_energies(DOUBLED)
     m = int(ds.period_multiple)
     assert m > 1
-    start = float(ds.displacement_strobe), float(ds.velocity_strobe)
-    motion = vp.simulate(DOUBLED, m * DOUBLED.period, *start, samples_per_period=0, energy=True)
+    motion = motion_of(DOUBLED, ds, energy=True)
     for term in ("energy_input", "energy_damping", "energy_impact"):
         np.testing.assert_allclose(m * ds[term].values, motion[term].values, rtol=1e-9)
     assert ds.energy_input.attrs["long_name"] == "work of the force per forcing period"

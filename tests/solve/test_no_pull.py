@@ -12,6 +12,7 @@ import numpy as np
 import pytest
 import xarray as xr
 from helpers.reference_housing import HousingReferenceSolver
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.lab.reference_solver import ReferenceSolver
@@ -216,15 +217,11 @@ def marched_points(exciter: vp.Exciter, along: str, branch: xr.Dataset) -> list[
             continue  # another law begins
         point = branch.isel(point=i)
         here = replace(exciter, **{along: float(point[along])})
-        x, v = float(point.displacement_strobe), float(point.velocity_strobe)
-        housing = {}
-        if exciter.mass_ratio > 0.0:
-            housing["housing_v0"] = float(point.housing_velocity_strobe)
-        m = int(point.period_multiple)
-        motions.append(vp.simulate(here, m * here.period, x, v, samples_per_period=0, **housing))
+        motions.append(motion_of(here, point))
         growth = 1.0 + np.abs(point.floquet_multiplier.values).max()
-        assert abs(float(motions[-1].displacement_end) - x) < 1e-11 * growth
-        assert abs(float(motions[-1].velocity_end) - v) < 1e-11 * growth
+        for name in ("displacement", "velocity"):
+            off = float(motions[-1][f"{name}_end"] - point[f"{name}_strobe"])
+            assert abs(off) < 1e-11 * growth
     return motions
 
 

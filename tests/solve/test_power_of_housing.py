@@ -6,6 +6,7 @@ import itertools
 
 import numpy as np
 import pytest
+from orbit_motions import motion_of
 from scipy.interpolate import CubicSpline
 
 import vibropipe as vp
@@ -59,11 +60,7 @@ def test_forces_and_powers_are_those_of_the_motion(seed: int) -> None:
     m = int(row.period_multiple)
     assert m > 0
     assert not row.rests_per_orbit.any()
-    x0, v0 = (float(row[f"{name}_strobe"]) for name in ("displacement", "velocity"))
-    motion = vp.simulate(
-        exciter, m * exciter.period, x0, v0, samples_per_period=20_000,
-        housing_v0=float(row.housing_velocity_strobe),
-    )  # fmt: skip
+    motion = motion_of(exciter, row, samples_per_period=20_000)
     x, v, force = (motion[name].values for name in ("displacement", "velocity", "force"))
     contact = np.where(x > exciter.upper, k1 * (x - exciter.upper) + exciter.h1 * v, 0.0)
     frame = x + exciter.h * v + contact - force
@@ -134,11 +131,7 @@ def test_harmonics_of_the_force_are_those_of_the_motion(name: str) -> None:
     m = int(row.period_multiple)
     assert m > 0
     found = (row.frame_force_amplitude * np.exp(1j * row.frame_force_phase)).values
-    x0, v0 = (float(row[f"{of}_strobe"]) for of in ("displacement", "velocity"))
-    motion = vp.simulate(
-        exciter, m * exciter.period, x0, v0, samples_per_period=20_000,
-        housing_v0=float(row.housing_velocity_strobe),
-    )  # fmt: skip
+    motion = motion_of(exciter, row, samples_per_period=20_000)
     tau, x, v, force, velocity = (
         motion[of].values for of in ("tau", "displacement", "velocity", "force", "housing_velocity")
     )

@@ -12,6 +12,7 @@ from comparisons import reference
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from long_orbits import true_values
+from orbit_motions import motion_of
 from strategies import Case, cases
 
 import vibropipe as vp
@@ -85,9 +86,8 @@ def test_a_steady_state_is_that_of_a_long_motion(exciter: vp.Exciter) -> None:
     steady = vp.steady_state(exciter, 0.1, outputs=outputs)
     m = int(steady.period_multiple)
     assert m > 0
-    x, v = float(steady.displacement_strobe), float(steady.velocity_strobe)
-    ds = vp.simulate(exciter, m * exciter.period, x, v, samples_per_period=2048, energy=True)
-    assert float(ds.displacement_end) == pytest.approx(x, abs=1e-9)
+    ds = motion_of(exciter, steady, samples_per_period=2048, energy=True)
+    assert float(ds.displacement_end) == pytest.approx(float(steady.displacement_strobe), abs=1e-9)
     xs = ds.displacement.values[:-1]
     for k in range(4):
         wave = np.mean(xs * np.exp(-2j * np.pi * k * m * np.arange(xs.size) / xs.size))
@@ -120,9 +120,7 @@ def test_linear_motion_in_closed_form(nu: float, f: float) -> None:
     np.testing.assert_allclose(ds.displacement, expected, atol=1e-13)
     assert float(ds.displacement_strobe) == pytest.approx(expected[0], abs=1e-13)
     assert abs(float(ds.energy_residual)) < 1e-12
-    motion = vp.simulate(
-        e, 3 * e.period, float(ds.displacement_strobe), float(ds.velocity_strobe), energy=True
-    )
+    motion = motion_of(e, ds, 3, energy=True)
     assert float(motion.displacement_end) == pytest.approx(expected[0], abs=1e-12)
     assert float(motion.energy_input) == pytest.approx(3 * float(ds.energy_input), rel=1e-12)
 

@@ -14,6 +14,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from mp_contacts import contacts_of_support_1
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.lab.bench_items import limit_threads
@@ -195,12 +196,7 @@ def test_steady_states_with_slow_contacts() -> None:
     exciter = vp.Exciter(l=0.5, nu=1.0, f=0.8, h=0.15, k1=1.0, h1=1e9, R2=0.6)
     row = vp.steady_state(exciter)
     assert row.status == Status.OK
-    marched = vp.simulate(
-        exciter,
-        float(row.period_multiple) * exciter.period,
-        x0=float(row.displacement_strobe),
-        v0=float(row.velocity_strobe),
-    )
+    marched = motion_of(exciter, row)
     assert float(marched.displacement_end) == pytest.approx(
         float(row.displacement_strobe), abs=1e-12
     )

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 import pytest
+from orbit_motions import motion_of
 
 import vibropipe as vp
 from vibropipe.orbits.branches.curve import ImpactCurve, is_no_motion
@@ -95,10 +96,7 @@ def test_the_least_gap_is_that_of_the_sampled_motion(exciter) -> None:
     point, m = curve.settle(u), int(state.period_multiple)
     assert point is not None
     gap, _flight, side, time = curve.system.margins[of.GAP]
-    motion = vp.simulate(
-        exciter, tau_end=m * exciter.period, samples_per_period=20_000,
-        x0=float(state.displacement_strobe), v0=float(state.velocity_strobe),
-    )  # fmt: skip
+    motion = motion_of(exciter, state, samples_per_period=20_000)
     x, v = motion.displacement.values, motion.velocity.values
     # Turning points: the velocity changes its sign without an impact between two samples.
     struck = np.isin(np.arange(x.size - 1), np.searchsorted(motion.tau, motion.impact_tau) - 1)

@@ -1,6 +1,5 @@
 """The studies of a call, as the rules of the workflow read them."""
 
-from pathlib import Path
 from types import SimpleNamespace
 
 import pytest
@@ -33,10 +32,6 @@ def folder(tmp_path, monkeypatch):
         tmp_path.joinpath("config", f"{name}.yaml").write_text(SCENES.format(points=points))
     tmp_path.joinpath("config/config.yaml").write_text("studies: [first, second]\n")
     return tmp_path
-
-
-def job(study: str, scene: str) -> SimpleNamespace:
-    return SimpleNamespace(study=study, scene=scene, shard="0003")
 
 
 @pytest.mark.parametrize(
@@ -114,7 +109,7 @@ def test_small_scenes_are_one_job_and_long_ones_and_measurements_jobs_of_their_o
 
 def test_a_long_sweep_is_cut_into_shards(folder):
     run = read_run(None, {})
-    wide = job("second", "wide")
+    wide = SimpleNamespace(study="second", scene="wide", shard="0003")
     assert len(run.shards(wide)) == 4
     assert run.cut(wide) == "3/4"
     assert run.shard_sidecars(wide)[0] == "results/second/shards/wide/0001.json"
@@ -136,7 +131,9 @@ def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
 
 
 def test_a_summary_names_scenes_that_were_removed(folder):
-    write_file(folder / "results/first/foreign.nc")
+    foreign = folder / "results/first/foreign.nc"
+    foreign.parent.mkdir(parents=True, exist_ok=True)
+    foreign.touch()
     for name in ("old", "one"):
         write(xr.Dataset(attrs={"fingerprint": "f"}), folder / f"results/first/{name}.nc")
     summary = summarise(read_run(None, {}, ["results/first/one.nc"]))
@@ -156,8 +153,3 @@ def test_the_causes_of_a_failed_run_are_the_errors_at_the_ends_of_logs(tmp_path)
         (tmp_path / name).write_text(text)
     logs = [str(tmp_path / name) for name in (*texts, "missing")]
     assert causes(logs) == ["vibropipe: two\nlines"]
-
-
-def write_file(path: Path) -> None:
-    path.parent.mkdir(parents=True, exist_ok=True)
-    path.touch()

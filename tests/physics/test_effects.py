@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from hypothesis import example, given, settings
 from hypothesis import strategies as st
+from strategies import log
 
 import vibropipe as vp
 from vibropipe.physics.bounds import linear_bound, state_norm_bound, ultimate_bound
@@ -117,10 +118,6 @@ def test_an_unknown_effect_is_named() -> None:
 
 
 # -- the bounds --------------------------------------------------------------------------------
-
-
-def log(low: float, high: float) -> st.SearchStrategy[float]:
-    return st.floats(low, high).map(lambda exponent: 10.0**exponent)
 
 
 @settings(max_examples=100)

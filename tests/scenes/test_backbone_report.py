@@ -115,12 +115,9 @@ def curves():
     return vp.backbone([0.0, 0.2], np.linspace(2.0, 7.0, 40))
 
 
-def labels(figure):
-    return [ax.get_xlabel() for ax in figure.axes], [ax.get_ylabel() for ax in figure.axes]
-
-
 def test_amplitudes_have_units(over_amplitude) -> None:
-    x, y = labels(draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)))
+    axes = draw_amplitude_frequency(vp.to_physical(over_amplitude, M, C)).axes
+    x, y = [ax.get_xlabel() for ax in axes], [ax.get_ylabel() for ax in axes]
     assert {text for text in x if text} == {r"eigenfrequency $\bar{\omega}$ (rad/s)"}
     assert {"first harmonic\n$A_1$ (m)", "first harmonic\n$B_1$ (m/s)"} <= {*y}
 

@@ -9,6 +9,7 @@ import numpy as np
 import pytest
 from comparisons import cut_off, parameters_of, reference
 from oracles import Motion, Oracle
+from sampling import sampled
 from textbook import Parameters, digits
 
 import vibropipe as vp
@@ -55,10 +56,6 @@ def random_case(seed: int) -> Case:
     tau_end = float(draw.uniform(2, 6)) * 2 * math.pi / max(nu, 0.5)
     accuracy = float(draw.choice(ACCURACIES))
     return Case(p, tau_end, x0, l * draw.uniform(-2, 2), accuracy)
-
-
-def truth(case: Case) -> Motion:
-    return Oracle(case.p, digits(case.p, 40)).run(case.tau_end, case.x0, case.v0)
 
 
 def ratios(case: Case, ds: Any, motion: Motion) -> list[float]:
@@ -111,11 +108,13 @@ def solve(case: Case) -> Any:
 # -- errors ------------------------------------------------------------------------------------
 
 
-def check_errors(seeds: range) -> None:
+@pytest.mark.parametrize("seeds", sampled([range(500, 512), range(500)]))
+def test_errors_hold_against_the_twin(seeds: range) -> None:
     worst_ratios = {}
     for seed in seeds:
         case = random_case(seed)
-        worst_ratios[seed] = max(ratios(case, solve(case), truth(case)))
+        true = Oracle(case.p, digits(case.p, 40)).run(case.tau_end, case.x0, case.v0)
+        worst_ratios[seed] = max(ratios(case, solve(case), true))
     worst = max(worst_ratios, key=lambda seed: worst_ratios[seed])
     assert worst_ratios[worst] <= 30, (
         f"seed {worst}: error {worst_ratios[worst]:.1f} times the estimate"
@@ -124,15 +123,6 @@ def check_errors(seeds: range) -> None:
     assert len(beyond) <= 0.01 * len(worst_ratios), (
         f"seeds {beyond}: error above 3 times the estimate"
     )
-
-
-def test_errors_hold_against_the_twin() -> None:
-    check_errors(range(500, 512))
-
-
-@pytest.mark.slow
-def test_errors_hold_for_500_exciters() -> None:
-    check_errors(range(500))
 
 
 @pytest.mark.parametrize("name", sorted(reference("motions")))

@@ -208,9 +208,11 @@ CHECKS: dict[str, tuple[Callable[[Start], None], Any, int]] = {
 SUPPRESSED = [HealthCheck.too_slow, HealthCheck.filter_too_much]
 
 
-def examples_of(name: str, count: int) -> None:
-    """Run a check on random motions."""
-    check, strategy, _few = CHECKS[name]
+@pytest.mark.parametrize("many", [False, pytest.param(True, marks=pytest.mark.slow)])
+@pytest.mark.parametrize("name", CHECKS)
+def test_random_motions(name: str, many: bool) -> None:
+    check, strategy, few = CHECKS[name]
+    count = 20_000 if many else few
 
     @settings(max_examples=count, deadline=None, suppress_health_check=SUPPRESSED)
     @given(strategy)
@@ -218,17 +220,6 @@ def examples_of(name: str, count: int) -> None:
         check(motion)
 
     run()
-
-
-@pytest.mark.parametrize("name", CHECKS)
-def test_random_motions(name: str) -> None:
-    examples_of(name, CHECKS[name][2])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", CHECKS)
-def test_20000_random_motions(name: str) -> None:
-    examples_of(name, 20_000)
 
 
 @pytest.mark.parametrize("z", [0.0, 0.05, 0.3, 0.7])

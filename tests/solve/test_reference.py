@@ -283,7 +283,8 @@ def random_case(seed: int) -> Case:
     return Case(p, tau_end, min(max(x0, p.lower), p.upper), v0)
 
 
-def check(seed: int) -> None:
+@pytest.mark.parametrize("seed", sampled([*range(10), *range(1000, 2000)], 0, 1, 2, 3, 5, 7))
+def test_exact_agrees_with_the_twin(seed: int) -> None:
     """Compare every event and the end state to the tolerance that one ulp of the input implies."""
     case = random_case(seed)
     start = {"x0": case.x0, "v0": case.v0}
@@ -295,14 +296,3 @@ def check(seed: int) -> None:
         pytest.fail(f"{case}: one ulp changes its events, choose another seed")
     differences = disagreements(case.p, ds, expected, case.tau_end)
     assert not differences, f"{case}\n" + "\n".join(differences[:6])
-
-
-@pytest.mark.parametrize("seed", sampled(range(10), 0, 1, 2, 3, 5, 7))
-def test_exact_agrees_with_the_twin(seed: int) -> None:
-    check(seed)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(1000, 2000))
-def test_exact_agrees_with_the_twin_at_length(seed: int) -> None:
-    check(seed)

@@ -20,7 +20,7 @@ from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import new_log
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.return_map import floquet_multipliers, march_periods, state_xv
-from vibropipe.orbits.shooting import Orbit, Shooting, shoot
+from vibropipe.orbits.shooting import Shooting, shoot
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.flow import DEGREE
 
@@ -40,10 +40,6 @@ def march(e: vp.Exciter, x: float, v: float) -> tuple[Any, ...]:
     p = e.parameters()
     grid = exact_grid(ALL_EFFECTS, p)
     return ALL_EFFECTS, p, grid, initial_state(ALL_EFFECTS, p, grid, 0.0, x, v, None)
-
-
-def shot(e: vp.Exciter, x: float, v: float, m: int) -> Orbit:
-    return shoot(*march(e, x, v), np.int64(m), Shooting(), new_log(2000, 100), np.empty(DEGREE + 1))
 
 
 def image(e: vp.Exciter, x: float, v: float, m: int) -> np.ndarray:
@@ -138,7 +134,8 @@ def test_stable_or_not_it_is_a_fixed_point_with_its_multipliers(
     for solution in orbit.where(orbit.admissible == 1, drop=True).solution.values:
         one = orbit.sel(solution=solution)
         x, v = one.displacement_strobe.item(), one.velocity_strobe.item()
-        found = shot(exciter, x, v, m)
+        log, scratch = new_log(2000, 100), np.empty(DEGREE + 1)
+        found = shoot(*march(exciter, x, v), np.int64(m), Shooting(), log, scratch)
         assert found.is_closed
         assert found.distance < 1e-11
         multipliers = one.floquet_multiplier.values

@@ -16,10 +16,6 @@ LEVEL = {"impact_velocity_max_1": 0.8}
 KINDS = ("fold", "pitchfork", "grazing")
 
 
-def of_kind(curves: xr.Dataset, kind: str) -> xr.Dataset:
-    return curves.isel(point=curves.boundary_kind.values == Bifurcation[kind.upper()])
-
-
 def parts(curves: xr.Dataset) -> list[tuple[int, int, int, float, float]]:
     """Return kind, law, and ends in nu of each curve."""
     rows = []
@@ -46,7 +42,7 @@ def test_curves_of_an_unbalance_are_those_of_a_shaker(curves):
 
 def test_pitchforks_have_their_closed_form(curves):
     # R2 = R1 keeps the exciter symmetric.
-    found = of_kind(curves, "pitchfork")
+    found = curves.isel(point=curves.boundary_kind.values == Bifurcation.PITCHFORK)
     assert found.sizes["point"] > 50
     exciter = vp.Exciter(l=0.5, h=0.15, R1=0.7, R2=0.7)
     closed = vp.symmetric_orbit_boundaries(exciter, found.nu.values)

@@ -62,10 +62,6 @@ def made(project, *arguments: str) -> set[str]:
     return new
 
 
-def of_tiny(*parts: str) -> set[str]:
-    return {f"tiny/{part}" for part in (*parts, *DRAWN)}
-
-
 def redone(scene: str) -> set[str]:
     """Return the jobs of an edit of one scene."""
     return {f"solving {scene}", f"drawing {scene}", *TYPESETTING}
@@ -95,7 +91,7 @@ def test_a_study_that_is_on_no_list(project):
 )
 def test_an_edit_of_a_scene(project, old, new, scene):
     project.edit("config/tiny.yaml", old, new)
-    assert made(project) == of_tiny(scene)
+    assert made(project) == {f"tiny/{part}" for part in (scene, *DRAWN)}
 
 
 def test_edits_of_outputs_and_of_a_number_are_planned(project):

@@ -22,9 +22,8 @@ def written(levels: list[tuple[float, float]], limits=(0.0, 10.0)) -> tuple[Figu
         for n in range(len(levels)):
             ax.plot(X, y[2 * n : 2 * n + 2, 0])
         ax.set(xlim=limits, ylim=(0.0, 1.0))
-        write_names(
-            ax, x, y, pieces, ["both supports, once a period", *["other"] * (len(levels) - 1)]
-        )
+        names = ["both supports, once a period", *["other"] * (len(levels) - 1)]
+        write_names(ax, x, y, pieces, names, {piece.law: "k" for piece in pieces})
     return figure, list(ax.texts)
 
 

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.figures.line_names import NAME
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number
 from vibropipe.figures.units import display_units
@@ -14,7 +15,6 @@ from vibropipe.jobs.report_data import report_data
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts, together_answer
 from vibropipe.scenes.branch.curves import draw_branches
 from vibropipe.scenes.branch.lines import both_alike, cascade_of, places_of
-from vibropipe.scenes.branch.names import VALUE
 from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.branch.stretches import common_intervals, stretches_of
@@ -86,7 +86,7 @@ def test_the_picture_marks_what_the_data_hold(scene, dataset):
     assert set(unstable) <= set(np.concatenate([line.get_xdata() for line in dotted]))
     # each line bears its value, since colours do not differ enough in grey
     for ax in figure.axes[:2]:
-        written = {text.get_text() for text in ax.texts if text.get_gid() == VALUE}
+        written = {text.get_text() for text in ax.texts if text.get_gid() == NAME}
         assert written == {"$f$ = 0.25", "$f$ = 0.5"}
     caption = picture.describe(dataset, scene.figure, {})
     assert "folds" in caption

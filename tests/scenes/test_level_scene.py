@@ -75,12 +75,14 @@ def test_values_stand_on_their_lines(study, datasets):
     values = {text.get_text(): text for text in ax.texts if " = " in text.get_text()}
     assert len(values) == 2
     assert any("A_1" in text and text.endswith("= 0.3") for text in values)
+    places = ax.transData.transform(np.column_stack([dataset.nu, dataset.f]))
     for text, label in values.items():
-        number = 0 if text.endswith("= 0.3") else 1
-        of_level = dataset.isel(point=dataset["level_of"].values == number)
-        place = ax.transAxes.transform(label.get_position())
-        line = ax.transData.transform(np.column_stack([of_level.nu, of_level.f]))
-        assert np.hypot(*(line - place).T).min() < 15.0  # of some 500 points
+        own = dataset["level_of"].values == (0 if text.endswith("= 0.3") else 1)
+        box = label.get_window_extent()
+        gaps = np.maximum(np.maximum(box.min - places, places - box.max), 0.0)
+        away = np.hypot(*gaps.T) / figure.dpi * 2.54
+        assert away[own].min() < 0.4  # cm
+        assert away[own].min() < away[~own].min()  # it is nearer to its line than to any other
     boxes = [text.get_window_extent() for text in ax.texts]
     assert not any(one.overlaps(two) for one, two in itertools.combinations(boxes, 2))
     (legend,) = figure.legends

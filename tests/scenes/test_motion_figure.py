@@ -203,3 +203,22 @@ def test_a_soft_support_is_entered_without_a_jump_of_the_velocity() -> None:
     assert is_soft.any()
     assert (steps[is_soft] == 0.0).all()
     assert (steps[~is_soft] > 0.1).all()
+
+
+@pytest.mark.parametrize("kind", ["motion", "ramp"])
+def test_the_name_of_a_soft_support_is_off_the_motion(kind) -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, k1=30.0, k2=20.0, h1=1.0, h2=2.0, delta=0.05)
+    keys = {"nu_end": 1.6} if kind == "ramp" else {}
+    motion = vp.simulate(exciter, 60.0, **keys)
+    figure = vp.plot(motion)
+    panels = [(ax, text) for ax in figure.axes for text in ax.texts if "support" in text.get_text()]
+    assert len(panels) == 2
+    for ax, text in panels:
+        box = text.get_window_extent()
+        curves = [line for line in ax.lines if line.get_linestyle() == "-"]
+        assert curves
+        for line in curves:
+            at = np.linspace(ax.get_xlim()[0], ax.get_xlim()[1], 20_000)
+            heights = np.interp(at, *np.transpose(sorted(zip(*line.get_data(), strict=True))))
+            x, y = ax.transData.transform(np.column_stack([at, heights])).T
+            assert not ((x > box.x0) & (x < box.x1) & (y > box.y0) & (y < box.y1)).any()

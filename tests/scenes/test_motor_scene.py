@@ -10,6 +10,7 @@ from figures.figure_text import words
 from numpy.polynomial import Polynomial
 
 import vibropipe as vp
+from vibropipe.figures.line_names import NAME
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.scenes.branch.answers import branch_answers
 from vibropipe.scenes.branch.motor import title_motor
@@ -165,7 +166,13 @@ def test_several_exciters_have_the_speeds_of_each() -> None:
     speeds, jumps = tables({"run": own})[:2]
     assert [row[0] for row in speeds.rows] == [f"{h:g}" for h in own.crossing_h.values]
     assert [row[0] for row in jumps.rows] == [f"{h:g}" for h in own.jump_h.values]
-    assert "$h$ = 0.4" in words(draw("branch", own))
+    figure = draw("branch", own)
+    names = {text.get_text(): text for text in figure.axes[0].texts if text.get_gid() == NAME}
+    assert set(names) == {"motor", "$h$ = 0.1", "$h$ = 0.2", "$h$ = 0.4"}
+    torques = zip(own.crossing_nu.values, own.motor_torque.values, strict=True)
+    places = figure.axes[0].transData.transform(list(torques))
+    for box in (text.get_window_extent() for text in names.values()):
+        assert not ((places > box.min) & (places < box.max)).all(axis=1).any()
     with pytest.raises(vp.ParameterError, match="must be of one exciter: select the points"):
         vp.motor(own.assign(power_input_sensitivity=own.power_input), {"no_load": 2, "stall": 1})
 

@@ -10,16 +10,17 @@ from matplotlib.collections import PolyCollection, QuadMesh
 from matplotlib.text import Text
 
 import vibropipe as vp
+from vibropipe.figures import line_names
 from vibropipe.figures.canvas import axes, new_canvas
+from vibropipe.figures.line_names import Named, label_lines
 from vibropipe.figures.map_shapes import cell_edges, widest_spot
 from vibropipe.figures.style import LINES
 from vibropipe.scenes.keys.parts import MAX_LINES
-from vibropipe.scenes.sweep import curves, line_names
+from vibropipe.scenes.sweep import curves
 from vibropipe.scenes.sweep.captions import describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.line_names import Named, label_lines
 from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
 from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm

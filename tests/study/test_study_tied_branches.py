@@ -7,8 +7,8 @@ from drawing import caption, draw
 from study_texts import faults, study_of
 
 import vibropipe as vp
+from vibropipe.figures.line_names import NAME
 from vibropipe.jobs.report_data import report_data
-from vibropipe.scenes.branch.names import VALUE
 from vibropipe.scenes.registry import kind_of
 
 BRANCHES = """\
@@ -48,9 +48,7 @@ def test_a_further_name_of_ones_own_has_a_branch_at_each_value(tmp_path):
     assert dataset.attrs["ties"] == "R2 = R1; f = 0.3 * nu**2; h = 2 * zeta"
     assert dataset.zeta.attrs["long_name"] == "zeta"
     figure = draw("branch", dataset, scene.figure)
-    written = {
-        each.get_text() for ax in figure.axes for each in ax.texts if each.get_gid() == VALUE
-    }
+    written = {each.get_text() for ax in figure.axes for each in ax.texts if each.get_gid() == NAME}
     assert written == {"zeta = 0.08", "zeta = 0.1"}
     assert "f = 0.3 * nu**2" in caption(scene, dataset, {})
     assert report_data(study, {"s": dataset}, {})

@@ -11,8 +11,9 @@ from matplotlib.axes import Axes
 from matplotlib.text import Text
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import label_region
+from vibropipe.figures.line_names import Named, label_lines, with_places
 from vibropipe.figures.motion_words import amount_text, changing_text, number_word
+from vibropipe.figures.palette import EXACT
 from vibropipe.figures.text import flag_texts, plain_symbol_of, sentences, symbol_of, ties_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.design.data import in_words, shown_goals
@@ -204,8 +205,6 @@ def meeting_places(dataset: xr.Dataset) -> NDArray[np.intp]:
     return np.asarray((found[0] & found[1]).argmax(axis=1) if marked.any() else np.empty(0, int))
 
 
-# Shares of a curve at which its label is tried, and at which it stands without room.
-PLACES, MIDDLE = (0.5, 0.4, 0.6, 0.3, 0.7, 0.2, 0.8), 0.5
 # Curves of a level that have a label: the longest.
 LABELLED_CURVES = 3
 # Distance of the ends of two pieces of one curve, as a share of what is drawn.
@@ -270,46 +269,20 @@ def joined_curves(dataset: xr.Dataset, number: int, x: str, y: str) -> list[list
 
 
 def label_levels(ax: Axes, dataset: xr.Dataset, x: str, y: str) -> list[Text]:
-    """Write the value of each level on the longest of its curves; return the labels."""
-    labels: list[Text] = []
+    """Write the value of each level at the longest of its curves; return the labels."""
     ids = dataset["curve_id"].values
+    curves = {
+        n: (with_places(dataset[x].values[ids == n]), with_places(dataset[y].values[ids == n]))
+        for n in np.unique(ids).tolist()
+    }
+    lines: list[Named] = []
     for number, level in level_numbers(dataset):
-        curves = []
+        found = []
         for pieces in joined_curves(dataset, number, x, y):
             longest = max(pieces, key=lambda piece: int((ids == piece).sum()))
-            points = np.flatnonzero(ids == longest)
-            data = np.column_stack([dataset[x].values[points], dataset[y].values[points]])
-            drawn = ax.transData.transform(data)
-            steps = np.hypot(*np.diff(drawn, axis=0).T)
-            curves.append((float(steps.sum()), drawn, np.concatenate([[0.0], steps.cumsum()])))
-        curves.sort(key=lambda each: -each[0])
-        for n, (_length, drawn, passed) in enumerate(curves[:LABELLED_CURVES]):
+            drawn = ax.transData.transform(np.column_stack(curves[longest]))
+            found.append((float(np.hypot(*np.diff(drawn, axis=0).T).sum()), longest))
+        for n, (_length, curve) in enumerate(sorted(found, reverse=True)[:LABELLED_CURVES]):
             text = f"{level.symbol} = {level.value}"
-            label = _label(ax, drawn, passed, text, labels, is_needed=n == 0)
-            labels += [] if label is None else [label]
-    return labels
-
-
-def _label(
-    ax: Axes, drawn: np.ndarray, passed: np.ndarray, text: str, labels: list[Text], is_needed: bool
-) -> Text | None:
-    """Write a label on a curve where it covers no other one and stays inside the axes; None if it has no room.
-
-    drawn, passed : (n, 2) points of the curve on the canvas, and (n,) its length up to each
-    is_needed : whether it is written in the middle of the curve without room
-    """
-    frame = ax.get_window_extent()
-    for share in (*PLACES, MIDDLE):
-        at = [np.interp(share * passed[-1], passed, drawn[:, k]) for k in (0, 1)]
-        x, y = ax.transAxes.inverted().transform(at)
-        label = label_region(ax, x, y, text, transform=ax.transAxes)
-        label.set_zorder(7)
-        box = label.get_window_extent()
-        inside = frame.x0 < box.x0 and box.x1 < frame.x1 and frame.y0 < box.y0 and box.y1 < frame.y1
-        is_free = not any(box.overlaps(other.get_window_extent()) for other in labels)
-        if inside and is_free and box.width < passed[-1]:
-            return label
-        label.remove()
-    if not is_needed:
-        return None
-    return label_region(ax, x, y, text, transform=ax.transAxes, zorder=7)
+            lines.append(Named(*curves.pop(curve), text, EXACT, n == 0))
+    return label_lines(ax, lines, curves.values())

@@ -30,6 +30,7 @@ from vibropipe.scenes.branch.lines import (
     Panel,
     Piece,
     cascade_of,
+    colour_of,
     followed,
     kinds_present,
     panels_of,
@@ -103,12 +104,14 @@ def draw_branches(
         bottom = base + (number - 1 - position) * (high + between)
         ax = axes(figure, LEFT, bottom, WIDTH, high)
         drawn.append(ax)
+        others = arrow_lines(jumps, each.values)
         if backbone is not None and each.backbone is not None:
-            ax.plot(backbone["eigenfrequency"], each.backbone, **FREE_STYLE)
+            others.append((backbone["eigenfrequency"].values, each.backbone))
+            ax.plot(*others[-1], **FREE_STYLE)
         draw_panel(ax, dataset, each, pieces, jumps, colours)
         ax.set_xlim(*ends)
         draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
-        write_names(ax, dataset[along].values, each.values, pieces, names)
+        write_names(ax, dataset[along].values, each.values, pieces, names, colours, others)
         title = each.label + (", enlarged" if ends is close else "")
         panel(ax, "abcdefgh"[position % 8] if number > 1 else "", title, indent=-1.1)
         ax.tick_params(labelbottom=bool(close) or (position == number - 1 and not bars))
@@ -138,6 +141,11 @@ def draw_panel(
     for to in arrows_of(jumps, each.values):
         jump(ax, to.value, to.start, to.end, colour_of(colours, to.stretch.law, to.stretch.over))
     ax.margins(y=0.08)
+
+
+def arrow_lines(jumps: Sequence[Jump], values: np.ndarray) -> list[tuple[np.ndarray, np.ndarray]]:
+    """Return the lines of the arrows of jumps, from which names keep away."""
+    return [(np.full(2, to.value), np.array([to.start, to.end])) for to in arrows_of(jumps, values)]
 
 
 def enlarged(dataset: xr.Dataset) -> tuple[float, float] | None:
@@ -197,11 +205,6 @@ def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
         values = sorted({piece.value for piece in pieces})
         return dict(zip(values, shades(len(values)), strict=True))
     return {piece.law: regime_colour(dataset, piece.points.start) for piece in pieces}
-
-
-def colour_of(colours: Mapping[Any, str], law: str, value: float) -> str:
-    """Return the colour of a law, or that of a value of the further parameter."""
-    return colours.get(law) or colours[value]
 
 
 def regime_colour(dataset: xr.Dataset, point: int) -> str:

@@ -2,9 +2,9 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from itertools import pairwise
-from typing import NamedTuple
+from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
@@ -39,6 +39,11 @@ class Piece(NamedTuple):
     law: str
     is_stable: bool
     value: float
+
+
+def colour_of(colours: Mapping[Any, str], law: str, value: float) -> str:
+    """Return the colour of a law, or that of a value of the further parameter."""
+    return colours.get(law) or colours[value]
 
 
 def followed(dataset: xr.Dataset) -> str:

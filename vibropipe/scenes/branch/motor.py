@@ -10,9 +10,10 @@ import xarray as xr
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import SMALL, arrow, axes, legend_above, noted_canvas, panel
+from vibropipe.figures.canvas import arrow, axes, legend_above, noted_canvas, panel
+from vibropipe.figures.line_names import Named
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
-from vibropipe.figures.palette import GREY, INK, readable
+from vibropipe.figures.palette import GREY, INK
 from vibropipe.figures.text import (
     axis_label,
     format_number,
@@ -53,7 +54,6 @@ KEPT: dict[str, Any] = {
 COLOURS = {True: INK, False: "white"}  # of a speed that is kept, and of one that is not
 WAYS = ("lowered", "raised")  # by `jump_way`
 SAME, NEAR = 1e-9, 0.3  # of a speed that is lost; of the range of torques, at neighbouring points
-BESIDE = 0.02  # of the range, between the axis and the name of the line
 MAX_LISTED = 3  # speeds of an answer
 
 
@@ -81,7 +81,8 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
     at, given = speeds.values[order], dataset["available_torque"].values[order]
     ax.plot(at, given, **MOTOR)
     pieces = list(pieces_of(dataset))
-    draw_pieces(ax, speeds.values, load[:, None], pieces, colours_of(dataset, pieces))
+    colours = colours_of(dataset, pieces)
+    draw_pieces(ax, speeds.values, load[:, None], pieces, colours)
     kept = dataset["speed_is_stable"].values == 1
     crossings = crossing_speeds(dataset).values, dataset["motor_torque"].values
     for is_kept in (True, False):
@@ -94,14 +95,9 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
             arrow(ax, ends[0], ends[1], INK, linestyle=(0, (2, 1.2)), lw=0.8)
     ax.set_xlim(float(at[0]), float(at[-1]))
     ax.margins(y=0.1)
-    write_names(ax, speeds.values, load[:, None], pieces, line_names(dataset, pieces))
-    known = np.flatnonzero(np.isfinite(given))
-    if known.size:
-        place = known[np.abs(at[known] - at[known[0]] - BESIDE * (at[-1] - at[0])).argmin()]
-        ax.annotate(
-            "motor", (at[place], given[place]), xytext=(0, 4), textcoords="offset points",
-            color=readable(GREY), fontsize=SMALL,
-        )  # fmt: skip
+    points = zip(*(each[:, None] for each in crossings), strict=True)
+    motor, names = Named(at, given, "motor", GREY), line_names(dataset, pieces)
+    write_names(ax, speeds.values, load[:, None], pieces, names, colours, points, motor)
     panel(ax, title=in_brackets("torque of load and motor", dataset["motor_torque"]))
     ax.set_xlabel(axis_label(speeds))
     loads = {

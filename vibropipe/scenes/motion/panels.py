@@ -183,13 +183,14 @@ def draw_over_time(
 
 
 def draw_supports(ax: Axes, dataset: xr.Dataset, is_labelled: bool) -> None:
-    """Hatch what is beyond the supports within the limits of the vertical axis, and name them below any marks."""
+    """Hatch what is beyond the supports within the limits of the vertical axis, and name them beyond the motion."""
     low, high = ax.get_ylim()
-    walls = walls_of(dataset)
+    walls, x = walls_of(dataset), dataset["displacement"].values
     support_bands(ax, max(walls[2], low), min(walls[1], high))
-    for support, edge in ((1, high), (2, low)):
+    ends = {1: (np.nanmax(x, initial=walls[1]), high), 2: (np.nanmin(x, initial=walls[2]), low)}
+    for support, (end, edge) in ends.items():  # a mass goes on into a soft support
         if is_labelled and low < walls[support] < high:
-            middle = (walls[support] + edge) / 2
+            middle = (end + edge) / 2
             label_region(
                 ax, 0.985, middle, f"support {support}", transform=ax.get_yaxis_transform(), ha="right",
                 bbox={**WHITE_GROUND, "boxstyle": "square,pad=0.02"}, zorder=1,

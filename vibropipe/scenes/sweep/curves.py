@@ -26,6 +26,7 @@ from vibropipe.figures.canvas import (
     width_of,
     zero_line,
 )
+from vibropipe.figures.line_names import Named, label_lines
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.figures.palette import BLUES, HAIRLINE, SUPPORT_COLOURS, shades
 from vibropipe.figures.style import keep_zero_scale, write_centred
@@ -41,7 +42,6 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.line_names import Named, label_lines
 from vibropipe.scenes.sweep.lines import (
     BAR_NAME,
     draw_line,

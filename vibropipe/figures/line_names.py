@@ -8,12 +8,15 @@ from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
+from matplotlib.text import Text
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import CM_PER_INCH, TIGHT_GROUND, label, size_of
 
 Floats = NDArray[np.float64]
+NAME = "name of a line"
 PLACES = 48  # that are tried along a line
+MANY_PLACES = 400  # of a line whose points are few
 MANY = 2000  # points above which a line is thinned for its labels
 MOST_PLACES = 600  # that are looked at above and below a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
@@ -29,20 +32,24 @@ JUMP_CM = 0.4  # cm to a next point that lies across a jump
 
 @dataclass(frozen=True)
 class Named:
-    """A line with its name; points that are not finite are gaps."""
+    """A line with its name; points that are not finite are gaps.
+
+    is_needed : whether the name stands on the line where it has no room beside it; else it is left out there
+    """
 
     x: Floats
     y: Floats
     text: str
     colour: str
+    is_needed: bool = True
 
 
 def label_lines(
     ax: Axes, lines: Sequence[Named], obstacles: Iterable[tuple[Floats, Floats]] = ()
-) -> None:
-    """Write the name of each line above or below it, on the side without others; without such a place no name.
+) -> list[Text]:
+    """Write the name of each line above or below it, on the side without others, and return what is written.
 
-    Where it has no room there, it stands on its line, with white below.
+    Where it has no room there, it stands on its line, with white below, or is left out.
 
     ax : where the lines are drawn, with their scales and limits
     lines : the lines; the first ones choose first
@@ -52,13 +59,17 @@ def label_lines(
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     points = [_in_cm(ax, line.x, line.y, size) for line in lines]
     drawn = [_seen(_joined(shown)) for shown in points]
-    others = [_seen(_joined(_in_cm(ax, x, y, size))) for x, y in obstacles]
+    none = np.empty((0, 2))
+    others = [
+        _seen(np.concatenate([none, *(_joined(_in_cm(ax, x, y, size)) for x, y in obstacles)]))
+    ]
     boxes: list[Floats] = []
+    written: list[Text] = []
     for number, (line, all_points) in enumerate(zip(lines, points, strict=True)):
         own = _evenly(_seen(all_points), MOST_PLACES)
         half = _half_size(ax, line.text)
         inside = own[((own > half) & (own < size - half)).all(axis=1)]
-        if not inside.size:
+        if not own.size:
             continue
         rest = [
             *(p for n, p in enumerate(drawn) if n != number),
@@ -70,7 +81,7 @@ def label_lines(
         clearance = np.minimum(_distance(tried, half - TIGHT, rest), AMPLE)
         clearance -= 0.5 * _distance(tried, half - TIGHT, [own])  # better close to its line
         upright = "center"
-        if not len(tried):
+        if not len(tried) and line.is_needed:
             upright = "center_baseline"  # letters without descenders are centred on their line
             tried = _evenly(inside, PLACES)
             tried = tried[_is_free(tried, half, boxes)]
@@ -83,8 +94,17 @@ def label_lines(
         at = tried[int(np.argmax(clearance - middle))]
         boxes.append(np.array([at - half, at + half]))
         x, y = at / size
-        label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center", va=upright,
-              bbox=TIGHT_GROUND, zorder=6)  # fmt: skip
+        written.append(
+            label(ax, x, y, line.text, line.colour, transform=ax.transAxes, ha="center", va=upright,
+                  bbox=TIGHT_GROUND, zorder=6, gid=NAME)
+        )  # fmt: skip
+    return written
+
+
+def with_places(values: Floats) -> Floats:
+    """Return values along a line with others between them: its long steps are no jumps, and have room for names."""
+    number = max(MANY_PLACES, values.size)
+    return np.interp(np.linspace(0.0, values.size - 1.0, number), np.arange(values.size), values)
 
 
 def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
+from vibropipe.figures.claims import percent
 from vibropipe.figures.line_names import NAME
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.text import format_number
@@ -19,7 +20,6 @@ from vibropipe.scenes.branch.pictures import title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table, tables, together_table
 from vibropipe.scenes.branch.stretches import common_intervals, stretches_of
 from vibropipe.scenes.branch.yields import yield_answer
-from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
 from vibropipe.words.bifurcations import Bifurcation

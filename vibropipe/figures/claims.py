@@ -169,3 +169,9 @@ def _rises_at_end(values: xr.DataArray, at: xr.DataArray, dim: str) -> bool:
         return False
     top, next_to = float(line[where]), float(line[beside])
     return math.isfinite(next_to) and next_to < top * (1.0 - NEAR)
+
+
+def percent(share: float, up: bool = False) -> str:
+    """Write a share in per cent to one decimal, rounded down or up: what is not all is never 100 %."""
+    tenths = math.ceil(1000 * share - 1e-9) if up else math.floor(1000 * share + 1e-9)
+    return f"{tenths / 10:g} %"

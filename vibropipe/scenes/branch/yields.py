@@ -5,12 +5,13 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import percent
 from vibropipe.figures.motion_words import amount_text, words_of
 from vibropipe.figures.text import format_number, in_brackets
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import ROWS_SHOWN, Answer, Table
 from vibropipe.scenes.branch.lines import followed, swept
-from vibropipe.scenes.design.sorting_words import percent, sorting_of
+from vibropipe.scenes.design.sorting_words import sorting_of
 from vibropipe.scenes.design.workshop import MADE, sorting_cells
 
 PARTS = "1,024 parts"

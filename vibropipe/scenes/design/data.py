@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 import xarray as xr
 
+from vibropipe.figures.claims import percent
 from vibropipe.figures.motion_words import rests_of
 from vibropipe.figures.text import (
     REST,
@@ -67,6 +68,8 @@ class Part(NamedTuple):
         """Write its value of a design with the unit."""
         values = self.of(dataset)
         value = float(values.values[row])
+        if self.variable == "yield":  # as it is told everywhere else
+            return percent(value)
         write = format_number if value.is_integer() else measured
         return with_units(values, write(value, digits))
 

@@ -23,6 +23,7 @@ from vibropipe.figures.canvas import (
     panel,
     zero_line,
 )
+from vibropipe.figures.claims import percent
 from vibropipe.figures.palette import EXACT, INK, METHODS, SIGNED, shades
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.figures.text import format_number, plain_symbol_of, sentences, symbol_of, with_units
@@ -38,7 +39,6 @@ from vibropipe.scenes.design.data import (
     wanted_text,
 )
 from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
-from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.design.tolerance import WORST
 from vibropipe.solve.rows.named import OF_CONTACTS

@@ -13,7 +13,7 @@ from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
 
 from vibropipe.figures.canvas import SMALL, WIDE, EvenTicks, axes, new_canvas, size_of
-from vibropipe.figures.claims import at_least
+from vibropipe.figures.claims import at_least, percent
 from vibropipe.figures.palette import BAND, EXACT, FAILED, GREY, INK
 from vibropipe.figures.text import in_brackets, sentences, symbol_of
 from vibropipe.scenes.design.data import (
@@ -30,7 +30,6 @@ from vibropipe.scenes.design.data import (
     wanted_text,
 )
 from vibropipe.scenes.design.nominal import held_too_wide, nominal_numbers
-from vibropipe.scenes.design.sorting_words import percent
 from vibropipe.scenes.design.workshop import (
     MADE,
     SAMPLED,

@@ -52,6 +52,7 @@ from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
 from vibropipe.scenes.design.ranking import MOST_PARAMETERS, least_miss, shown_parts
 from vibropipe.scenes.design.workshop import (
+    limit_cells,
     lost_answer,
     makeable,
     nearest_limit_text,
@@ -79,13 +80,15 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "design",
         *(in_brackets(plain_symbol_of(dataset[name]), dataset[name]) for name in names),
     ]
-    head += [*(part.label_text(dataset) for part in parts), "margin (%)", STRUCK]
+    limits = ["nearest limit", "away"] * has_yield(dataset)
+    head += [*(part.label_text(dataset) for part in parts), *limits, "margin (%)", STRUCK]
     struck, columns = struck_texts(dataset), [nominal_numbers(dataset, name) for name in names]
     rows = [
         [
             str(number),
             *(column[row] for column in columns),
             *(measured(float(part.of(dataset).values[row])) for part in parts),
+            *limit_cells(dataset, row),
             margin_text(dataset, row),
             struck[row],
         ]
@@ -95,7 +98,10 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "Margin: distance to the nearest change of the law of motion that was found, in shares of the ranges, rounded "
         "down."
     )
-    widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1.5cm", "2.4cm")
+    if limits:
+        note = f"Away: from the nearest limit of a goal, in standard deviations of its quantity, to first order. {note}"
+    widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1fr", "auto")[: len(limits)]
+    widths += ("1.5cm", "2.4cm")
     if texts := from_rest_texts(dataset):
         head, widths = [*head, "from rest"], (*widths, "1.2cm")
         rows = [[*row, text] for row, text in zip(rows, texts, strict=True)]

@@ -2,22 +2,16 @@
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 import xarray as xr
 
+from vibropipe.figures.claims import percent
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.scenes.design.data import part_of
 from vibropipe.solve.design.sorting import NO_RULE
 
 DIGITS = 5  # of a threshold
-
-
-def percent(share: float, up: bool = False) -> str:
-    """Write a share in per cent to one decimal, rounded down or up: what is not all is never 100 %."""
-    tenths = math.ceil(1000 * share - 1e-9) if up else math.floor(1000 * share + 1e-9)
-    return f"{tenths / 10:g} %"
 
 
 def sorting_text(dataset: xr.Dataset) -> str:

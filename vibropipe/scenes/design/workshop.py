@@ -7,7 +7,7 @@ from collections.abc import Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import at_least, rounded_down
+from vibropipe.figures.claims import at_least, percent, rounded_down
 from vibropipe.figures.text import format_number, in_brackets, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Answer, Table, told_once
 from vibropipe.scenes.design.data import (
@@ -26,7 +26,7 @@ from vibropipe.scenes.design.nominal import (
     shown_tolerance,
     toleranced,
 )
-from vibropipe.scenes.design.sorting_words import Sorting, percent, sorting_of, sorting_text
+from vibropipe.scenes.design.sorting_words import Sorting, sorting_of, sorting_text
 from vibropipe.words.designs import ToleranceResult
 from vibropipe.words.wording import capitalised, series
 
@@ -54,10 +54,13 @@ def workshop_texts(dataset: xr.Dataset) -> list[str]:
     reasons = {row: reason for row in rows if (reason := no_tolerance(dataset, row))}
     for reason in dict.fromkeys(reasons.values()):
         texts.append(f"{no_tolerance_text([n for n in reasons if reasons[n] == reason], reason)}.")
+    wide: dict[tuple[str, ...], list[int]] = {}
+    for row in rows:
+        wide.setdefault(tuple(held_too_wide(dataset, row)), []).append(row)
     marked = [
-        f"{series(plain_symbol_of(dataset[name]) for name in names)} of design {number}"
-        for row, number in enumerate(numbers(dataset))
-        if (names := held_too_wide(dataset, row))
+        f"{series(plain_symbol_of(dataset[name]) for name in names)} of {designs_text(which).lower()}"
+        for names, which in wide.items()
+        if names
     ]
     if marked:
         texts.append(
@@ -187,36 +190,44 @@ def makeable(dataset: xr.Dataset) -> Answer:
 
 
 def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
-    """Return of each of several designs the yield, what foretells which exciters are good, and the nearest limit."""
-    if not has_yield(dataset) or dataset.sizes["design"] == 1:
+    """Return of each of several designs the yield, and what foretells which exciters are good; None if none fails."""
+    if dataset.sizes["design"] == 1 or not has_yield(dataset) or (dataset["yield"] == 1.0).all():
         return None
-    rules = [sorting_of(dataset, row) for row in range(dataset.sizes["design"])]
-    limits = [nearest_limit(dataset, row) for row in range(len(rules))]
+    yields = dataset["yield"].values.tolist()
+    rules = [sorting_of(dataset, row) for row in range(len(yields))]
     has_rule = any(rule is not None for rule in rules)
     sorting = ["good are those whose", "is", "sorted wrongly"] * has_rule
     rows = [
-        [
-            str(n + 1),
-            percent(float(dataset["yield"].values[n])),
-            *sorting_cells(rule, float(dataset["yield"].values[n]))[: len(sorting)],
-            DASH if part is None else part.words(dataset),
-            at_least(away, DIGITS) if np.isfinite(away) else DASH,
-        ]
-        for n, (rule, (part, away)) in enumerate(zip(rules, limits, strict=True))
+        [str(n), percent(share), *sorting_cells(rule, share)[: len(sorting)]]
+        for n, share, rule in zip(numbers(dataset), yields, rules, strict=True)
     ]
-    note = f"Yield: {yield_words(dataset)}."
+    note, title = (
+        f"Yield: {yield_words(dataset)}.",
+        "How many sampled exciters of each design are good",
+    )
     if has_rule:
         note += " Sorted wrongly: between which shares of all, with 95 % confidence."
-    note += " Away: from the nearest limit of a goal, in standard deviations of its quantity, to first order."
-    title = "How many sampled exciters of each design are good"
-    if not yields_differ(dataset):
-        title = "How far each design is from its nearest limit"
+        title += ", and what they are told by"
     table = Table(
-        ["design", "yield", *sorting, "nearest limit", "away"], rows, note,
-        ("auto", "auto", *("1fr", "auto", "auto")[: len(sorting)], "1fr", "auto"),
-        title=f"{title}, and what they are told by" if has_rule else title, scene=scene,
-    )  # fmt: skip
+        ["design", "yield", *sorting],
+        rows,
+        note,
+        ("auto", "auto", *("1fr", "auto", "auto")[: len(sorting)]),
+        title=title,
+        scene=scene,
+    )
     return told_once(table, "all designs")
+
+
+def limit_cells(dataset: xr.Dataset, row: int) -> list[str]:
+    """Return the nearest limit of a goal of a design, and how many standard deviations it is away, if that is known."""
+    if not has_yield(dataset):
+        return []
+    part, away = nearest_limit(dataset, row)
+    return [
+        DASH if part is None else part.words(dataset),
+        at_least(away, DIGITS) if np.isfinite(away) else DASH,
+    ]
 
 
 def sorting_cells(rule: Sorting | None, share: float) -> list[str]:

@@ -18,7 +18,15 @@ from vibropipe.jobs.reporting import build_report
 from vibropipe.report import typeset
 from vibropipe.report.exciter import drawing_of, said_beside, side_of, values_text
 from vibropipe.report.methods import method_words, model_line, solved_line
-from vibropipe.report.parts import MAX_ROWS, Answer, Table, not_repeated, own_answers, symbol
+from vibropipe.report.parts import (
+    MAX_ROWS,
+    Answer,
+    Table,
+    not_repeated,
+    own_answers,
+    symbol,
+    told_once,
+)
 from vibropipe.store import StoreError, write
 from vibropipe.study import study_of_text
 from vibropipe.words.wording import paragraphs
@@ -337,4 +345,35 @@ def test_no_heading_stands_twice_or_over_figures_of_another_scene():
         ("Why?", ["a2"]),
         ("Motions", ["B"]),
         ("C", ["c1", "c2"]),
+    ]
+
+
+def test_columns_that_all_lines_share_stand_in_the_note():
+    table = Table(
+        ["line", "rows", "hardest"], [["a", "100 %", "1.2"], ["b", "100 %", "1.3"]], "Note."
+    )
+    told = told_once(table, "all lines")
+    assert told.head == ["line", "hardest"]
+    assert told.note == "Of all lines: rows 100 %. Note."
+    same = replace(table, rows=[["a", "100 %", "1.2"], ["b", "100 %", "1.2"]])
+    assert told_once(same, "all lines") is same  # its lines would have no cells
+
+
+def test_a_table_of_several_scenes_does_not_stand_under_the_heading_of_one():
+    scenes = "".join(f"  {n}: {{kind: motion, title: {n.upper()}, tau_end: 9}}\n" for n in "ab")
+    study = study_of_text(f"title: T\nexciter: {{l: 1, nu: 1, f: 1}}\nscenes:\n{scenes}", "study")
+    figures = [{"scene": n, "title": f"{n} seen", "heading": "", "picture": "p"} for n in "ab"]
+    of_both, of_one = (
+        Table(["a"], [["b"]], title=title, scene=scene)
+        for title, scene in (("both", ""), ("one", "B"))
+    )
+
+    class Both:
+        report = SimpleNamespace(tables=lambda own: [of_one, of_both], noun="Motions")
+
+    labels = {"a": "A", "b": "B"}
+    groups = _groups(study, labels, figures, {}, {Both: {"A": None, "B": None}}, figures[0])
+    assert [(g.heading, [item["title"] for item in g.items]) for g in groups] == [
+        ("B", ["b seen", "one"]),
+        ("Motions", ["both"]),
     ]

@@ -180,10 +180,10 @@ def _groups(
 ) -> list[Group]:
     """Return the groups after the hero: those of its scene, then of the other scenes, in the order of the study."""
     drawn = {labels[entry["scene"]] for entry in figures}
-    tables = [
-        table
+    placed = [
+        (heading, table)
         for kind, own in parts.items()
-        for table in _placed(kind, own, drawn)
+        for heading, table in _placed(kind, own, drawn)
         if table.scene in drawn
     ]
     groups: list[Group] = []
@@ -196,7 +196,11 @@ def _groups(
         groups.append(group)
         own_figures = [entry for entry in figures if entry["scene"] == scene]
         pictures = {entry["picture"] for entry in own_figures}
-        own_tables = [beside_pictures(table, pictures) for table in tables if table.scene == label]
+        own_tables = [
+            beside_pictures(table, pictures)
+            for heading, table in placed
+            if table.scene == label and not heading
+        ]
         for figure in own_figures:
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]
@@ -216,6 +220,11 @@ def _groups(
             group = Group("Further numbers")
             groups.append(group)
         group.items += rest
+        for heading, table in placed:  # of several scenes, not under the question of one
+            if table.scene == label and heading:
+                same = next((each for each in groups if each.heading == heading), Group(heading))
+                groups += [] if same in groups else [same]
+                same.items.append(table.as_data())
     return [group for group in groups if group.items]
 
 
@@ -231,11 +240,15 @@ def _heading(study: Study, figure: Mapping[str, str], begins: bool) -> str:
     return (begins and of_scene) or figure["heading"] or of_scene
 
 
-def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[Table]:
-    """Yield the tables of a kind, those without a scene after the last one that is drawn."""
-    last = [label for label in own if label in drawn] or list(own)
+def _placed(kind: Kind, own: Datasets, drawn: Collection[str]) -> Iterator[tuple[str, Table]]:
+    """Yield the tables of a kind, those without a scene after the last one that is drawn.
+
+    Before each stands its own heading, if it is of several scenes that are drawn.
+    """
+    shown = [label for label in own if label in drawn]
     for table in kind.report.tables(own):
-        yield table if table.scene else replace(table, scene=last[-1])
+        heading = kind.report.noun if len(shown) > 1 and not table.scene else ""
+        yield heading, table if table.scene else replace(table, scene=(shown or list(own))[-1])
 
 
 def _methods(

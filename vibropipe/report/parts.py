@@ -88,12 +88,12 @@ class Table:
 
 
 def told_once(table: Table, whose: str) -> Table:
-    """Return a table without the columns whose cells are all equal, which its note tells of `whose`."""
+    """Return a table without the columns whose cells are all equal, unless all are; its note tells these of `whose`."""
     columns = range(len(table.head)) if len(table.rows) > 1 else range(0)
     equal = [
         n for n in columns if n and {table.rows[0][n]} == {row[n] for row in table.rows} != {DASH}
     ]
-    if not equal:
+    if len(equal) in (0, len(table.head) - 1):
         return table
     told = ", ".join(f"{symbol(table.head[n])} {table.rows[0][n]}" for n in equal)
     return replace(without_columns(table, equal), note=f"Of {whose}: {told}. {table.note}".strip())

@@ -12,7 +12,7 @@ from vibropipe.figures.claims import RANGE, even_digits
 from vibropipe.figures.text import format_number, in_brackets, is_forced
 from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
-from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each
+from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each, told_once
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.scenes.sweep.answers import (
     axis_of,
@@ -175,9 +175,8 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     head = ["line", f"first and last {symbol} with impacts", "rows with impacts"]
     if has_velocity:
         head.append(in_brackets("hardest impact of an orbit", dataset["impact_velocity_max"]))
-    return Table(
-        head, rows, title="Where each line has impacts, and how hard they are", scene=label
-    )
+    title = "Where each line has impacts, and how hard they are"
+    return told_once(Table(head, rows, title=title, scene=label), "all lines")
 
 
 def together_table(label: str, dataset: xr.Dataset) -> Table | None:

@@ -6,6 +6,7 @@ from drawing import caption, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import motion, sweep
 
+import vibropipe as vp
 from vibropipe.figures.text import digits
 from vibropipe.scenes.backbone.pictures import describe_amplitude_frequency
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion
@@ -141,3 +142,9 @@ def test_captions_name_what_is_shown(made):
     assert describe_motion(motion, ["velocity"]).startswith("Velocity over τ")
     assert "not stored" not in describe_impacts(motion)
     assert "not stored" in describe_impacts(made["impacts"][1])
+
+
+def test_rests_on_both_supports_are_told_together():
+    dataset = vp.simulate(vp.Exciter(l=0.5, nu=0.3, f=1.5, h=0.1, R1=0.5, R2=0.5), 60.0)
+    assert set(dataset["rest_support"].values) == {1, 2}
+    assert "Impacts, with rests, on both supports." in describe_motion(dataset)

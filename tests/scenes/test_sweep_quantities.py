@@ -23,7 +23,15 @@ from vibropipe.scenes.sweep.captions import (
 )
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
-from vibropipe.scenes.sweep.laws import MORE, OTHER, chosen_rows, laws_of, regions_of, share_text
+from vibropipe.scenes.sweep.laws import (
+    MORE,
+    OTHER,
+    Law,
+    chosen_rows,
+    laws_of,
+    regions_of,
+    share_text,
+)
 from vibropipe.scenes.sweep.lines import BAR_NAME
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.neighbours import jump_steps
@@ -375,3 +383,8 @@ def test_one_row_of_each_law_is_chosen():
     for index, law in rows:
         assert laws[int(codes.values.ravel()[index])] == law
         assert law.regime not in (Regime.UNRESOLVED, Regime.UNBOUNDED)
+
+
+def test_numbers_of_impacts_in_words_do_not_run_into_the_number_of_a_support() -> None:
+    assert Law(Regime.TWO_SIDED, 1, 2, 3).words == "support 1 twice, support 2 three times a period"
+    assert Law(Regime.ONE_SIDED_2, 3, 0, 4).words == "support 2 four times in three periods"

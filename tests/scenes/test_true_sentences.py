@@ -24,6 +24,7 @@ from vibropipe.scenes.sweep.quantities import Series, strikes
 from vibropipe.scenes.sweep.report import lines_table, motions_table
 from vibropipe.scenes.sweep.titles import largest_title
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import describe
 
 
 def line(regimes: list[int], first: list[float], second: list[float]) -> xr.Dataset:
@@ -181,3 +182,19 @@ def test_a_rest_from_the_beginning_is_no_rest_at_times() -> None:
     assert seen_text(lies) == "No support is struck; the mass lies on support 1 all the time"
     bounces = vp.simulate(pressed, 20.0, x0=0.3)
     assert seen_text(bounces).endswith("; the mass rests at times")
+
+
+@pytest.mark.parametrize(
+    ("name", "words"),
+    [
+        ("contact_duration_max", "the contact of orbits at support 1 is longest"),
+        ("support_force_max", "the force of orbits at support 1 is largest"),
+    ],
+)
+def test_the_title_of_an_extreme_contact_is_a_sentence(name: str, words: str) -> None:
+    values = np.array([[0.2, 0.1], [0.3, 0.1], [np.nan, np.nan]])
+    dataset = line([BOTH, BOTH, Regime.APERIODIC], *values.T)
+    dataset = describe(dataset.assign({name: (("nu", "support"), values)}))
+    nu = dataset["nu"].values[1]
+    title = largest_title(dataset, Series(name, "support", 0, ""))
+    assert title == f"On the grid, {words} at ν = {nu:g}"

@@ -50,7 +50,7 @@ def test_a_further_name_of_ones_own_has_a_branch_at_each_value(tmp_path):
     figure = draw("branch", dataset, scene.figure)
     written = {each.get_text() for ax in figure.axes for each in ax.texts if each.get_gid() == NAME}
     assert written == {"zeta = 0.08", "zeta = 0.1"}
-    assert "f = 0.3 * nu**2" in caption(scene, dataset, {})
+    assert "R₂ = R₁, f = 0.3 · ν², h = 2 · zeta" in caption(scene, dataset, {})
     assert report_data(study, {"s": dataset}, {})
 
 

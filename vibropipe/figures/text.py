@@ -312,8 +312,11 @@ def parameters_text(dataset: xr.Dataset, leave_out: Iterable[str] = ()) -> str:
 
 
 def ties_text(dataset: xr.Dataset) -> str:
-    """Write how parameters are tied: R2 = R1, h = 2 * zeta; empty if none are."""
-    return str(dataset.attrs.get("ties", "")).replace("; ", ", ")
+    """Write how parameters are tied as plain text: R₂ = R₁, f = 0.3 · ν²; empty if none are."""
+    text = str(dataset.attrs.get("ties", "")).replace("; ", ", ")
+    text = re.sub(r"\b[A-Za-z]\w*", lambda name: plain_symbol(name[0]), text)
+    text = re.sub(r"\*\*(\d)(?![\d.])", lambda power: power[1].translate(RAISED), text)
+    return re.sub(r" ?(?<!\*)\*(?!\*) ?", " · ", text)
 
 
 def sentences(*parts: str) -> str:

@@ -64,7 +64,7 @@ def has_motor(dataset: xr.Dataset) -> bool:
 
 def question_of(datasets: Mapping[str, xr.Dataset]) -> str:
     """Return the question that the report answers."""
-    if any(map(has_motor, datasets.values())):
+    if all(map(has_motor, datasets.values())):
         return "Which speeds does the motor keep, and where does it jump?"
     return "Which orbits are there, stable or not, and where do they change?"
 

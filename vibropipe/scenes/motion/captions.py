@@ -138,6 +138,9 @@ def impacts_text(dataset: xr.Dataset) -> str:
     """Write the number of impacts on each support."""
     if "impact_support" not in dataset:
         return NO_IMPACTS
+    rested = np.unique(dataset["rest_support"]) if "rest_support" in dataset else np.empty(0)
+    if rested.size == 2:
+        return "Impacts, with rests, on both supports"
     clauses = []
     for support in (1, 2):
         at = dataset["impact_support"].values == support
@@ -149,7 +152,7 @@ def impacts_text(dataset: xr.Dataset) -> str:
             clauses.append(f"{contacts} with support {support}, without velocity")
             continue
         impacts = count(int(at.sum()), "impact")
-        if "rest_support" in dataset and (dataset["rest_support"].values == support).any():
+        if support in rested:
             impacts = "impacts, with rests,"
         clauses.append(f"{impacts} on support {support}")
     return capitalised(series(clauses)) or NO_SUPPORT_STRUCK

@@ -12,9 +12,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.motion_words import orbit_text
+from vibropipe.figures.motion_words import number_word, orbit_text, times_word
 from vibropipe.figures.palette import PROOF_STYLES, REGIME_STYLES, RegimeStyle, shaded
-from vibropipe.figures.text import REGIME_TEXT, regime_name, times
+from vibropipe.figures.text import REGIME_TEXT, regime_name
 from vibropipe.words.regimes import Regime
 
 # Code of orbits that strike both supports, but not each of them once a forcing period.
@@ -80,13 +80,13 @@ class Law:
         name = regime_name(self.regime)
         if self.m == OTHER or self.m == 0 or name == "no_impact":
             return self.short
-        within = "a period" if self.m == 1 else f"in {self.m} periods"
+        within = "a period" if self.m == 1 else f"in {number_word(self.m)} periods"
         if name.startswith("one_sided"):
             support, hits = (1, self.p1) if self.p1 else (2, self.p2)
-            return f"support {support} {times(hits)} {within}"
+            return f"support {support} {times_word(hits)} {within}"
         if self.p1 == self.p2:
-            return f"each support {times(self.p1)} {within}"
-        return f"support 1 {times(self.p1)}, support 2 {times(self.p2)} {within}"
+            return f"each support {times_word(self.p1)} {within}"
+        return f"support 1 {times_word(self.p1)}, support 2 {times_word(self.p2)} {within}"
 
     @property
     def text(self) -> str:

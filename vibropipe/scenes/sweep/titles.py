@@ -68,16 +68,16 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
     places = {*dataset["regime"].dims} - {DIRECTION}
     alike = alike.any(dim=[dim for dim in values.dims if dim not in places])
-    subjects = subjects_of(own, plain)
     if bool(alike.all()) and own.dim != "support":
-        return f"{subjects[0]} is the same {'at all points' if is_map(dataset) else 'in all rows'}"
+        return f"{subjects_of(own, plain)[0]} is the same {'at all points' if is_map(dataset) else 'in all rows'}"
     if (fixed := fixed_dims(alike)) is None:
         return plain  # many starts, one motion
-    size = "is largest in size" if has_negative(dataset, own.name) else "is largest"
+    size = "is longest" if plain.startswith("Longest ") else "is largest"
+    size = "is largest in size" if has_negative(dataset, own.name) else size
     # what has no orbit may have larger values in its window
     all_repeat = bool((dataset["regime"] < Regime.APERIODIC).all())
     of, among = ("", "") if all_repeat else (" of orbits", "in orbits ")
-    found = [f"{subject}{of} {size}" for subject in subjects]
+    found = [f"{subject} {size}" for subject in subjects_of(own, plain, of)]
     if own.name == "impact_velocity_max":
         on = "" if own.position is None else f" support {own.position + 1}"
         found = [f"orbits strike{on} hardest"]
@@ -92,13 +92,16 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     return next((text for text in texts if len(text) <= MAX_TITLE), plain)
 
 
-def subjects_of(own: Series, plain: str) -> list[str]:
-    """Return what a sentence is about: a quantity in words, and in fewer letters."""
-    subject = plain.removeprefix("Largest ")
-    if own.name != "displacement_amplitude":
-        return [f"The {subject[0].lower()}{subject[1:]}", f"{subject[0].lower()}{subject[1:]}"]
-    words = subject.removesuffix(" amplitude of displacement").lower()
-    return [f"The {words}", f"A{(own.position or 0) + 1}".translate(LOWERED)]
+def subjects_of(own: Series, plain: str, of: str = "") -> list[str]:
+    """Return what a sentence is about: a quantity in words `of` some motions, and in fewer letters."""
+    words, _, place = plain.removeprefix("Largest ").removeprefix("Longest ").partition(", ")
+    if own.name == "displacement_amplitude":
+        words = words.removesuffix(" amplitude of displacement").lower()
+        return [f"The {words}{of}", f"A{(own.position or 0) + 1}{of}".translate(LOWERED)]
+    at = f" at {place}" if place else ""
+    words = words.removesuffix(" of the support") if place else words
+    subject = f"{words[0].lower()}{words[1:]}{of}{at}"
+    return [f"The {subject}", subject]
 
 
 def is_rounding(dataset: xr.Dataset, own: Series, top: float) -> bool:

@@ -204,7 +204,8 @@ def _groups(
         for figure in own_figures:
             if figure is not hero:
                 begins = scene != first and figure is own_figures[0]
-                heading = _heading(study, figure, begins)
+                # what follows the hero in its scene stands under the title of the report
+                heading = _heading(study, figure, begins) if scene != first else figure["heading"]
                 if begins and not heading and any(each.heading for each in groups):
                     # else it would stand under the question of another scene
                     heading = kind_of(study.scenes[scene]).report.noun

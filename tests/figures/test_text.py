@@ -2,11 +2,13 @@
 
 import numpy as np
 import pytest
+import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.canvas import new_canvas
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import (
+    axis_label,
     format_number,
     grid_text,
     parameter_line,
@@ -14,6 +16,7 @@ from vibropipe.figures.text import (
     scalar_parameters,
 )
 from vibropipe.words.quantities import REGIMES
+from vibropipe.words.vocabulary import describe
 from vibropipe.words.wording import count, series
 
 
@@ -96,3 +99,9 @@ def test_parameters_stand_in_as_few_lines_as_fit():
 def test_grids_are_written_whole_or_by_their_ends():
     assert grid_text(np.array([0.1, 0.5])) == "0.1, 0.5"
     assert grid_text(np.linspace(3, 0, 31)) == "0 … 3 (31 values)"
+
+
+def test_an_axis_has_no_remark_on_numbers_of_a_table():
+    stiffness = describe(xr.Dataset({"k1": ("row", [20.0, 50.0])}))["k1"]
+    assert "0 if rigid" in stiffness.attrs["long_name"]
+    assert axis_label(stiffness) == "stiffness of support 1 $k_1$"

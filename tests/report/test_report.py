@@ -125,6 +125,9 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
     rows = {row.symbol: row for row in side_of({"a": several}).rows}
     assert rows["R₁"].value == "0.6"  # 1 of the soft one states no restitution
     assert rows["k₁"].value == "0, 100"
+    derived = several.assign_coords(h1=("motion", [3.191, 3.191004]))
+    rows = {row.symbol: row for row in side_of({"a": derived}).rows}
+    assert rows["h₁"].value == "3.191"  # two that are written alike
     assert drawing_of(soft)["soft"] == [True, False]
     assert drawing_of(soft)["symbols"]["supports"] == ["k₁", "R₂"]
     assert not drawing_of(soft)["housing"]

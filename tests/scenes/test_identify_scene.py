@@ -101,7 +101,7 @@ def measured(factor, high=0.1, **noise):
 def test_good_data_are_explained_in_words_and_numbers():
     dataset, (answer, found) = measured(1.0, displacement_mean=1e-4)
     assert answer.lead == "The measurements are explained within their noise."
-    assert found.lead.startswith("δ = 0.03 ± ")
+    assert found.lead.startswith("δ = 0.030000 ± 2.1 × 10⁻⁵.")
     title = picture_of("identify", dataset).title(dataset, None, {})
     assert title == "The fit of the mean displacement leaves no more than noise"
     assert "Chi-square per degree of freedom is " in answer.rest
@@ -154,7 +154,7 @@ def test_what_is_not_determined_is_named():
         vp.Exciter(l=5.0, nu=1.0, f=0.2, h=0.1), table, vary, noise=noise, samples=16
     )
     _, blind, known = answers({"found": dataset})["found"]
-    assert known.lead.startswith("f = 0.2 ± ")
+    assert known.lead.startswith("f = 0.200000 ± 1.5 × 10⁻⁵.")
     assert blind.lead == "The measurements do not determine R₂."
     assert tables({"found": dataset})[0].rows[1][2:] == [
         "∞",

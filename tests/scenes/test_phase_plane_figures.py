@@ -240,6 +240,17 @@ def test_every_mark_of_a_spectrum_lies_within_its_axes():
     assert 0.5 in marks[:, 0]
 
 
+def test_a_spectrum_of_less_than_two_decades_has_plain_ticks():
+    dataset = steady(0.01)
+    dataset["displacement_amplitude"].values[:] = np.linspace(0.3, 0.05, dataset.sizes["harmonic"])
+    ax = draw_spectra(dataset).axes[0]
+    low, high = ax.get_ylim()
+    ticks = ax.yaxis.get_majorticklocs()
+    seen = ax.yaxis.get_major_formatter().format_ticks(ticks[(ticks >= low) & (ticks <= high)])
+    assert seen == ["0.02", "0.05", "0.1", "0.2", "0.5"]
+    assert not any(ax.yaxis.get_minor_formatter().format_ticks([0.03, 0.3]))
+
+
 def test_energies_and_spectra_of_a_motion_are_drawn():
     dataset = steady(0.01).assign(
         orbit_energy_input=0.628,

@@ -198,3 +198,10 @@ def test_the_title_of_an_extreme_contact_is_a_sentence(name: str, words: str) ->
     nu = dataset["nu"].values[1]
     title = largest_title(dataset, Series(name, "support", 0, ""))
     assert title == f"On the grid, {words} at ν = {nu:g}"
+
+
+def test_one_way_to_move_has_no_table_of_ranges() -> None:
+    dataset = line([BOTH] * 3, [0.5, 0.6, 0.7], [0.5, 0.6, 0.7])
+    assert motions_table("a", dataset) is None
+    dataset["regime"][0] = NONE
+    assert len(motions_table("a", dataset).rows) == 2

@@ -93,7 +93,8 @@ def values_text(name: str, datasets: Datasets) -> str:
     absent = next((DEFAULTS[each] for each in FURTHER if name in (each, physical_name(each))), None)
     if not values.size or (values == absent).all():
         return ""
-    parts = [format_number(float(value)) for value in values]
+    # values that the rounding of a damping alone tells apart are one
+    parts = [*dict.fromkeys(format_number(float(value)) for value in values)]
     text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"
     return with_units(arrays[0], text)
 

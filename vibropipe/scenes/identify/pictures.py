@@ -17,6 +17,7 @@ from vibropipe.figures.text import (
     axis_label,
     format_number,
     in_brackets,
+    measured,
     plain_symbol_of,
     sentences,
     with_units,
@@ -97,16 +98,19 @@ def found_text(dataset: xr.Dataset, is_explained: bool) -> list[str]:
     return texts
 
 
-def value_text(dataset: xr.Dataset, name: str, number: float | None = None, tail: str = "") -> str:
+def value_text(dataset: xr.Dataset, name: str, number: float | None = None) -> str:
     """Write a parameter that was found, or another number of it, with the digits that it has."""
     value = float(dataset[name]) if number is None else number
     text = format_number(value, digits_for(value, float(dataset[f"{name}_std"])))
-    return with_units(dataset[name], text + tail)
+    return with_units(dataset[name], text)
 
 
 def with_deviation(dataset: xr.Dataset, name: str) -> str:
-    """Write a parameter that was found with its standard deviation and unit."""
-    return value_text(dataset, name, tail=f" ± {at_most(float(dataset[f'{name}_std']), 2)}")
+    """Write a parameter that was found with its standard deviation and unit, with its last zeros: 0.6000 ± 0.0019."""
+    value, std = float(dataset[name]), float(dataset[f"{name}_std"])
+    return with_units(
+        dataset[name], f"{measured(value, digits_for(value, std))} ± {at_most(std, 2)}"
+    )
 
 
 def digits_for(value: float, std: float) -> int:

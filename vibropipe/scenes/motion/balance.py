@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel, zero_line
+from vibropipe.figures.canvas import SMALL, WIDE, axes, new_canvas, panel, plain_ticks, zero_line
 from vibropipe.figures.palette import METHODS
 from vibropipe.figures.phase_plane import draw_spectrum, spectrum_handles
 from vibropipe.figures.style import ROUNDING
@@ -142,6 +142,7 @@ def draw_spectra(dataset: xr.Dataset) -> Figure:
     for number, name in enumerate(names):
         ax = axes(figure, LEFT + number * (width + LEFT), 1.1, width, SPECTRUM_CM - 1.7)
         draw_spectrum(ax, dataset, name)
+        plain_ticks(ax.yaxis, 6)
         ax.set(xlabel=label("harmonic"), ylabel=axis_label(dataset[f"{name}_amplitude"], width=24))
         panel(ax, "ab"[number] if len(names) > 1 else "", name)
     handles = spectrum_handles(dataset)

@@ -105,8 +105,8 @@ def between_rows(dataset: xr.Dataset) -> str:
     return followed if is_followed(dataset) else "A border lies between two rows."
 
 
-def ranges_table(label: str, dataset: xr.Dataset) -> Table:
-    """Return how the mass moves along a line, range by range; of many ranges, the longest ones."""
+def ranges_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return how the mass moves along a line, range by range; of many ranges the longest ones, None of one alone."""
     axis = axis_of(dataset)
     has_velocity, has_period = "impact_velocity_max" in dataset, is_forced(dataset)
     codes, regions = regions_of(dataset)
@@ -121,6 +121,8 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         for code, m in zip(line["region"].values, multiple, strict=True)
     ]
     runs = [(key, [*found]) for key, found in groupby(range(len(keys)), keys.__getitem__)]
+    if len(runs) == 1:
+        return None  # the answers tell it
     kept = sorted(sorted(runs, key=lambda run: -len(run[1]))[:MAX_ROWS], key=lambda run: run[1])
     spans = [ends_text(line[axis].values[[found[0], found[-1]]]) for _, found in kept]
     rows = []
@@ -132,7 +134,6 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table:
         rows.append(cells)
     longest = f", the {MAX_ROWS} longest of {len(runs)}" if len(runs) > MAX_ROWS else ""
     note = f"First and last row of each range{longest}. {between_rows(dataset)}"
-    note = note if len(runs) > 1 else ""
     head = [in_brackets(symbol_text(line[axis]), line[axis]), "how the mass moves"]
     head += ["repeats after periods"] if has_period else []
     head += [in_brackets("hardest impact", dataset["impact_velocity_max"])] if has_velocity else []

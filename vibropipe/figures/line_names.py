@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
-from itertools import pairwise
 
 import numpy as np
 from matplotlib.axes import Axes
@@ -18,7 +17,7 @@ NAME = "name of a line"
 PLACES = 48  # that are tried along a line
 MANY_PLACES = 400  # of a line whose points are few
 MANY = 2000  # points above which a line is thinned for its labels
-MOST_PLACES = 600  # that are looked at above and below a line
+MOST_PLACES = 200  # that are looked at above and below a line
 ENOUGH = 0.8  # cm of clearance beyond which a place is no better
 MARGIN = 0.12  # cm around a label
 CLEAR = 0.02  # cm to other lines that leave a place on a line free
@@ -128,12 +127,12 @@ def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
 
 def _joined(points: Floats) -> Floats:
     """Return the points of a line with others between them, STEP_CM apart, so that none passes a label unseen."""
-    amount = np.ceil(np.hypot(*np.diff(points, axis=0).T) / STEP_CM).astype(int)
-    parts = [
-        one + np.linspace(0.0, 1.0, n, endpoint=False)[:, None] * (other - one)
-        for (one, other), n in zip(pairwise(points), amount.tolist(), strict=True)
-    ]
-    return np.concatenate([*parts, points[-1:]])
+    steps = np.diff(points, axis=0)
+    amount = np.ceil(np.hypot(*steps.T) / STEP_CM).astype(int)
+    of_step = np.repeat(np.arange(amount.size), amount)
+    number = np.arange(of_step.size) - (amount.cumsum() - amount)[of_step]
+    between = points[of_step] + (number / amount[of_step])[:, None] * steps[of_step]
+    return np.concatenate([between, points[-1:]])
 
 
 def _evenly(points: Floats, most: int) -> Floats:

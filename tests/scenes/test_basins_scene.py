@@ -530,6 +530,28 @@ def test_titles_say_what_the_start_decides(dataset):
     assert title_basins(creeps) == "The start decides which way the housing creeps"
 
 
+@pytest.mark.parametrize(("n_x", "n_v"), [(1, 1), (1, 3), (3, 1)])
+def test_one_start_and_one_row_of_starts(dataset, n_x, n_v):
+    exciter = vp.Exciter(l=0.5, nu=3.48, f=0.7, h=0.1, delta=0.1, R1=0.8, R2=0.8)
+    few = vp.basins(
+        exciter, np.linspace(-0.1, 0.1, n_x + 2)[1:-1], np.linspace(-1, 1, n_v + 2)[1:-1], starts=64
+    )
+    for show in (["attractor"], ["periods_to_attractor"], ["attractor", "periods_to_attractor"]):
+        figure = draw_basins(few, show)
+        figure.draw_without_rendering()
+        said = [text.get_text() for text in figure.axes[0].texts]
+        is_map = show[0] == "attractor"
+        letters = [each for each in said if len(each) == 1 and each.isupper()]
+        assert len(letters) == is_map * len(np.unique(few["attractor"]))
+        describe_basins(few, show)
+    assert basin_answers(few)
+    assert answers({"s": few})
+    steps = {(1, 1): "", (1, 3): "0.5 apart. ", (3, 1): "0.05 apart. "}[n_x, n_v]
+    assert steps_text(few) == ("Neighbours in the map are " + steps) * bool(steps)
+    assert tables({"s": few})
+    assert title_basins(few)
+
+
 def test_the_steps_of_a_map_are_told_where_they_are_alike(dataset):
     step_x, step_v = (format_number(float(np.diff(dataset[name])[0]), 2) for name in ("x0", "v0"))
     told = f"Neighbours in the map are {step_x} or {step_v} apart. "

@@ -154,8 +154,8 @@ def write_letters(ax: Axes, dataset: xr.Dataset, letters: Mapping[int, str]) -> 
     starts = dataset["x0"].values, dataset["v0"].values
     off_centre = (np.abs(values - values.mean()) for values in starts)
     x_gap, v_gap = (
-        size * (0.5 - gap / np.ptp(values))
-        for gap, values, size in zip(off_centre, starts, size_of(ax), strict=True)
+        size * (0.5 - gap / span)
+        for gap, span, size in zip(off_centre, spans_of(ax), size_of(ax), strict=True)
     )
     away = np.minimum(x_gap, v_gap[:, None]) + MARK_CM - DISC_CM
     for x, v in marks_of(dataset):
@@ -219,9 +219,13 @@ def marks_of(dataset: xr.Dataset) -> list[Floats]:
 
 def distance_to(ax: Axes, starts: tuple[Floats, Floats], x: float, v: float) -> Floats:
     """Return how far (cm) each start (v0, x0) is from a point."""
-    (x0, v0), (wide, high) = starts, size_of(ax)
-    across, up = (x0 - x) * wide / np.ptp(x0), (v0 - v) * high / np.ptp(v0)
-    return np.hypot(across, up[:, None])
+    (x0, v0), (wide, high), (span_x, span_v) = starts, size_of(ax), spans_of(ax)
+    return np.hypot((x0 - x) * wide / span_x, ((v0 - v) * high / span_v)[:, None])
+
+
+def spans_of(ax: Axes) -> tuple[float, float]:
+    """Return the lengths of both axes in data, above zero for one row of starts, too."""
+    return float(np.ptp(ax.get_xlim())), float(np.ptp(ax.get_ylim()))
 
 
 def draw_periods(

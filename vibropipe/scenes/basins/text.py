@@ -188,11 +188,11 @@ def steps_text(dataset: xr.Dataset) -> str:
     found = []
     for name in ("x0", "v0"):
         steps = np.diff(np.sort(dataset[name].values))
-        if steps.size and np.ptp(steps) > 1e-6 * steps.max():
+        if not steps.size:
+            continue
+        if np.ptp(steps) > 1e-6 * steps.max():
             return ""
-        found += [with_units(dataset[name], format_number(float(steps.max()), 2))] * bool(
-            steps.size
-        )
+        found.append(with_units(dataset[name], format_number(float(steps.max()), 2)))
     return f"Neighbours in the map are {' or '.join(found)} apart. " if found else ""
 
 

@@ -255,6 +255,17 @@ def test_negative_states_at_the_section_are_drawn(made):
     assert norm.vmax == -norm.vmin == pytest.approx(0.3, abs=0.02)
 
 
+@pytest.mark.parametrize("name", ["impact_velocity_max", "displacement_amplitude"])
+def test_small_values_are_not_taken_for_rounding_beside_numbers_without_dimension(name, made):
+    dataset = made["line"][1]
+    small = dataset.assign({name: 1e-10 * dataset[name].assign_attrs(dataset[name].attrs)})
+    figure = draw_sweep(small, [name, "impacts_per_period"])
+    largest = float(small[name].max())
+    low, high = figure.axes[0].get_ylim()
+    assert low == 0.0
+    assert largest <= high <= 2.0 * largest
+
+
 def test_a_sweep_of_one_point(made):
     figure = draw("sweep", made["line"][1].isel(nu=[30]))
     figure.draw_without_rendering()

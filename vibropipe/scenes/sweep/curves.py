@@ -61,7 +61,7 @@ from vibropipe.scenes.sweep.quantities import (
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.words.vocabulary import OF_SOFT
+from vibropipe.words.vocabulary import OF_SOFT, quantity
 
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.
 HIGH_SHARE, HIGH = 0.99, 2.0
@@ -260,7 +260,7 @@ def empty_text(panel: Panel) -> str:
 def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
     """Start the axes of amplitudes at zero, and keep axes of vanishing quantities from being scaled to rounding.
 
-    Quantities are compared with the largest of the same units.
+    Quantities are compared with the largest of their family.
     """
     sizes = {each: panel_size(dataset, each) for each in drawn}
     for each, ax in drawn.items():
@@ -269,9 +269,14 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
             ax.set_ylim(bottom=0.0)
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
-        stem = name.partition("_")[0]
-        alike = [size for other, size in sizes.items() if other.series[0].name.startswith(stem)]
+        alike = [size for other, size in sizes.items() if family_of(other) == family_of(each)]
         keep_zero_scale(ax, sizes[each], max(alike))
+
+
+def family_of(panel: Panel) -> tuple[str, str]:
+    """Return the first word and the dimension of a panel's quantity; those of one family are comparable."""
+    name = panel.series[0].name
+    return name.partition("_")[0], quantity(name).dimension
 
 
 def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:

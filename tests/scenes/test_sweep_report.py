@@ -101,6 +101,30 @@ def test_aperiodic_rows_are_told_apart_from_orbits():
     ]
 
 
+@pytest.mark.parametrize(
+    ("regime", "of_line", "of_map"),
+    [
+        (Regime.NO_IMPACT, "strikes no support in any row along ν", "strikes no support at any point of the map"),
+        (Regime.UNRESOLVED, "has no result in any row along ν", "has no result at any point of the map"),
+        (Regime.UNBOUNDED, "moves without bound in all rows along ν", "moves without bound at all points of the map"),
+    ],
+)  # fmt: skip
+def test_what_is_so_of_all_rows_is_not_denied_of_some(regime, of_line, of_map, made):
+    line, plane = one_line(), made["map"][1].copy(deep=True)
+    for dataset, words in ((line, of_line), (plane, of_map)):
+        dataset["regime"][:] = regime
+        assert f"The mass {words}." in said(dataset)
+
+
+def test_aperiodic_rows_alone_are_told_once(made):
+    line, plane = one_line(), made["map"][1].copy(deep=True)
+    for dataset, where in ((line, "in any row"), (plane, "at any point")):
+        dataset["regime"][:] = Regime.APERIODIC
+        first, *others = said(dataset)
+        assert first.startswith(f"The motion does not repeat itself {where}.")
+        assert not any("repeat" in other or "repetition" in other for other in others)
+
+
 def test_few_rows_without_a_result_leave_their_place_to_answers():
     line = (
         one_line().isel(nu=np.repeat(np.arange(16), 10)).assign_coords(nu=np.linspace(0.5, 2, 160))

@@ -60,7 +60,9 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
     aperiodic = float((dataset["regime"] == Regime.APERIODIC).mean())
     is_line = not is_map(dataset)
     chaos, hardest = aperiodic_answer(dataset), hardest_answer(dataset)
-    moves = moves_answer(dataset) if is_line else fills_answer(dataset)
+    moves = None
+    if aperiodic < 1.0:  # else what is known of chaos says it
+        moves = moves_answer(dataset) if is_line else fills_answer(dataset)
     together = together_answer(dataset, axis_of(dataset))
     found = [
         proof_answer(dataset),
@@ -110,7 +112,8 @@ def fills_answer(dataset: xr.Dataset) -> Answer:
     first, *others = regions
     whole = "the map" if len(swept(dataset)) == dataset["regime"].ndim == 2 else "the maps"
     if not others:
-        return Answer(f"The mass {first.does} at all points of {whole}.")
+        points = "any point" if is_negative(first) else "all points"
+        return Answer(f"The mass {first.does} at {points} of {whole}.")
     is_most = 2 * first.amount > first.total
     lead = f"In most of {whole} the mass" if is_most else "The mass most often"
     second = f"on {others[0].share} it {others[0].does}"
@@ -257,7 +260,7 @@ def moves_answer(dataset: xr.Dataset) -> Answer:
         where = point_text(codes.squeeze(), dataset["regime"].dims)
         return Answer(f"The mass {regions[0].does} at {where}.")
     if len(regions) == 1:
-        rows = "any row" if regions[0].does.startswith("strikes no ") else "all rows"
+        rows = "any row" if is_negative(regions[0]) else "all rows"
         return Answer(f"The mass {regions[0].does} in {rows} along {symbol}.")
     (_, line), *others = lines_of(dataset)
     border = border_text(line, axis, is_followed(dataset))
@@ -266,6 +269,11 @@ def moves_answer(dataset: xr.Dataset) -> Answer:
         found = impacts_answer(dataset)
         return found if others or " between " in found.lead else Answer(found.lead, border)
     return Answer(lead, border)
+
+
+def is_negative(region: Region) -> bool:
+    """Return whether the words of a region deny something: of all rows that is so in any row."""
+    return " no " in region.does
 
 
 def turns_text(turns: list[Region]) -> str:

@@ -26,7 +26,7 @@ WORDS = {
     "one_sided_2": ("only support 2 struck", "strikes support 2 alone"),
     "two_sided": ("both supports struck", "strikes both supports"),
     "with_rest": ("rest on a support", "comes to rest on a support"),
-    "aperiodic": ("aperiodic", "does not repeat its motion"),
+    "aperiodic": ("aperiodic", "moves without repetition"),
     "unbounded": ("unbounded", "moves without bound"),
     "unresolved": ("no result", "has no result"),
 }

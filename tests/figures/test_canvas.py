@@ -52,6 +52,7 @@ def test_ticks_have_equal_decimals_and_commas():
         assert ticks.format_ticks([0.0, 0.5, 1.0]) == ["0.0", "0.5", "1.0"]
         assert ticks.format_ticks([-1000.0, 0.0, 1000.0]) == ["−1,000", "0", "1,000"]
         assert ticks.format_ticks([0.65, 0.7, 0.75]) == ["0.65", "0.70", "0.75"]
+        assert ticks.format_ticks([0.9, 0.90000002]) == ["0.90000000", "0.90000002"]
         assert ticks.format_ticks([0.0, 2e-9]) == ["0", "2 × 10⁻⁹"]
         assert ticks.format_ticks([0.0, 2e7]) == ["0", "2 × 10⁷"]
 
@@ -66,6 +67,22 @@ def test_saved_figures_have_equal_decimals_and_curly_apostrophes(tmp_path):
     assert ax.get_xlabel() == r"Newmark’s velocity $U\,$ (mm/s)"
     assert "1,000" in [label.get_text() for label in ax.get_xticklabels()]
     assert ax.yaxis.get_offset_text().get_text()  # a common power of ten remains
+
+
+def test_no_tick_is_read_as_a_sum_and_powers_keep_off_titles(tmp_path):
+    with house_style():
+        figure = new_canvas(5.0)
+        ax = axes(figure, 1.6, 1.2, 12.8, 3.0, xlim=(0.9, 0.9 + 1e-7), ylim=(0.0, 1e-12))
+        panel(ax, title="largest impact velocity")
+        save(figure, tmp_path, "one")
+        figure.draw_without_rendering()
+        power, shown = ax.yaxis.get_offset_text(), figure.canvas.get_renderer()
+        (title,) = (text for text in ax.texts if "largest" in text.get_text())
+        assert power.get_text()
+        assert not power.get_window_extent(shown).overlaps(title.get_window_extent(shown))
+        assert not ax.xaxis.get_offset_text().get_text()
+        shown = [label.get_text() for label in ax.get_xticklabels()]
+        assert len(set(shown)) == len(shown)
 
 
 def test_digits_stand_beside_their_ticks():

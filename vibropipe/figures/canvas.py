@@ -42,6 +42,7 @@ TIGHT_GROUND = {**WHITE_GROUND, "boxstyle": "square,pad=0.08"}
 MICRO = "\u00b5"
 DECADES = 2.5  # from which on ticks of a logarithmic axis are powers of ten
 MOST_DECIMALS, MOST_PLAIN = 6, 1e5  # of ticks that are written without powers of ten
+TINY = 1e-3  # largest tick of an axis with powers of ten rather than more decimals
 
 
 def new_canvas(height: float, width: float = WIDE) -> Figure:
@@ -229,9 +230,10 @@ class EvenTicks(Formatter):
     def format_ticks(self, values: Any) -> list[str]:
         """Return the labels of the ticks of an axis."""
         most = max((abs(float(value)) for value in values), default=0.0)
+        most_decimals = MOST_DECIMALS if most < TINY else 2 * MOST_DECIMALS  # of a narrow range
         exact = (
             n
-            for n in range(MOST_DECIMALS + 1)
+            for n in range(most_decimals + 1)
             if all(abs(round(float(value), n) - value) <= 1e-9 * most for value in values)
         )
         self.decimals = next(exact, None) if most < MOST_PLAIN else None

@@ -86,6 +86,7 @@ SETTINGS: Mapping[str, Any] = {
     "axes.edgecolor": INK,
     "axes.labelcolor": INK,
     "axes.labelpad": 3.0,
+    "axes.formatter.useoffset": False,  # ticks are read without a sum
     "axes.spines.top": False,
     "axes.spines.right": False,
     "axes.axisbelow": True,
@@ -207,8 +208,11 @@ def use_letters_for_indices(figure: Figure) -> None:
     """
     for ax in figure.axes:
         for axis in (ax.xaxis, ax.yaxis):
-            if type(axis.get_major_formatter()) is ScalarFormatter and is_plain(axis):
-                axis.set_major_formatter(EvenTicks())
+            if type(axis.get_major_formatter()) is ScalarFormatter:
+                if is_plain(axis):
+                    axis.set_major_formatter(EvenTicks())
+                elif axis is ax.yaxis:  # beside the title, which begins at the axis
+                    axis.get_offset_text().set(horizontalalignment="right", x=-0.01)
             if type(axis.get_major_formatter()) is LogFormatterSciNotation:
                 axis.set_major_formatter(RaisedPowers())
             if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
@@ -220,7 +224,7 @@ def use_letters_for_indices(figure: Figure) -> None:
 
 
 def is_plain(axis: Axis) -> bool:
-    """Return whether the usual labels of the ticks of an axis have no common power of ten or offset."""
+    """Return whether the usual labels of the ticks of an axis have no common power of ten."""
     formatter = axis.get_major_formatter()
     formatter.format_ticks(axis.get_majorticklocs().tolist())
     return not formatter.get_offset()

@@ -213,6 +213,14 @@ def test_the_picture_has_the_extremes_of_each_cycle(start: float) -> None:
     assert picture.title(ds, None, {}).startswith("Supports are struck from ")
 
 
+def test_a_ramp_without_two_whole_cycles_has_curves_over_time() -> None:
+    short = vp.simulate(vp.Exciter(nu=3.0, **NUMBERS), 1.0, nu_end=0.1)
+    assert picture_of("motion", short).name == "panels"
+    figure = picture_of("motion", short, "ramp").draw(short, None, {})
+    assert "The ramp has no two whole forcing cycles" in words(figure)
+    assert "in a forcing cycle" not in words(figure)
+
+
 def test_title_and_caption_have_the_units_of_the_study(kept: xr.Dataset) -> None:
     ds = vp.to_physical(kept, M, C, units={"frequency": "Hz"})
     picture = picture_of("motion", ds)

@@ -11,6 +11,7 @@ from numpy.lib.stride_tricks import sliding_window_view
 
 from vibropipe.figures.canvas import BODY, axes, new_canvas, panel
 from vibropipe.figures.palette import INK
+from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
     axis_label,
     clock,
@@ -35,8 +36,8 @@ MOTION = "#dce6f2"  # between the lines; darker than it is what lies beyond the 
 
 
 def is_ramp(dataset: xr.Dataset) -> bool:
-    """Return whether a dataset is a motion on a ramp with samples."""
-    return "frequency" in dataset and is_sampled(dataset)
+    """Return whether a dataset is a motion on a ramp with samples of two forcing cycles, between which lines lead."""
+    return "frequency" in dataset and is_sampled(dataset) and extremes(dataset)[0].size > 1
 
 
 def extremes(dataset: xr.Dataset) -> tuple[Floats, Floats, Floats]:
@@ -64,6 +65,9 @@ def draw_ramp(dataset: xr.Dataset) -> Figure:
     ax.set(xlim=sorted(ends), ylim=limits_of([dataset])["displacement"])
     ax.set(xlabel=axis_label(frequency), ylabel=axis_label(dataset["displacement"]))
     nu, least, largest = extremes(dataset)
+    if nu.size < 2:
+        write_centred(ax, "The ramp has no two whole forcing cycles")
+        return figure
     ax.fill_between(nu, least, largest, color=MOTION, linewidth=0, zorder=1)
     draw_supports(ax, dataset, is_labelled=True)
     x, top, bottom = widest(nu, least, largest)

@@ -9,6 +9,7 @@ from types import SimpleNamespace
 import numpy as np
 import pytest
 import xarray as xr
+from command_line import run
 from pdf_pages import filled, letters, page_texts
 from sentence_numbers import missing, values_of
 from small_studies import STUDIES
@@ -168,6 +169,24 @@ def test_titles_are_one_line(report):
 def test_an_exponent_that_was_asked_for_stands_in_the_report(reports):
     text = " ".join("".join(page_texts(reports("motions_and_response").pdf)).split())
     assert "TheLyapunovexponentofthemotion“withoutaperiod”is" in text.replace(" ", "")
+
+
+def test_an_hour_is_no_symbol(tmp_path):
+    text = """title: The hour of a velocity
+physical: {m: 2 kg, C: 8 N/mm, H: 40 N s/m, F: 120 N, omega: 9 Hz, l: 8 mm}
+exciter: {R1: 0.7, R2: 0.6}
+units: {velocity: km/h, length: in}
+scenes: {one: {kind: motion}}
+"""
+    (tmp_path / "hour.yaml").write_text(text)
+    where = (tmp_path / "hour.yaml", "--results", tmp_path / "results")
+    assert run("solve", *where) == 0
+    assert run("report", *where, "--output", tmp_path / "report.pdf") == 0
+    printed = letters(tmp_path / "report.pdf")
+    shown = "".join(letter.text for letter in printed)
+    hours = [at for at in range(len(shown)) if shown.startswith("km/h", at)]
+    assert hours
+    assert not any("Italic" in printed[at + 3].font for at in hours)
 
 
 def test_a_force_with_units_is_slanted_also_without_a_value(reports):

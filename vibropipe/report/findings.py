@@ -43,7 +43,7 @@ def unsolved_line(datasets: Datasets) -> Line:
     amount = f" {number} rows," if number != DASH else ""
     place = f" at {where}," if where != DASH else ""
     # of what is still changing nothing is to be done
-    todo = "" if status == status_words(Status.MAX_PERIODS) else f". {remedy}"
+    todo = "" if status == status_words(Status.MAX_PERIODS) else f". {remedy.replace('`', '')}"
     return Line("Unresolved", f"“{name}”:{amount}{place} {status}{todo}", plain=True)
 
 

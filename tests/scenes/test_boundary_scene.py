@@ -159,7 +159,7 @@ def test_a_box_without_curves_is_drawn():
     (ax,) = figure.axes
     assert "No curve is found" in words(figure)
     assert (ax.get_xlim(), ax.get_ylim()) == ((1.8, 2.0), (0.05, 0.06))
-    text = "No curve of fold, grazing and pitchfork is found"
+    text = "No curve of fold, grazing or pitchfork is found"
     assert text in picture.describe(dataset, scene.figure, {})
     (answer,) = answers({"borders": dataset})["borders"]
     assert answer.lead == f"{text} within the ranges that were searched."

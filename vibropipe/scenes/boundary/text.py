@@ -125,7 +125,7 @@ def curves_text(dataset: xr.Dataset) -> str:
     listed = series(amount_text(number, name) for name, number in numbers.items())
     sought = [*dataset.attrs.get("sought", "").split()]
     sought += [level.text for level in shown_levels(dataset)]
-    none = f"No curve of {series(sought)} is found" if sought else "No curve is found"
+    none = f"No curve of {series(sought, 'or')} is found" if sought else "No curve is found"
     whole = amount_text(int(np.unique(ids).size), "curve")
     return f"{capitalised(whole)}: {listed}" if numbers else none
 
@@ -162,7 +162,7 @@ def _level_answers(dataset: xr.Dataset) -> list[Answer]:
     found = {number for number, _level in level_numbers(dataset)}
     absent = [level.text for n, level in enumerate(shown_levels(dataset)) if n not in found]
     if absent and dataset.sizes["point"]:
-        lead = f"No curve of {series(absent)} is found within the ranges that were searched."
+        lead = f"No curve of {series(absent, 'or')} is found within the ranges that were searched."
         answers.append(Answer(lead))
     return answers
 

@@ -13,7 +13,7 @@ from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
 from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.exciter import side_of_first
-from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.findings import point_text, symbol_text, value_text
 from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
 from vibropipe.scenes.basins.attractors import (
     Change,
@@ -53,6 +53,8 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
     if not ranges:
         one = f"At each value of {symbol}, all starts settle on one motion"
         return "" if missing_text(dataset) else one
+    if len(values := dataset[str(swept_name(dataset))]) == 1:
+        return f"Motions coexist at {point_text(values[0])}"
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
     return f"Motions coexist in at least {where}"  # there may be more between values of the grid
 

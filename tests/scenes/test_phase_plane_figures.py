@@ -12,7 +12,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import vibropipe as vp
-from vibropipe.figures.phase_plane import Impacts, certain_jumps, draw_spectrum, lines_of, path
+from vibropipe.figures.phase_plane import (
+    Impacts,
+    certain_jumps,
+    draw_spectrum,
+    lines_of,
+    path,
+    spectrum_handles,
+)
 from vibropipe.figures.style import MAX_VECTOR, save_as
 from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
@@ -218,6 +225,36 @@ def test_a_spectrum_has_subharmonics_between_the_harmonics():
     assert np.array_equal(harmonics[0], [1, 2])
     assert np.array_equal(between[0], [0.5, 1.5])
     assert np.array_equal(between[1], [0.1, 0.05])
+
+
+@pytest.mark.parametrize("name", ["nu", "omega"])
+@pytest.mark.parametrize("value", [0.1, np.nan])
+def test_the_legend_of_a_spectrum_names_the_frequency_and_what_is_drawn(name, value):
+    row = xr.Dataset(
+        {
+            "displacement_amplitude": ("harmonic", [0.3]),
+            "subharmonic_displacement_amplitude": ("subharmonic", [value]),
+        },
+        {"harmonic": [1], "subharmonic": [1], name: 1.0},
+    )
+    shown = [handle.get_label() for handle in spectrum_handles(row)]
+    formula = rf"$\{name}$"
+    assert shown[0] == f"harmonics, multiples of {formula}"
+    assert len(shown) == (2 if value > 0 else 1)
+    assert all(rf"\{name}" in text for text in shown)
+
+
+def test_labels_of_small_diagrams_stay_in_the_figure():
+    over = {"nu": np.linspace(0.8, 1.2, 5), "f": np.linspace(0.1, 0.9, 12)}
+    rows = vp.sweep(vp.Exciter(l=0.5, nu=1.0, h=0.2, R1=0.7, R2=0.6), over)
+    figure = draw_bifurcation(rows)
+    figure.draw_without_rendering()
+    labels = [ax.yaxis.label for ax in figure.axes if ax.get_ylabel()]
+    assert labels
+    for label, ax in zip(labels, (ax for ax in figure.axes if ax.get_ylabel()), strict=True):
+        assert "support 1" in label.get_text().replace("\n", " ")
+        assert label.get_window_extent().x0 >= 0.0
+        assert label.get_window_extent().height <= 1.1 * ax.get_window_extent().height
 
 
 def test_every_mark_of_a_spectrum_lies_within_its_axes():

@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.palette import SUPPORT_COLOURS, SUPPORT_MARKERS
 from vibropipe.figures.style import BLACK, BLUE, GREY, NEUTRAL, VERMILLION, rasterise_many
+from vibropipe.figures.text import frequency
 from vibropipe.physics.start import support_positions
 
 Floats = NDArray[np.float64]
@@ -203,10 +204,12 @@ def draw_spectrum(ax: Axes, row: xr.Dataset, name: str) -> None:
 
 
 def spectrum_handles(dataset: xr.Dataset) -> list[Line2D]:
-    """Return legend entries of harmonics and, if the data have them, of subharmonics."""
-    texts = [r"harmonics, multiples of $\nu$"]
-    if "subharmonic" in dataset.dims:
-        texts.append(r"subharmonics, multiples of $\nu/m$")
+    """Return legend entries of harmonics and, if the data have any, of subharmonics."""
+    symbol = rf"\{frequency(dataset)}"
+    texts = [f"harmonics, multiples of ${symbol}$"]
+    between = (f"subharmonic_{name}_amplitude" for name in ("displacement", "velocity"))
+    if any(bool(dataset[name].notnull().any()) for name in between if name in dataset):
+        texts.append(f"subharmonics, multiples of ${symbol}/m$")
     return [
         Line2D([], [], markersize=4, **style, label=text)
         for style, text in zip(STEMS, texts, strict=False)

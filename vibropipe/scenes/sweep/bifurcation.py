@@ -20,10 +20,10 @@ from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
     format_number,
-    in_brackets,
     parameters_text,
     plain_symbol_of,
     sentences,
+    symbol_of,
     with_units,
 )
 from vibropipe.scenes.kind import Picture, showing
@@ -51,6 +51,7 @@ from vibropipe.scenes.sweep.quantities import (
     Panel,
     Series,
     axis_and_others,
+    first_fitting,
     rows_of_impacts,
     series_words,
 )
@@ -130,7 +131,7 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         x_of = np.full(dataset["regime"].size, np.nan)
         x_of[spot.part["index"].values] = spot.part[along].values
         draw_diagram(ax, points[spot.panel], x_of, spot.panel)
-        words = title_of(dataset, spot.panel, spot.width)
+        words = title_of(dataset, spot.panel, spot.words_cm)
         write_spot_titles(ax, spot, next(letters, ""), words)
     finish(layout, drawn, draw_bars(layout, rows, regions, along, None), dataset, along)
     legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
@@ -142,8 +143,9 @@ def title_of(dataset: xr.Dataset, panel: Panel, width: float) -> str:
     own = panel.series[0]
     if own.name != "impact_velocity":
         return panel.title(dataset, width)
-    words = f"{series_words(dataset, Series(own.name))}, support {(own.position or 0) + 1}"
-    return in_brackets(words, dataset[own.name])
+    array, support = dataset[own.name], f"support {(own.position or 0) + 1}"
+    names = (series_words(dataset, Series(own.name)), symbol_of(array))
+    return first_fitting([f"{name}, {support}" for name in names], array, width)
 
 
 def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:

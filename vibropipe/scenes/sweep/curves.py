@@ -110,7 +110,7 @@ def draw_sweep(
     for number, (spot, ax) in enumerate(drawn):
         arrows = number == 0 or lines_dim is None
         names.append((ax, *draw_panel(ax, spot, along, lines_dim, backbone, arrows)))
-        words = spot.panel.title(dataset, spot.width - 0.2)
+        words = spot.panel.title(dataset, spot.words_cm)
         write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
     scale_ordinates(first, dataset)

@@ -25,6 +25,7 @@ MAX_SIDE, MAX_PANELS, MAX_COLUMNS, MAX_MULTIPLES = 4, 12, 3, 12
 STACK_CM, GRID_CM, SMALL_CM, LEAST_CM = 8.4, 2.5, 3.0, 1.7
 HERO_CM, PAGE_CM = 15.0, 20.0  # height of a picture that fits on page 1, and on another page
 LETTERS_PER_CM = 7.5  # of SMALL type
+LABEL_LINES = 2.5  # of a label along an axis: three, broken between words
 MARGIN = 0.18  # cm between a line and the end of its axis, which would hide it
 
 
@@ -41,6 +42,11 @@ class Spot:
     title: str = ""
     is_inner: bool = False  # right of another one that has the same ordinate
     head: str = ""  # above the title
+
+    @property
+    def words_cm(self) -> float:
+        """Room for what is drawn: a line above the panel or, beside a title of its own, LABEL_LINES along the axis."""
+        return LABEL_LINES * self.height if self.title else self.width - 0.2
 
 
 @dataclass(frozen=True)

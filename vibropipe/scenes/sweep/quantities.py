@@ -241,7 +241,7 @@ def fitted_title(dataset: xr.Dataset, series: Series, width_cm: float) -> str:
         texts = [*texts[series.position is None : 2], f"{symbol}, {words.rpartition(', ')[2]}"]
     elif series.dim is not None and " harmonic" in words:
         texts.insert(2, f"{words.partition(' harmonic')[0]} harmonic {symbol}")
-    return _fitted(texts, array, width_cm)
+    return first_fitting(texts, array, width_cm)
 
 
 def fitted_label(array: xr.DataArray, width_cm: float) -> str:
@@ -249,10 +249,10 @@ def fitted_label(array: xr.DataArray, width_cm: float) -> str:
     words, symbol = axis_label(array).partition("$")[0].partition(" (")[0].strip(), symbol_of(array)
     both = words if symbol == words else f"{words} {symbol}".strip()  # equal of a name of one's own
     short = f"{words.partition(' of ')[0]} {symbol}" if symbol != words else words
-    return _fitted([both, short, words, symbol or words], array, width_cm)
+    return first_fitting([both, short, words, symbol or words], array, width_cm)
 
 
-def _fitted(texts: list[str], array: xr.DataArray, width_cm: float) -> str:
+def first_fitting(texts: list[str], array: xr.DataArray, width_cm: float) -> str:
     """Return the first text that fits with its units, else the last one."""
     for text in texts:
         shown = in_brackets(text, array)

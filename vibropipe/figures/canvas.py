@@ -219,7 +219,8 @@ def time_ticks(ax: Axes, axis: Literal["x", "y"], exponents: Iterable[int]) -> N
 def ticks(ax: Axes, axis: Literal["x", "y"], values: Iterable[float], texts: Iterable[str]) -> None:
     """Put labelled ticks on an axis, and no others."""
     (ax.set_yticks if axis == "y" else ax.set_xticks)(list(values), list(texts))
-    ax.tick_params(axis=axis, which="minor", length=0, labelleft=False, labelbottom=False)
+    (ax.yaxis if axis == "y" else ax.xaxis).set_minor_formatter(NullFormatter())
+    ax.tick_params(axis=axis, which="minor", length=0)
 
 
 class EvenTicks(Formatter):

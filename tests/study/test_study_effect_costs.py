@@ -44,6 +44,14 @@ def test_a_ratio_is_of_the_first_of_its_sort_unless_another_is_named(study):
     }  # fmt: skip
 
 
+def test_something_is_compared(study):
+    alone = TEXT[: TEXT.index("      free:")]
+    both = alone + "      row: {of: row}\n"
+    for text, names in ((alone, "full"), (both, "full, row")):
+        with pytest.raises(StudyError, match=f"must have a motion, or a row, .* got {names}"):
+            study(text)
+
+
 @pytest.mark.parametrize(
     ("change", "said"),
     [

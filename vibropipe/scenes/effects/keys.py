@@ -82,8 +82,14 @@ class EffectsScene(SetOfMotions):
 
 
 def _timed(scene: EffectsScene) -> Iterator[Problem]:
-    """Check the motions, their outputs, and that `against` is of the same sort."""
+    """Check the motions, their outputs, that `against` is of the same sort, and that some are compared."""
     yield from check_motions(scene)
+    if all(
+        timed.against is None and scene.reference_of(name) == name
+        for name, timed in scene.motions.items()
+    ):
+        must = "must have a motion, or a row, to compare with the first one"
+        yield Problem(("motions",), ", ".join(scene.motions), must=must)
     for name, timed in scene.motions.items():
         path = ("motions", name)
         fits = OUTPUTS if timed.of == "row" else OF_MOTION

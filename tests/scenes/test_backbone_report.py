@@ -6,14 +6,20 @@ import xarray as xr
 from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
-from vibropipe.scenes.backbone.curves import longest_period
+from vibropipe.scenes.backbone.curves import (
+    draw_amplitude_frequency,
+    draw_backbone,
+    longest_period,
+)
 from vibropipe.scenes.backbone.overlay import FAMILIES, draw_overlay, jumps_of, lines_of
 from vibropipe.scenes.backbone.pictures import (
     amplitude_title,
+    describe_backbone,
     describe_characteristics,
     free_and_forced,
 )
 from vibropipe.scenes.backbone.report import answers
+from vibropipe.scenes.backbone.solve import simulated_points
 
 
 def test_findings_of_a_backbone_over_the_period():
@@ -35,6 +41,22 @@ def test_below_the_longest_period_alone_both_supports_are_struck(delta_over_l: f
     mirrored = vp.backbone([-delta_over_l], row["tau_bar"].values)["velocity_over_l"]
     difference = mirrored**2 - row["velocity_over_l"].values ** 2
     np.testing.assert_allclose(difference[0, :2], 4 * delta_over_l, rtol=1e-9, atol=1e-9)
+
+
+@pytest.mark.parametrize("points", [0, 3])
+def test_one_period_is_marked_and_only_motions_that_were_simulated(points: int):
+    one = simulated_points(vp.backbone([0.0], [1.0]), points)
+    lines = draw_backbone(one).axes[0].lines
+    marked = [line for line in lines if line.get_marker() not in ("None", "")]
+    assert marked
+    assert all(len(line.get_xdata()) for line in marked)
+    assert ("Markers: simulated motions" in describe_backbone(one)) == (points > 0)
+
+
+def test_one_amplitude_is_marked():
+    free = vp.amplitude_frequency(vp.Exciter(l=0.5), [0.1])
+    lines = draw_amplitude_frequency(free).axes[0].lines
+    assert [line.get_marker() for line in lines] == ["."]
 
 
 def test_findings_of_a_backbone_over_amplitude():

@@ -157,7 +157,14 @@ FAULTS = """\
 {kind: motion, figure: {pictures: [spectrum]}}
     s.figure.pictures: must leave out spectrum unless outputs have harmonics, got 'spectrum'
 {kind: backbone, amplitude: [1], figure: {show: [tau_bar]}}
-    s.figure.show: must name quantities of a backbone over amplitude, got 'tau_bar'
+    s.figure.show: must name quantities of a backbone over amplitude (one of displacement_mean, velocity_mean,
+    displacement_amplitude, velocity_amplitude), got 'tau_bar'
+{kind: backbone, tau_bar: [1], delta_over_l: [0], figure: {show: [velocity_mean]}}
+    s.figure.show: must name quantities of a backbone of eq. (10) (tau_bar or omega_bar), got 'velocity_mean'
+{kind: backbone, exciter: {l: 0.5, delta: 0.75}, amplitude: [0.25, 1]}
+    s.amplitude: must be numbers above 0.25 (the equilibrium lies beyond a support), got 0.25
+{kind: backbone, exciter: {l: 0.5, delta: -0.75}, amplitude: [0.125, 1]}
+    s.amplitude: must be numbers above 0.25 (the equilibrium lies beyond a support), got 0.125
 {kind: motion, figure: {backbone: s}}
     s.figure.backbone: is an unknown key; must be one of pictures, together, heads, show, periods
 {kind: backbone}

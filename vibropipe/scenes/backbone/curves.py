@@ -93,7 +93,12 @@ def draw_parts(
         name = regime_name(code)
         if name.startswith("one_sided"):
             ax.axvspan(x[piece].min(), x[piece].max(), color=BAND, lw=0, zorder=0)
-        ax.plot(x[piece], y[piece], **PART_STYLES[name])
+        ax.plot(x[piece], y[piece], **PART_STYLES[name], **lone_mark(y[piece]))
+
+
+def lone_mark(values: NDArray[np.float64]) -> dict[str, Any]:
+    """Return the mark of a line of one point, which is none; empty for others."""
+    return {"marker": "."} if np.isfinite(values).sum() == 1 else {}
 
 
 def draw_amplitude_frequency(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
@@ -160,9 +165,9 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
         }
         line = dataset["velocity_over_l"].isel(delta_over_l=position)
         for name, ax in axes.items():
-            ax.plot(dataset[name], line, **style)
+            ax.plot(dataset[name], line, **style, **lone_mark(line.values))
         shown: dict[str, Any] = {}
-        if "simulated_tau_bar" in dataset:
+        if has_simulated(dataset):
             points = dataset.isel(delta_over_l=position)
             tau_bar = points["simulated_tau_bar"].values
             height = points["simulated_velocity_over_l"].values
@@ -179,6 +184,12 @@ def draw_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     # both curves fall, or rise from the lower left: a corner of the first panel is free
     figure.axes[0].legend(handles=handles, loc="upper right" if "tau_bar" in axes else "upper left")
     return figure
+
+
+def has_simulated(dataset: xr.Dataset) -> bool:
+    """Return whether simulated motions are marked on the curves."""
+    name = "simulated_velocity_over_l"
+    return name in dataset and bool(dataset[name].notnull().any())
 
 
 def longest_period(dataset: xr.Dataset, delta_over_l: float) -> float:

@@ -4,10 +4,12 @@ from __future__ import annotations
 
 import math
 from collections.abc import Collection, Iterator, Mapping
+from contextlib import suppress
 from typing import TYPE_CHECKING, Annotated, Any, ClassVar, Literal
 
 from pydantic import Field
 
+from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.costs import HEAD_BYTES, Work, grid_size
 from vibropipe.scenes.keys.base import BaseScene, EachOnce, Harmonics
 from vibropipe.scenes.keys.checks import (
@@ -20,7 +22,7 @@ from vibropipe.scenes.keys.checks import (
 )
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
-from vibropipe.scenes.keys.problems import KeyPath, Problem, required
+from vibropipe.scenes.keys.problems import KeyPath, Problem, one_of, required
 from vibropipe.scenes.keys.values import Name, NotNull, NumberRange
 from vibropipe.words.parameters import DEFAULTS, without_absent
 from vibropipe.words.vocabulary import drawn_by
@@ -119,12 +121,27 @@ def _ranges(scene: BackboneScene) -> Iterator[Problem]:
         grid: ValueGrid | RangeGrid | None = getattr(scene, name)
         if grid is not None and grid.low <= 0:
             yield Problem((name,), repr(grid.low), "numbers above 0")
+        elif grid is not None and name == "amplitude" and scene.has_l():
+            yield from _reaches(scene, grid.low)
     offsets = scene.delta_over_l
     if offsets is not None:
         for value in dict.fromkeys((offsets.low, offsets.high)):
             if not -1 < value < 1:
                 yield Problem(("delta_over_l",), repr(value), "numbers between -1 and 1")
                 break
+
+
+def _reaches(scene: BackboneScene, amplitude: float) -> Iterator[Problem]:
+    """Check that motions about an equilibrium beyond a support reach between the supports."""
+    with suppress(ParameterError):  # reported by `_supports`
+        exciter = Exciter(**scene.resolved_exciter())
+        least = max(exciter.lower, -exciter.upper)
+        if amplitude <= least:
+            size, unit = (1.0, "") if scene.mass_and_stiffness is None else (1e3, " mm")
+            allowed = (
+                f"numbers above {size * least:.10g}{unit} (the equilibrium lies beyond a support)"
+            )
+            yield Problem(("amplitude",), f"{size * amplitude:.10g}{unit}", allowed)
 
 
 def _exciter(scene: BackboneScene) -> Iterator[Problem]:
@@ -144,10 +161,13 @@ def _supports(scene: BackboneScene) -> Iterator[Problem]:
 
 def _figure(scene: BackboneScene) -> Iterator[Problem]:
     """Check that the quantities to show are of the form of the scene."""
+    curves = ("tau_bar", "omega_bar")
     for name in scene.figure.show:
-        if (name in ("tau_bar", "omega_bar")) == scene.over_amplitude:
+        if (name in curves) == scene.over_amplitude:
+            of_amplitude = (each for each in drawn_by("backbone") if each not in curves)
             form = "over amplitude" if scene.over_amplitude else "of eq. (10)"
-            must = f"must name quantities of a backbone {form}"
+            names = one_of(of_amplitude if scene.over_amplitude else curves)
+            must = f"must name quantities of a backbone {form} ({names})"
             yield Problem(("figure", "show"), repr(str(name)), must=must)
 
 

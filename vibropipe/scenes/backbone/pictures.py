@@ -24,6 +24,7 @@ from vibropipe.scenes.backbone.curves import (
     draw_backbone,
     drawn_kinds,
     first_strikes,
+    has_simulated,
     longest_period,
 )
 from vibropipe.scenes.backbone.keys import BackboneFigure
@@ -53,7 +54,7 @@ def describe_backbone(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         f"Relative velocity before the impact on support 1 by eq. (10), against {against} of free vibration with "
         "impacts on both supports",
         f"Both supports are struck at every period below {series(ends)}" if ends else "",
-        "Markers: simulated motions" if f"simulated_{period}" in dataset else "",
+        "Markers: simulated motions" if has_simulated(dataset) else "",
     )
 
 

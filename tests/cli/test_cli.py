@@ -189,6 +189,15 @@ def test_simulate_prints_the_impacts_of_the_motion(capsys):
     assert lines[-1].startswith("end: displacement ")
 
 
+@pytest.mark.parametrize("word", ["no_pull", "1"])
+def test_simulate_takes_the_word_of_a_contact(word, capsys):
+    options = ["--l", 0.5, "--k1", 3, "--h1", 1, "--v0", 1, "--tau-end", 3]
+    assert run("simulate", *options, "--contact_1", word) == 0
+    assert "contact_1 = no_pull" in capsys.readouterr().out
+    assert run("simulate", *options, "--contact_1", "let_go") == 2
+    assert "contact_1: must be pull or no_pull, got 'let_go'" in capsys.readouterr().err
+
+
 def test_simulate_starts_where_the_mass_is_at_rest(capsys):
     """Without a force it stays there: at the equilibrium, or on the support that it is pressed on."""
     for options, x in ((["--load", 0.2], 0.2), (["--delta", 0.6], 0.1), (["--delta", -0.6], -0.1)):

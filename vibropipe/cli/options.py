@@ -47,6 +47,11 @@ def number(text: str | float) -> float:
         raise typer.BadParameter(f"must be a number, got {text!r} ({hint})") from None
 
 
+def word(text: str) -> str | int:
+    """Return the word of an option, or the number that stands for one."""
+    return int(text) if text.isdecimal() else text
+
+
 # For options that are numbers: the option's own messages name neither the value nor a remedy.
 NUMBER: dict[str, Any] = {"parser": number, "metavar": "NUMBER"}
 StartDisplacement = Annotated[
@@ -104,7 +109,9 @@ PageFile = Annotated[
 
 def takes_parameters(command: Callable[..., None]) -> Callable[..., None]:
     """Return a command with an option for each parameter of the exciter, before its others, in place of `**`."""
-    defaults = {**DEFAULTS, **dict.fromkeys(FOLLOWING)}
+    words = {name: entry.range.words for name, entry in PARAMETERS.items() if entry.range.words}
+    first = {name: each[0] for name, each in words.items()}
+    defaults = {**DEFAULTS, **first, **dict.fromkeys(FOLLOWING)}
     others = [
         each
         for each in inspect.signature(command, eval_str=True).parameters.values()
@@ -116,6 +123,13 @@ def takes_parameters(command: Callable[..., None]) -> Callable[..., None]:
             inspect.Parameter.KEYWORD_ONLY,
             default=defaults.get(name, inspect.Parameter.empty),
             annotation=Annotated[
+                str,
+                typer.Option(
+                    f"--{name}", help=f"{entry.key}.", parser=word, metavar="|".join(words[name])
+                ),
+            ]
+            if name in words
+            else Annotated[
                 float if name in PARAMETERS.keys() - FOLLOWING else float | None,
                 typer.Option(f"--{name}", help=f"{entry.long_name.capitalize()}.", **NUMBER),
             ],

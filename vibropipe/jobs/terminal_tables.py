@@ -152,7 +152,9 @@ def motion_text(motion: xr.Dataset) -> str:
     head = ("tau", "event", "support", "velocity before", "after")
     body = [event for _, event in sorted(events(motion), key=lambda item: item[0])]
     parameters = "  ".join(
-        f"{name} = {float(motion[name]):g}" for name in PARAMETERS if name in motion
+        f"{name} = {entry.range.words[int(motion[name])] if entry.range.words else f'{float(motion[name]):g}'}"
+        for name, entry in PARAMETERS.items()
+        if name in motion
     )
     # -0.0 + 0.0 is 0.0
     x, v = (float(motion[f"{name}_end"]) + 0.0 for name in ("displacement", "velocity"))

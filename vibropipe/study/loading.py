@@ -124,7 +124,7 @@ def config_of_files(studies: Any, results: Any) -> Config:
     files = {Path(entry).stem: Path(entry) for entry in entries if Path(entry).suffix}
     names = [Path(entry).stem for entry in entries]
     tree = {"studies": names, "results": results}
-    config = parse_config(tree, Path("config"), source="the studies")
+    config = parse_config(tree, Path("config"), source="the command line")
     config._files = files
     return config
 

@@ -153,3 +153,17 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
                 "  kept, though no longer in the study: results of old; delete them if not needed",
             ][:lines]
         )
+
+
+def test_a_folder_of_results_has_any_letters_and_blanks(tmp_path, monkeypatch):
+    monkeypatch.chdir(tmp_path)
+    tmp_path.joinpath("far.yaml").write_text(STUDY)
+    monkeypatch.setattr(sys, "argv", [])
+
+    def main() -> None:
+        settings = dict(each.split("=", 1) for each in sys.argv[sys.argv.index("--config") + 1 :])
+        assert settings["results"] == '"für mich/Ω"'
+        sys.exit(0)
+
+    monkeypatch.setattr("snakemake.cli.main", main)
+    run("run", "far.yaml", "--results", "für mich/Ω")

@@ -49,7 +49,7 @@ def run(
         *(["--dry-run"] if dry_run else []),
         # snakemake reads these values as YAML, which includes JSON
         "--config",
-        *(f"{key}={json.dumps(value)}" for key, value in settings.items()),
+        *(f"{key}={json.dumps(value, ensure_ascii=False)}" for key, value in settings.items()),
     ]
     from snakemake.cli import main
 

@@ -5,9 +5,12 @@ import re
 
 import numpy as np
 import pytest
+from figures.figure_text import words
 
 import vibropipe as vp
+from vibropipe.scenes.boundary.pictures import draw_boundaries
 from vibropipe.scenes.boundary.report import answers, tables
+from vibropipe.scenes.boundary.text import describe_boundaries
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, study_of_text
 
@@ -151,8 +154,12 @@ def test_a_level_that_no_motion_has_is_told_of():
     absent = f"No curve of {WORDS} = 50 is found within the ranges that were searched."
     assert answer.lead == absent
     beside = study_of_text(text.replace("[{impact", "[fold, {impact"), "levels").scenes["borders"]
-    told = answers({"borders": kind_of(beside).solve(beside)})["borders"]
+    with_folds = kind_of(beside).solve(beside)
+    told = answers({"borders": with_folds})["borders"]
     assert told[-1].lead == absent
+    levels = describe_boundaries(with_folds, show=["level"])
+    assert f"No curve of {WORDS} = 50 is found. Not drawn: fold" in levels
+    assert "No such curve is found" in words(draw_boundaries(with_folds, show=["level"]))
 
 
 @pytest.mark.parametrize(

@@ -87,7 +87,7 @@ def draw_boundaries(
     ax.set(xlabel=axis_label(dataset[x]), ylabel=axis_label(dataset[y]))
     frame(ax)
     if not dataset.sizes["point"] and regimes is None:
-        write_centred(ax, "No curve is found")
+        write_centred(ax, f"No {'such ' * bool(whole.sizes['point'])}curve is found")
     legend_above(figure, curve_handles(dataset), LEFT)
     return figure
 

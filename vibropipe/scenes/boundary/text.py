@@ -98,7 +98,7 @@ def describe_boundaries(
     return sentences(
         f"Curves of {series(what)} of orbits over {x} and {y}"
         + ("; thin: of an unstable orbit" if unstable else ""),
-        "" if dataset.sizes["point"] else curves_text(dataset),
+        "" if dataset.sizes["point"] else curves_text(dataset, show),
         f"Levels: {'; '.join(levels)}" if levels else "",
         f"Not drawn: {series(left_out)}" if left_out else "",
         f"Circles: curves meet{change_text(dataset)}" if marks(dataset).any() else "",
@@ -116,15 +116,15 @@ def change_text(dataset: xr.Dataset) -> str:
     return f"; change: {changing_text(dataset)}" if changes.any() else ""
 
 
-def curves_text(dataset: xr.Dataset) -> str:
-    """Write how many curves of each kind there are."""
+def curves_text(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
+    """Write how many curves of each kind there are, or that none is of those to `show` (default: all)."""
     ids, kinds = dataset["curve_id"].values, dataset["boundary_kind"].values
     numbers = {
         name: np.unique(ids[kinds == code]).size for name, code in kinds_present(dataset).items()
     }
     listed = series(amount_text(number, name) for name, number in numbers.items())
-    sought = [*dataset.attrs.get("sought", "").split()]
-    sought += [level.text for level in shown_levels(dataset)]
+    sought = [name for name in dataset.attrs.get("sought", "").split() if name in (show or (name,))]
+    sought += [level.text for level in shown_levels(dataset) if "level" in (show or ("level",))]
     none = f"No curve of {series(sought, 'or')} is found" if sought else "No curve is found"
     whole = amount_text(int(np.unique(ids).size), "curve")
     return f"{capitalised(whole)}: {listed}" if numbers else none

@@ -24,9 +24,9 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogFormatterSciNotation, ScalarFormatter
+from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator, ScalarFormatter
 
-from vibropipe.figures.canvas import BODY, SMALL, EvenTicks
+from vibropipe.figures.canvas import BODY, SMALL, EvenTicks, size_of
 from vibropipe.figures.palette import INK
 from vibropipe.figures.units import LOWERED, RAISED
 from vibropipe.store import atomic_file, with_fingerprint
@@ -38,6 +38,10 @@ SHRINKING = 0.88  # of indices and powers in formulas: 7.04 pt in labels, and 6.
 SYMBOLS = re.compile(r"[νδτωκ]|\b[fhlR](?= =)|\b[A-Za-z](?=[₀-₉])|\bm/M\b")
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 NOTEBOOK_DPI = 110
+MAX_TICK, LONG_TICK_CM = (
+    8,
+    2.0,
+)  # letters of a tick that has room at the end of an axis; room for a longer one
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"
@@ -211,6 +215,8 @@ def use_letters_for_indices(figure: Figure) -> None:
             if type(axis.get_major_formatter()) is ScalarFormatter:
                 if is_plain(axis):
                     axis.set_major_formatter(EvenTicks())
+                    if axis is ax.xaxis:
+                        part_long_ticks(ax)
                 elif axis is ax.yaxis:  # beside the title, which begins at the axis
                     axis.get_offset_text().set(horizontalalignment="right", x=-0.01)
             if type(axis.get_major_formatter()) is LogFormatterSciNotation:
@@ -221,6 +227,15 @@ def use_letters_for_indices(figure: Figure) -> None:
         text.set_text(set_apart(text.get_text()))
         if float(text.get_fontsize()) < BODY and "$" in text.get_text():
             text.set_text(with_letters(text.get_text()))
+
+
+def part_long_ticks(ax: Axes) -> None:
+    """Leave room between long ticks of a horizontal axis, with none at its ends."""
+    axis = ax.xaxis
+    texts = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
+    if max(map(len, texts), default=0) > MAX_TICK:
+        number = max(3, int(size_of(ax)[0] / LONG_TICK_CM))
+        axis.set_major_locator(MaxNLocator(number, steps=[1, 2, 5, 10], prune="both"))
 
 
 def is_plain(axis: Axis) -> bool:

@@ -245,9 +245,9 @@ def test_the_legend_of_a_spectrum_names_the_frequency_and_what_is_drawn(name, va
 
 
 def test_labels_of_small_diagrams_stay_in_the_figure():
-    over = {"nu": np.linspace(0.8, 1.2, 5), "f": np.linspace(0.1, 0.9, 12)}
+    over = {"nu": np.linspace(0.8, 1.2, 13), "f": np.linspace(0.1, 0.9, 12)}
     rows = vp.sweep(vp.Exciter(l=0.5, nu=1.0, h=0.2, R1=0.7, R2=0.6), over)
-    figure = draw_bifurcation(rows)
+    figure = draw_bifurcation(vp.to_physical(rows, 2.0, 8000.0))
     figure.draw_without_rendering()
     labels = [ax.yaxis.label for ax in figure.axes if ax.get_ylabel()]
     assert labels

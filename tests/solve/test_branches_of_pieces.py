@@ -484,3 +484,18 @@ def test_a_branch_between_two_flips_is_followed_once() -> None:
         ends.append(tuple(sorted((round(float(nu[0]), 7), round(float(nu[-1]), 7)))))
     assert (1.2219825, 1.2379721) in ends
     assert len(set(ends)) == len(ends)
+
+
+def test_a_branch_ends_where_its_orbits_are_those_of_a_period_wherever_it_begins() -> None:
+    """Orbits of four periods end as an orbit of one period touches support 2, where others of four begin."""
+    exciter = vp.Exciter(
+        l=0.5, nu=0.966, f=1.056, h=0.221, delta=-0.06, R2=0.86, k1=48.5, h1=0.574, contact_1="no_pull"
+    )  # fmt: skip
+    of_one = vp.branch(replace(exciter, delta=0.09), "delta", (-0.1, 0.1), harmonics=1)
+    expected = float(of_one.bifurcation_delta[kinds(of_one).index("CHANGE")])
+    for x0, v0 in ((-0.52, -0.0416), (-0.52015542, -0.04163645)):
+        branch = vp.branch(exciter, "delta", (-0.1, -0.05), x0=x0, v0=v0, harmonics=1)
+        assert (branch.period_multiple == 4).all()
+        assert kinds(branch) == ["CHANGE", "FLIP", "CHANGE", "FLIP", "FOLD", "CHANGE"]
+        assert branch.bifurcation_delta.values[[0, -1]] == pytest.approx(expected, abs=1e-9)
+        assert set(branch.end_reason.values[[0, -1]]) == {BranchEnd.PARENT}

@@ -118,6 +118,17 @@ def halves_beyond(point: Point) -> bool:
     return any(first is not None and _repeats(first) for first in beside)
 
 
+def comes_back_early(point: Point) -> bool:
+    """Return whether an orbit repeats after fewer periods than its law, or mirrors itself: one of another branch."""
+    curve, m = point.curve, point.curve.sequence.m
+    state = curve.state_at(point)
+    others = [curve.state_at(point, visit) for visit in range(1, m)]
+    if curve.problem.symmetric and m % 2 and not curve.sequence.mirrored:
+        others.append(-curve.state_at(point, 0.5 * m))
+    scales = np.array([*curve.scales, curve.speed][: state.size])
+    return any(np.abs((other - state) / scales).max() < SAME for other in others)
+
+
 def _edited(point: Point) -> Iterator[Point]:
     """Yield the orbits that begin the laws to which the edits of a margin lead."""
     curve = point.curve

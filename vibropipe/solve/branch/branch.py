@@ -162,12 +162,12 @@ def branch(
             supports a second or two. law_yield, <name>_yield, <name>_sort_threshold and so on are those of
             `tolerance`, `foretold_by` names over `point` what foretells best which parts are good; empty elsewhere.
         end_reason
-            Why the branch ends there: other_sequence (grazing or change), parent (of doubled or asymmetric orbits),
-            chatter, rest, closed, rounding, continuum (orbits that are not isolated), lost or points; or goes_on.
-            A branch that ends at the limit of the range has no
-            entry for it. At a flip or pitchfork the branch itself goes on, but the orbits that begin there are not
-            followed for impact_limit and period_limit (they have more than 128 impacts or 32 periods) and for rounding
-            (the bifurcation is so steep that rounding hides them).
+            Why the branch ends there: other_sequence (grazing or change), parent (its orbit is one of fewer periods
+            or its own mirror image, from which doubled, asymmetric and others begin), chatter, rest, closed, rounding,
+            continuum (orbits that are not isolated), lost or points; or goes_on. A branch that ends at the limit of the
+            range has no entry for it. At a flip or pitchfork the branch itself goes on, but the orbits that begin
+            there are not followed for impact_limit and period_limit (they have more than 128 impacts or 32 periods)
+            and for rounding (the bifurcation is so steep that rounding hides them).
 
         The attribute `incomplete` says how many branches are left, if 64 do not suffice.
 

@@ -68,3 +68,25 @@ def test_of_a_motion_without_an_orbit_it_is_not_known() -> None:
     assert reached_from_rest(one).tolist() == [CODES["other"]]
     chaotic = one.assign(period_multiple=("design", [0]))
     assert reached_from_rest(chaotic).tolist() == [CODES["unknown"]]
+
+
+def test_a_cost_is_lowered_as_far_as_the_start_leads_to_the_design() -> None:
+    """Targets and the bound can be met; the least power lies at an end of the law, not reached from rest."""
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.6)
+    found = vp.design(
+        exciter,
+        {"nu": (0.6, 2.0), "f": (-1.5, -0.3), "delta": (-0.2, 0.2)},
+        target={"displacement_mean": 0.02, "impacts_per_period_1": 1, "impacts_per_period_2": 1},
+        subject_to={"impact_velocity_max_1": "< 0.8"},
+        minimise="power_input",
+        samples=8,
+        designs=1,
+    )
+    design = found.isel(design=0)
+    assert int(design.design_result) == 0
+    made = replace(exciter, **{name: float(design[name]) for name in ("nu", "f", "delta")})
+    state = vp.steady_state(made, outputs=("harmonics", "impacts", "power"))
+    assert float(state.displacement_mean) == pytest.approx(0.02, abs=1e-8)
+    assert state.impacts_per_period.values.tolist() == [1, 1]
+    assert float(state.impact_velocity_max[0]) < 0.8
+    assert float(state.power_input) < 0.03

@@ -53,6 +53,7 @@ class Search:
     state : (3,), its settled state
     law : (4,), its law of motion, which is kept
     last : the last valid trial
+    path : the trials of the last `improve`
     refused : trials with another law of motion
     """
 
@@ -62,6 +63,7 @@ class Search:
     law: np.ndarray
     refused: int = 0
     last: Trial = field(init=False)
+    path: list[Trial] = field(default_factory=list)
     _tried: dict[bytes, Trial] = field(default_factory=dict)
 
     def __post_init__(self) -> None:
@@ -121,19 +123,31 @@ class Search:
                     residuals, self._inside(begin.share), slopes, bounds=(0.0, 1.0),
                     xtol=1e-14, ftol=1e-15, gtol=1e-15, max_nfev=MAX_TRIALS,
                 )  # fmt: skip
-        return self._settle(min(self._valid(), key=self._distance))
+        nearest = self._settle(min(self._valid(), key=self._distance))
+        if problem.goals.curve is not None or problem.is_met(nearest.values):
+            return nearest
+        # Least squares creep along a bound that a step towards a target leaves at once.
+        refused = self.refused
+        met = self.improve(None)
+        if problem.is_met(met.values):
+            return met
+        self.refused = refused
+        return self._settle(nearest)
 
-    def improve(self, which: int = 0, limits: dict[int, float] | None = None) -> Trial:
+    def improve(self, which: int | None = 0, limits: dict[int, float] | None = None) -> Trial:
         """Return the trial of least cost that meets targets and bounds, from the last one on.
 
-        Successive linear programs within a reach that shrinks where they do not hold, or the law changes.
+        Successive linear programs within a reach that shrinks where they do not hold, or the law changes. The trials
+        that they led to, one after the other, are `path`.
 
-        which : number of the objective
+        which : number of the objective; None for targets and bounds alone
         limits : largest values of other objectives
         """
         problem, limits = self.problem, limits or {}
         best = self.last
-        scale = max(abs(float(problem.costs(best.values)[which])), 1e-3 * problem.exciter.l)
+        self.path = [best]
+        cost = 1.0 if which is None else abs(self._cost(best, which))
+        scale = max(cost, 1e-3 * problem.exciter.l)
 
         def merit(trial: Trial) -> float:
             cost, _, _, misses, is_equal = self._linear(trial, which, limits, scale)
@@ -152,7 +166,9 @@ class Search:
                 trial, merit, lambda each: self._linear(each, which, limits, scale)
             )
             gained = merit(best) - merit(trial)
-            best = trial if gained > 0 else best
+            if gained > 0:
+                best = trial
+                self.path.append(best)
             reach = min(1.0, 2 * reach) if gained >= 0.5 * predicted else 0.35 * reach
             if reach < LAST_REACH or predicted < LAST_GAIN:
                 break
@@ -178,7 +194,9 @@ class Search:
     def _cost(self, trial: Trial, which: int) -> float:
         return float(self.problem.costs(trial.values)[which])
 
-    def _linear(self, trial: Trial, which: int, limits: dict[int, float], scale: float) -> Linear:
+    def _linear(
+        self, trial: Trial, which: int | None, limits: dict[int, float], scale: float
+    ) -> Linear:
         """Return the cost, its gradient, and the slopes and values of what must be 0 (equal) or at most 0."""
         problem = self.problem
         rows, values, is_equal = [], [], []
@@ -207,12 +225,15 @@ class Search:
                 objective.sign * most,
                 max(abs(most), 1e-12),
             )
-        objective = problem.goals.objectives[which]
-        gradient = objective.sign * trial.jacobian[problem.names.index(objective.quantity)] / scale
+        cost, gradient = 0.0, np.zeros(trial.share.size)
+        if which is not None:
+            objective = problem.goals.objectives[which]
+            slope = trial.jacobian[problem.names.index(objective.quantity)]
+            cost, gradient = self._cost(trial, which), objective.sign * slope
         slopes = np.array(rows).reshape(-1, trial.share.size)
         return (
-            self._cost(trial, which) / scale,
-            gradient,
+            cost / scale,
+            gradient / scale,
             slopes,
             np.array(values),
             np.array(is_equal, bool),

@@ -209,8 +209,23 @@ def refined(problem: Problem, sample: Samples) -> Candidate | None:
     trial = search.meet()
     if len(problem.goals.objectives) == 1 and problem.is_met(trial.values):
         search.improve()
-        trial = search.meet()
+        path = search.path
+        best = checked(problem, search, search.meet())
+        return best if best is not None and best.is_met else last_reached(problem, search, path)
     return checked(problem, search, trial)
+
+
+def last_reached(problem: Problem, search: Search, path: Sequence[Trial]) -> Candidate | None:
+    """Return the last of some trials that is met and that the motion from the start settles on; None without.
+
+    Next to the end of a law, where a quantity may be least, the start may lead to another motion.
+    """
+    for trial in reversed(path):
+        if problem.is_met(trial.values):
+            candidate = checked(problem, search, trial)
+            if candidate is not None and candidate.is_met:
+                return candidate
+    return None
 
 
 def checked(problem: Problem, search: Search, trial: Trial) -> Candidate | None:

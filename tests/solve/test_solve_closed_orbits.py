@@ -263,6 +263,13 @@ def test_other_exciters_are_rejected(call: Any, text: str) -> None:
     assert str(error.value) == text
 
 
+def test_a_root_that_is_no_velocity_has_no_multipliers() -> None:
+    exciter = vp.Exciter(l=0.5, nu=2.2, f=0.5, h=0.1, delta=-0.45, R1=0.7, R2=0.8)
+    found = vp.one_sided_orbit(exciter)
+    assert np.isnan(found.impact_velocity[:, 0]).values.tolist() == [False, True]
+    assert np.isnan(found.floquet_multiplier).values.tolist() == [[False] * 2, [True] * 2]
+
+
 AMPLITUDES = [0.3, 0.5, 0.8, 1.2]
 
 

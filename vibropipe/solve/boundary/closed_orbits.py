@@ -117,6 +117,7 @@ def _orbits(family: Family) -> xr.Dataset:
     multipliers = np.stack(
         closed.flight_multipliers(e.nu, e.upper, e.R1, v, terms, r, flights_per_orbit), axis=1
     )
+    multipliers[np.isnan(v)] = np.nan
     flights = [fly(family, *start) for start in zip(phase, v, strict=True)]
     strobe = family.sign * np.array([flight.strobe for flight in flights])
     arguments = e.nu, e.upper, e.R1, v, terms, r

@@ -2,8 +2,6 @@
 
 from itertools import combinations, pairwise
 
-from itertools import pairwise
-
 import numpy as np
 import pytest
 from matplotlib.font_manager import findfont

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import dataclasses
 import json
 import math
 from decimal import Decimal
@@ -455,3 +456,22 @@ def test_a_housing_that_turns_at_impacts_alone_is_neutral(half, nu, f, mass_rati
     assert np.abs(row.floquet_multiplier.values).max() == pytest.approx(1.0, abs=1e-12)
     assert int(row.stable) == 0
     assert 0.0 < float(row.housing_slip_share) <= 1.0
+
+
+@pytest.mark.parametrize("sign", [1.0, -1.0])
+def test_a_housing_that_is_pushed_against_all_friction_is_unbounded(sign: float) -> None:
+    # By the law of momentum: of both bodies it grows by at least force less friction, 0.3 - 0.1, in a unit of time.
+    exciter = dataclasses.replace(
+        FORCED, housing_load=sign * 0.3, housing_friction_1=0.1, housing_friction_2=0.1
+    )
+    state = vp.steady_state(exciter)
+    assert str(state.regime.attrs["flag_meanings"]).split()[int(state.regime)] == "unbounded"
+    share = exciter.mass_ratio / (1.0 + exciter.mass_ratio)
+    # the velocity of the housing within a period differs from that of both bodies by the share of the mass
+    _x, v, u = ends_of(exciter, 500.0)[:3]
+    assert sign * (u + share * v) == pytest.approx(share * 0.2 * 500.0, rel=0.02)
+
+
+def test_a_housing_that_friction_holds_on_average_is_bounded() -> None:
+    state = vp.steady_state(dataclasses.replace(FORCED, housing_load=0.09))
+    assert str(state.regime.attrs["flag_meanings"]).split()[int(state.regime)] != "unbounded"

@@ -20,6 +20,7 @@ from vibropipe.orbits.recurrence import (
     lies_on_orbit,
 )
 from vibropipe.orbits.window import WINDOW
+from vibropipe.physics.housing import runs_away
 from vibropipe.physics.linear import (
     FREQUENCY_ROUNDING,
     is_resonant,
@@ -101,7 +102,8 @@ def grows_without_bound(p, log) -> bool:
 def classify_aperiodic(p, log, xs, vs, k):
     """Classify a motion without an orbit by the growth of its section over the quarters of the march.
 
-    An undamped motion that certainly reaches no support has two frequencies: it is aperiodic. Any other one that grows
+    One in a housing that the constant force drives against all friction is unbounded, by the law of momentum. An
+    undamped motion that certainly reaches no support has two frequencies: it is aperiodic. Any other one that grows
     from the second to the last quarter is drifting if damping or lossy impacts bound it. It is unbounded if it grows as
     fast as before and is at resonance (`grows_without_bound`); off that it is drifting, since it is a beat. Any other
     motion is aperiodic.
@@ -113,6 +115,8 @@ def classify_aperiodic(p, log, xs, vs, k):
     Returns APERIODIC, UNBOUNDED or DRIFTING.
     """
     last = HISTORY_OFFSET + k
+    if runs_away(p):
+        return UNBOUNDED
     if is_undamped(p) and stays_off_supports(p, xs[last], vs[last], 0.0):
         return APERIODIC
     early, middle, late = 0.0, 0.0, 0.0

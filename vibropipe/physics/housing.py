@@ -56,6 +56,13 @@ def total_load(p):
 
 
 @jit
+def runs_away(p) -> bool:
+    """Return whether the constant force exceeds the friction of the ground: the momentum of both bodies then grows."""
+    force = total_load(p)
+    return p.mass_ratio > 0.0 and (force > p.housing_friction_1 or force < -p.housing_friction_2)
+
+
+@jit
 def ground_friction(p, way) -> float:
     """Return the friction of the ground against a housing that slides this way."""
     if way == STANDS:

@@ -30,6 +30,7 @@ _FACE = {
     "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
+    "save": "vibropipe.store",
     "table": "vibropipe.store",
     "plot": "vibropipe.jobs.plot",
     "prove": "vibropipe.proof.face",
@@ -61,6 +62,7 @@ __all__ = [
     "prove_all",
     "prove_bifurcation",
     "prove_knock",
+    "save",
     "simulate",
     "steady_state",
     "sweep",
@@ -96,7 +98,7 @@ if TYPE_CHECKING:
     from vibropipe.solve.physical import to_physical
     from vibropipe.solve.rows.steady import steady_state
     from vibropipe.solve.sweep.sweep import sweep
-    from vibropipe.store import StoreError, load, open_study, table
+    from vibropipe.store import StoreError, load, open_study, save, table
     from vibropipe.words.status import UnsolvedWarning
 
 

@@ -276,11 +276,11 @@ def main(points: Sequence[int], output: Path) -> None:
     from growth_figure import draw_growth
 
     from vibropipe.figures.style import house_style, save, save_as
-    from vibropipe.store import write
+    from vibropipe.store import save as save_dataset
 
     with tempfile.TemporaryDirectory() as scratch:
         measured = measure_growth(Path(scratch), points, on_progress=print)
-    write(measured, output / "growth.nc")
+    save_dataset(measured, output / "growth.nc")
     with house_style():
         figure = draw_growth(measured)
         save(figure, output, "growth")

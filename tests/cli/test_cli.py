@@ -13,7 +13,7 @@ import xarray as xr
 from command_line import printed, run
 
 from vibropipe import cli
-from vibropipe.store import load, write
+from vibropipe.store import load, save
 from vibropipe.words.status import Status
 
 STUDY = """\
@@ -280,7 +280,7 @@ def test_shards_join_to_the_whole_sweep_in_any_order(study):
 
 def test_show_prints_what_a_dataset_holds(tmp_path, capsys):
     dataset = xr.Dataset({"displacement_end": ((), 0.25)}, attrs={"title": "a small one"})
-    write(dataset, tmp_path / "small.nc")
+    save(dataset, tmp_path / "small.nc")
     for path in (tmp_path / "small.nc", tmp_path):
         assert run("show", path) == 0
         printed = capsys.readouterr().out

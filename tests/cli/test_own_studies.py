@@ -12,7 +12,7 @@ from sampling import sampled
 from vibropipe import __version__
 from vibropipe.jobs.run import read_run
 from vibropipe.jobs.solving import identity
-from vibropipe.store import write
+from vibropipe.store import save
 from vibropipe.study import load_study
 from vibropipe.study.schema import schema_text
 
@@ -140,7 +140,7 @@ def test_with_nothing_to_do_studies_are_still_named_and_so_is_what_they_no_longe
     monkeypatch.setattr("vibropipe.jobs.run.stale_files", lambda *_: iter(()))
     for name in ("forced", "old"):
         attrs = identity(study, study.scene("forced")) | {"title": f"far: {name}"}
-        write(xr.Dataset(attrs=attrs), f"made/far/{name}.nc")
+        save(xr.Dataset(attrs=attrs), f"made/far/{name}.nc")
     monkeypatch.setattr("snakemake.cli.main", lambda: sys.exit(0))
     monkeypatch.setattr(sys, "argv", [])
     for more, lines in ((), 2), (("--dry-run",), 0):

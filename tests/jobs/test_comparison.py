@@ -11,7 +11,7 @@ import vibropipe as vp
 from vibropipe.cli.commands import app
 from vibropipe.jobs.comparison import compare_datasets
 from vibropipe.jobs.comparison_told import as_lines, as_table, draw
-from vibropipe.store import write
+from vibropipe.store import save
 
 EXCITER = vp.Exciter(l=0.5, nu=1.0, f=1.0, h=0.1, R1=0.7, R2=0.7)
 OVER = {"nu": np.linspace(0.8, 1.0, 5), "f": [0.6, 1.2]}
@@ -102,7 +102,7 @@ def test_the_command_writes_a_table_and_pictures(
 ) -> None:
     one, two = (str(tmp_path / f"{name}.nc") for name in "ab")
     for data, path in zip(pair, (one, two), strict=True):
-        write(data, path)
+        save(data, path)
     for name in ("c.csv", "c.pdf"):
         done = CliRunner().invoke(app, ["compare", one, two, "-o", str(tmp_path / name)])
         assert done.exit_code == 0, done.output
@@ -165,7 +165,7 @@ def test_the_command_tells_values_in_the_units_of_the_study(tmp_path) -> None:
     for name, load in (("a", 0.0), ("b", 1e-4)):
         row = vp.to_physical(vp.steady_state(replace(exciter, delta=load)), 0.35, 6000.0)
         paths.append(str(tmp_path / f"{name}.nc"))
-        write(row.assign_attrs(display_units="frequency: Hz; length: mm"), paths[-1])
+        save(row.assign_attrs(display_units="frequency: Hz; length: mm"), paths[-1])
     done = CliRunner().invoke(app, ["compare", *paths])
     assert done.exit_code == 0, done.output
     assert "delta    0 mm  0.1 mm" in done.output

@@ -15,7 +15,7 @@ from vibropipe.jobs.plan import plan_scene
 from vibropipe.jobs.solving import join_to_file, solve_scene, solve_to_file
 from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import verify
-from vibropipe.store import summary, write
+from vibropipe.store import save, summary
 from vibropipe.study import study_of_text
 from vibropipe.view.results import open_results
 
@@ -109,7 +109,7 @@ def test_every_dataset_is_verified(results) -> None:
 def test_a_wrong_value_is_named_by_the_frequency_with_unit(results, tmp_path) -> None:
     broken = vp.load(results / "sweep.nc")
     broken["displacement_mean"][3, 1] = 7.0
-    write(broken, tmp_path / "sweep.nc")
+    save(broken, tmp_path / "sweep.nc")
     (verdict,) = verify(tmp_path / "sweep.nc", rows=1000, seed=1)
     assert verdict.faults[0].startswith(
         "displacement_mean at omega = 50 rad/s, delta = 1 mm: 7.0 m in the file, "

@@ -11,7 +11,7 @@ from vibropipe.jobs.solving import identity
 from vibropipe.jobs.summary import HOW_TO_RESUME, causes, summarise
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import write
+from vibropipe.store import save
 
 SCENES = """\
 title: T
@@ -120,9 +120,9 @@ def test_a_summary_names_what_is_missing_and_what_was_not_made_again(folder):
     run = read_run(None, {}, paths.values())
     study = run.studies["first"]
     old = identity(study, study.scene("one")) | {"fingerprint": "old"}
-    write(xr.Dataset(attrs=old), paths["one"])
+    save(xr.Dataset(attrs=old), paths["one"])
     assert set(paths.values()) <= run.stale
-    write(xr.Dataset(attrs=identity(study, study.scene("cases"))), paths["cases"])
+    save(xr.Dataset(attrs=identity(study, study.scene("cases"))), paths["cases"])
     summary = summarise(run)
     assert summary.missing == [paths["one"], paths["race"]]
     assert summary.lines[0] == "first: made cases; not made: one, race (results/first/)"
@@ -135,7 +135,7 @@ def test_a_summary_names_scenes_that_were_removed(folder):
     foreign.parent.mkdir(parents=True, exist_ok=True)
     foreign.touch()
     for name in ("old", "one"):
-        write(xr.Dataset(attrs={"fingerprint": "f"}), folder / f"results/first/{name}.nc")
+        save(xr.Dataset(attrs={"fingerprint": "f"}), folder / f"results/first/{name}.nc")
     summary = summarise(read_run(None, {}, ["results/first/one.nc"]))
     assert summary.lines[1] == (
         "  kept, though no longer in the study: results of old; delete them if not needed"

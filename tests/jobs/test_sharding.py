@@ -24,7 +24,7 @@ from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.scenes.sweep.keys import SECONDS_PER_ROW, SweepScene
 from vibropipe.scenes.sweep.solve import solve_rows
 from vibropipe.solve.rows import row_results
-from vibropipe.store import StoreError, load, write
+from vibropipe.store import StoreError, load, save
 from vibropipe.study import Study, load_study, parse_study, study_of_text
 from vibropipe.words.outputs import OUTPUTS
 
@@ -129,7 +129,7 @@ def test_shards_of_other_parameters_are_not_joined(old, new, message, tmp_path):
     shards, target = [tmp_path / "1.nc", tmp_path / "2.nc"], tmp_path / "s.nc"
     for index, shard in enumerate(shards, 1):
         solve_to_file(other, "s", shard, (index, 2), 1)
-        write(load(shard).assign_attrs(origin(study, study.scene("s"))), shard)
+        save(load(shard).assign_attrs(origin(study, study.scene("s"))), shard)
     remedy = "recompute this shard (delete it and rerun; only missing files are recomputed)"
     with pytest.raises(StoreError, match=re.escape(f"1.nc: {message}: {remedy}")):
         join_to_file(study, "s", shards, target)
@@ -236,15 +236,15 @@ def test_it_is_verified_and_a_changed_direction_is_found(whole: Path, tmp_path: 
     assert [str(verdict) for verdict in verdicts] == ["map: all 54 rows: same, bit for bit"]
     changed = vp.load(whole)
     changed["residual"][1, 4, 2] += 1e-16
-    from vibropipe.store import write
+    from vibropipe.store import save
 
-    write(changed, tmp_path / "map.nc")
+    save(changed, tmp_path / "map.nc")
     (verdict,) = verify(tmp_path / "map.nc", rows=1000)
     assert len(verdict.faults) == 1
     assert verdict.faults[0].startswith("residual at direction = down, nu = ")
     turned = vp.load(whole).assign_coords(direction=["down", "up"])
     turned["direction"].attrs = changed["direction"].attrs
-    write(turned, tmp_path / "map.nc")
+    save(turned, tmp_path / "map.nc")
     (verdict,) = verify(tmp_path / "map.nc", rows=1000)
     assert set(verdict.faults) == {"direction at [0]: 'down' in the file, 'up' computed again"}
 

@@ -12,7 +12,7 @@ from sampling import sampled
 
 from vibropipe.jobs.solving import join_to_file, solve_to_file
 from vibropipe.jobs.verify import verify
-from vibropipe.store import load, write
+from vibropipe.store import load, save
 from vibropipe.study import load_study
 
 STUDY = """\
@@ -78,7 +78,7 @@ def results(solved: Path, tmp_path: Path) -> Path:
 
 def changed(path: Path, **attrs: str) -> None:
     """Change attributes of a file and renew its checksum."""
-    write(load(path).assign_attrs(attrs), path)
+    save(load(path).assign_attrs(attrs), path)
 
 
 def test_every_kind_of_scene_is_the_same_again_wherever_it_lies(solved, capsys):
@@ -124,7 +124,7 @@ def test_one_changed_bit_is_found_though_the_checksum_is_right(scene, quantity, 
     values = dataset[quantity].values.copy()
     index = tuple(int(i) for i in np.argwhere(np.isfinite(values))[-1])
     values[index] = np.nextafter(values[index], np.inf)
-    write(
+    save(
         dataset.assign({quantity: (dataset[quantity].dims, values, dataset[quantity].attrs)}), path
     )
     assert run("verify", results) == 1
@@ -162,7 +162,7 @@ def test_another_code_or_machine_is_named_as_the_reason(results, capsys):
     assert "numba was 0.1, here " in printed
 
     dataset = load(path)
-    write(dataset.assign(displacement=dataset["displacement"] + 1), path)
+    save(dataset.assign(displacement=dataset["displacement"] + 1), path)
     assert run("verify", path) == 1
     assert "differences are expected on this system: kernel hash was" in capsys.readouterr().out
 
@@ -201,7 +201,7 @@ def test_an_origin_that_contradicts_itself_is_a_fault(attrs, words, results, cap
 
 
 def test_what_has_no_origin_is_not_verified(tmp_path, capsys):
-    write(xr.Dataset({"displacement_end": ((), 0.25)}), tmp_path / "bare.nc")
+    save(xr.Dataset({"displacement_end": ((), 0.25)}), tmp_path / "bare.nc")
     assert run("verify", tmp_path) == 0
     printed = capsys.readouterr().out
     assert "bare: not verified" in printed

@@ -7,7 +7,7 @@ from report_text import HOSTILE, PROVENANCE, study_of
 from vibropipe.jobs.drawing import draw_study
 from vibropipe.jobs.report_data import report_data
 from vibropipe.jobs.reporting import build_report
-from vibropipe.store import write, write_sidecar
+from vibropipe.store import save, write_sidecar
 
 
 @pytest.fixture(scope="session")
@@ -30,7 +30,7 @@ def solved(tmp_path_factory):
     study = study_of(scenes, title=HOSTILE, description=f"First {HOSTILE}\n\nSecond one.")
     results = tmp_path_factory.mktemp("results")
     for name, dataset in datasets.items():
-        write(dataset, results / "small" / f"{name}.nc")
+        save(dataset, results / "small" / f"{name}.nc")
     write_sidecar(results / "small" / "response.nc", seconds=1.25, threads=2)
     draw_study(study, results)
     return study, results, datasets

@@ -27,7 +27,7 @@ from vibropipe.report.parts import (
     symbol,
     told_once,
 )
-from vibropipe.store import StoreError, write
+from vibropipe.store import StoreError, save
 from vibropipe.study import study_of_text
 from vibropipe.words.wording import paragraphs
 
@@ -228,7 +228,7 @@ def test_a_study_of_one_scene_without_steady_states(solved):
 
 def test_a_missing_figure_or_dataset_is_named(solved, tmp_path):
     study, _, datasets = solved
-    write(datasets["free"], tmp_path / "small" / "free.nc")
+    save(datasets["free"], tmp_path / "small" / "free.nc")
     alone = study_of({"free": study.scenes["free"]})
     with pytest.raises(StoreError, match=r"free\.pdf.*draw the figures"):
         build_report(alone, tmp_path, tmp_path / "report.pdf")

@@ -42,7 +42,7 @@ from vibropipe.scenes.basins.text import (
 )
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
-from vibropipe.store import StoreError, load, write
+from vibropipe.store import StoreError, load, save
 from vibropipe.study import StudyError, load_study, study_of_text
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.regimes import Regime
@@ -461,7 +461,7 @@ def test_only_starts_without_an_attractor_are_unresolved(over_omega, tmp_path):
     lost = data.attractor.copy()
     lost[0, 0, :2] = -1
     for number, each in ((0, data), (2, data.assign(attractor=lost))):
-        write(each, tmp_path / f"{number}.nc")
+        save(each, tmp_path / f"{number}.nc")
         assert count_unresolved(tmp_path / f"{number}.nc") == number
 
 

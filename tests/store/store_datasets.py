@@ -113,7 +113,7 @@ def write_shards(
     paths = []
     for start, stop in pairwise(ends):
         paths.append(folder / f"{start:04d}.nc")
-        store.write(shard(values, start, stop, grid, **scalars), paths[-1])
+        store.save(shard(values, start, stop, grid, **scalars), paths[-1])
     return paths
 
 

@@ -20,7 +20,7 @@ from vibropipe.store import StoreError, atomic
 @pytest.fixture
 def path(tmp_path):
     target = tmp_path / "a.nc"
-    store.write(motion(), target)
+    store.save(motion(), target)
     return target
 
 
@@ -92,7 +92,7 @@ def test_a_missing_file_is_named(tmp_path):
 
 def test_any_tool_detects_damaged_values_by_hdf5_checksums(tmp_path):
     path = tmp_path / "a.nc"
-    store.write(motion(samples=50_000), path)
+    store.save(motion(samples=50_000), path)
     content = bytearray(path.read_bytes())
     for part in (0.3, 0.5, 0.7):  # within the values of displacement, velocity, force
         damaged = content.copy()
@@ -104,7 +104,7 @@ def test_any_tool_detects_damaged_values_by_hdf5_checksums(tmp_path):
 
 def test_missing_folders_are_created(tmp_path):
     target = tmp_path / "results" / "paper" / "a.nc"
-    store.write(motion(), target)
+    store.save(motion(), target)
     assert [item.name for item in target.parent.iterdir()] == ["a.nc"]
 
 
@@ -129,7 +129,7 @@ def test_a_failing_write_leaves_nothing(tmp_path, monkeypatch):
 
     monkeypatch.setattr("vibropipe.store.files.define_variables", fail)
     with pytest.raises(StoreError, match=r"a\.nc: was not written: NetCDF: HDF error"):
-        store.write(motion(), tmp_path / "a.nc")
+        store.save(motion(), tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -146,7 +146,7 @@ def test_a_killed_writer_leaves_a_hidden_file_that_the_next_one_removes(tmp_path
     left = list(tmp_path.iterdir())
     assert len(left) == 1
     assert left[0].name.startswith(".a.nc.")
-    store.write(motion(), path)
+    store.save(motion(), path)
     assert list(tmp_path.iterdir()) == [path]
 
 
@@ -155,7 +155,7 @@ def test_the_file_of_a_running_writer_is_left_alone(tmp_path):
     own = atomic._temporary(path).name
     other = tmp_path / own.replace(f".{os.getpid()}.", f".{os.getppid()}.")
     other.write_bytes(b"half")
-    store.write(motion(), path)
+    store.save(motion(), path)
     assert other.read_bytes() == b"half"
 
 
@@ -175,7 +175,7 @@ def test_files_are_written_to_a_folder_that_cannot_be_opened(tmp_path, monkeypat
 
     opened = os.open
     monkeypatch.setattr(atomic.os, "open", refuse)
-    store.write(motion(), tmp_path / "a.nc")
+    store.save(motion(), tmp_path / "a.nc")
     store.check_intact(tmp_path / "a.nc")
 
 
@@ -203,7 +203,7 @@ def test_a_folder_that_cannot_be_written_is_explained(tmp_path, monkeypatch, num
 
     monkeypatch.setattr(Path, "touch", refuse)
     with pytest.raises(StoreError, match=r"a\.nc: was not written: .* does not allow it .*Change"):
-        store.write(motion(), tmp_path / "a.nc")
+        store.save(motion(), tmp_path / "a.nc")
 
 
 def test_a_full_disk_is_explained_though_hdf5_hides_it(tmp_path, monkeypatch):
@@ -218,7 +218,7 @@ def test_a_full_disk_is_explained_though_hdf5_hides_it(tmp_path, monkeypatch):
         StoreError,
         match=r"the disk is full \(0\.0 MB free .*Free disk space and rerun the command; completed files are kept",
     ):
-        store.write(motion(), tmp_path / "a.nc")
+        store.save(motion(), tmp_path / "a.nc")
 
 
 def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
@@ -231,7 +231,7 @@ def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
         "signal.signal(signal.SIGXFSZ, signal.SIG_IGN)\n"
         "resource.setrlimit(resource.RLIMIT_FSIZE, (200_000, 200_000))\n"
         "try:\n"
-        f"    store.write(motion(samples=200_000), {str(path)!r})\n"
+        f"    store.save(motion(samples=200_000), {str(path)!r})\n"
         "except store.StoreError as error:\n"
         "    print(error)\n"
     )
@@ -242,4 +242,4 @@ def test_a_write_cut_off_by_the_system_is_an_error_and_leaves_nothing(tmp_path):
 def test_a_file_in_the_way_of_a_folder_is_explained(tmp_path):
     (tmp_path / "results").write_text("a file")
     with pytest.raises(StoreError, match=r"was not written"):
-        store.write(motion(), tmp_path / "results" / "a.nc")
+        store.save(motion(), tmp_path / "results" / "a.nc")

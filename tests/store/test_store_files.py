@@ -22,7 +22,7 @@ from vibropipe.words.vocabulary import VOCABULARY, describe
 
 def written(dataset, folder, name="a.nc"):
     path = folder / name
-    store.write(dataset, path)
+    store.save(dataset, path)
     return path
 
 
@@ -121,7 +121,7 @@ def test_attributes_without_a_netcdf_type_are_json(tmp_path):
 
 def test_an_attribute_that_cannot_be_stored_is_refused(tmp_path):
     with pytest.raises(TypeError, match="cannot hold"):
-        store.write(xr.Dataset(attrs={"odd": {"of": object()}}), tmp_path / "a.nc")
+        store.save(xr.Dataset(attrs={"odd": {"of": object()}}), tmp_path / "a.nc")
     assert list(tmp_path.iterdir()) == []
 
 
@@ -197,9 +197,9 @@ def test_chunks_are_about_a_megabyte(tmp_path):
 def study(tmp_path):
     folder = tmp_path / "results" / "paper"
     values = rows_of_sweep(30)
-    store.write(motion(), folder / "forced.nc")
-    store.write(shard(values, 0, 30, nu=1.0), folder / "response.nc")
-    store.write(shard(values, 0, 10), folder / "shards" / "response" / "0000.nc")
+    store.save(motion(), folder / "forced.nc")
+    store.save(shard(values, 0, 30, nu=1.0), folder / "response.nc")
+    store.save(shard(values, 0, 10), folder / "shards" / "response" / "0000.nc")
     store.write_sidecar(folder / "response.nc", 1.5, 2)
     (folder / ".response.nc.host.1.part").write_bytes(b"half")
     (folder / ".hidden.nc").write_bytes(b"half")
@@ -232,7 +232,7 @@ def test_a_study_with_text_is_opened_as_written(tmp_path):
             {"case": ["one", "two"], "solver": ["exact", "newmark"]},
         )
     )
-    store.write(dataset, tmp_path / "hard.nc")
+    store.save(dataset, tmp_path / "hard.nc")
     with store.open_study(tmp_path) as tree:
         opened = tree["hard"].to_dataset()
         assert opened["measured"].chunks is not None
@@ -259,7 +259,7 @@ def test_a_slice_reads_a_slice(tmp_path):
 def test_a_closed_study_can_be_written_again(study):
     with store.open_study(study):
         pass
-    store.write(motion(seed=1), study / "forced.nc")
+    store.save(motion(seed=1), study / "forced.nc")
     with store.open_study(study) as tree:
         same(tree["forced"].to_dataset().load(), motion(seed=1))
 
@@ -281,7 +281,7 @@ def test_the_folder_of_all_results_names_its_studies(study):
         store.open_study(folder)
     other = folder / "another"
     other.mkdir()
-    store.write(motion(seed=1), other / "forced.nc")
+    store.save(motion(seed=1), other / "forced.nc")
     (folder / "logs").mkdir()
     with pytest.raises(StoreError, match=f"^{folder}: {told}one: {other}, {study}$"):
         store.scene_files(folder)
@@ -297,7 +297,7 @@ def test_a_study_with_a_truncated_scene_names_it(study):
 def test_the_scenes_of_the_study_are_opened_and_others_named(tmp_path):
     for name, scenes in (("old", "old map"), ("map", "old map"), ("new", "map new")):
         dataset = xr.Dataset({"residual": ("row", [1.0])}, attrs={"scenes": scenes})
-        store.write(dataset, tmp_path / f"{name}.nc")
+        store.save(dataset, tmp_path / f"{name}.nc")
     os.utime(tmp_path / "new.nc", (2e9, 2e9))
     with pytest.warns(UserWarning, match="holds also old, not in the study; open them with"):
         tree = store.open_study(tmp_path)
@@ -321,7 +321,7 @@ def test_a_newer_file_of_another_study_does_not_replace_the_one_that_the_folder_
         ("x", "other", "x map"),
     ):
         attrs = {"scenes": scenes, "title": f"{study}: {name}"}
-        store.write(xr.Dataset({"residual": ("row", [1.0])}, attrs=attrs), folder / f"{name}.nc")
+        store.save(xr.Dataset({"residual": ("row", [1.0])}, attrs=attrs), folder / f"{name}.nc")
     os.utime(folder / "x.nc", (2e9, 2e9))
     with pytest.warns(UserWarning, match="holds also x, not in the study"):
         assert list(store.open_study(folder).children) == ["map", "way"]
@@ -333,7 +333,7 @@ def test_a_newer_file_of_another_study_does_not_replace_the_one_that_the_folder_
 
 def test_a_newer_report_tells_the_units_of_data_in_si(tmp_path):
     attrs = {"display_units": "length: mm"}
-    store.write(xr.Dataset({"displacement": ("row", [1.0])}, attrs=attrs), tmp_path / "map.nc")
+    store.save(xr.Dataset({"displacement": ("row", [1.0])}, attrs=attrs), tmp_path / "map.nc")
     report = tmp_path / "report.pdf"
     content = store.with_fingerprint(
         b"%PDF-1.7\nstartxref\n9\n%%EOF", "0" * 64, ["map"], "length: µm; force: N"
@@ -366,3 +366,19 @@ def test_a_figure_and_a_report_carry_a_fingerprint_within_their_format(tmp_path)
         assert scenes_of(path) == ["one", "two"]
         assert path.read_bytes().endswith(content[-5:])
     assert store.fingerprint_of(tmp_path / "none.svg") == ""
+
+
+def test_a_steady_state_is_saved_with_its_complex_multipliers(tmp_path):
+    state = vp.steady_state(vp.Exciter(l=0.5, nu=1.2, f=0.8, h=0.1, R1=0.7, R2=0.7))
+    vp.save(state, tmp_path / "new" / "state.nc")
+    loaded = vp.load(tmp_path / "new" / "state.nc")
+    assert loaded["floquet_multiplier"].dtype.kind == "c"
+    del loaded.attrs["Conventions"]
+    assert loaded.identical(state)
+
+
+def test_what_is_no_dataset_is_not_saved(tmp_path):
+    with pytest.raises(vp.ParameterError) as error:
+        vp.save([1.0], tmp_path / "state.nc")
+    assert str(error.value) == "dataset: must be an xarray.Dataset, got list"
+    assert not list(tmp_path.iterdir())

@@ -135,8 +135,8 @@ def test_a_sweep_without_the_output_impacts_is_joined(tmp_path):
     values = rows_of_sweep(ROWS)
     dropped = ["row_size", "impact_velocity", "impact_support"]
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
-    store.write(shard(values, 0, 12, GRID).drop_vars(dropped), paths[0])
-    store.write(shard(values, 12, ROWS, GRID).drop_vars(dropped), paths[1])
+    store.save(shard(values, 0, 12, GRID).drop_vars(dropped), paths[0])
+    store.save(shard(values, 12, ROWS, GRID).drop_vars(dropped), paths[1])
     store.join(paths, tmp_path / "joined.nc", GRID)
     dataset = store.load(tmp_path / "joined.nc")
     np.testing.assert_array_equal(dataset["regime"].values.reshape(-1), values["regime"])
@@ -172,7 +172,7 @@ def test_shards_of_other_swept_values_are_refused(tmp_path, follow, name, point,
 def test_one_shard_of_another_order_of_rows_is_refused(tmp_path):
     values = rows_of_sweep(ROWS)
     paths = write_shards(tmp_path / "shards", values, [10, 20], GRID)
-    store.write(shard(values, 10, 20, grid_of(DIMS, "nu")), paths[1])
+    store.save(shard(values, 10, 20, grid_of(DIMS, "nu")), paths[1])
     refused(paths, tmp_path, r"0010\.nc: nu of row 10 differs from the study \(must be .*, got ")
 
 
@@ -195,8 +195,8 @@ def test_shards_without_their_swept_parameters_are_refused(tmp_path):
 def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
     values = rows_of_sweep(ROWS)
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
-    store.write(shard(values, 0, 12, GRID).assign_attrs(git_commit="b", method="exact"), paths[0])
-    store.write(
+    store.save(shard(values, 0, 12, GRID).assign_attrs(git_commit="b", method="exact"), paths[0])
+    store.save(
         shard(values, 12, ROWS, GRID).assign_attrs(git_commit="a", method="exact"), paths[1]
     )
     store.join(paths, tmp_path / "joined.nc", GRID, attrs={"title": "New", "follow": None})
@@ -250,7 +250,7 @@ def test_missing_rows_are_named(tmp_path, shards, missing, rows):
 
 def test_rows_held_twice_are_named_with_both_files(tmp_path, shards):
     values = rows_of_sweep(ROWS)
-    store.write(shard(values, 15, 20), tmp_path / "shards" / "again.nc")
+    store.save(shard(values, 15, 20), tmp_path / "shards" / "again.nc")
     again = [*shards, tmp_path / "shards" / "again.nc"]
     refused(again, tmp_path, r"0010\.nc and .*again\.nc: both hold row 15")
     refused([shards[0], *shards], tmp_path, r"0000\.nc and .*0000\.nc: both hold row 0")
@@ -276,20 +276,20 @@ def test_a_missing_shard_is_named(tmp_path, shards):
 
 
 def test_a_dataset_other_than_a_shard_is_named(tmp_path, shards):
-    store.write(motion(), tmp_path / "shards" / "motion.nc")
+    store.save(motion(), tmp_path / "shards" / "motion.nc")
     refused([*shards, tmp_path / "shards" / "motion.nc"], tmp_path, r"motion\.nc: is no shard")
 
 
 def test_a_shard_with_a_wrong_row_range_is_named(tmp_path, shards):
     wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID).assign_attrs(row_stop=31)
-    store.write(wrong, shards[2])
+    store.save(wrong, shards[2])
     refused(shards, tmp_path, r"0020\.nc: must hold rows 20 to 30, got 10 rows")
 
 
 def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
     wrong = shard(rows_of_sweep(ROWS), 20, 30, GRID)
     wrong["row_size"][0] += 1
-    store.write(wrong, shards[2])
+    store.save(wrong, shards[2])
     refused(shards, tmp_path, r"0020\.nc: must hold as many 'impact' as row_size counts, got \d+")
 
 
@@ -308,7 +308,7 @@ def test_counts_that_do_not_add_up_are_named(tmp_path, shards):
     ],
 )
 def test_shards_of_two_sweeps_are_not_joined(tmp_path, shards, change, match):
-    store.write(change(shard(rows_of_sweep(ROWS), 20, 30, GRID)), shards[2])
+    store.save(change(shard(rows_of_sweep(ROWS), 20, 30, GRID)), shards[2])
     refused(
         shards,
         tmp_path,

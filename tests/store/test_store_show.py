@@ -15,7 +15,7 @@ from store_datasets import motion, rows_of_sweep, shard
 import vibropipe as vp
 from vibropipe import store
 from vibropipe.compiler import kernel_hash
-from vibropipe.store import StoreError, write
+from vibropipe.store import StoreError, save
 from vibropipe.store.origin import _commit_of, _git_commit
 from vibropipe.store.show import plain_symbol
 from vibropipe.words.regimes import Regime
@@ -95,7 +95,7 @@ def test_provenance_suffices_to_recompute_a_dataset():
 def test_provenance_is_the_same_each_time_and_survives_the_file(tmp_path):
     attrs = store.provenance("title: ν\n", "abc", "exact")
     assert attrs == store.provenance("title: ν\n", "abc", "exact")
-    store.write(xr.Dataset({"residual": 0.0}, attrs=attrs), tmp_path / "a.nc")
+    store.save(xr.Dataset({"residual": 0.0}, attrs=attrs), tmp_path / "a.nc")
     read = store.load(tmp_path / "a.nc").attrs
     assert read.pop("Conventions")
     assert read == attrs
@@ -170,7 +170,7 @@ def sweep() -> xr.Dataset:
 
 @pytest.fixture
 def node(sweep: xr.Dataset, tmp_path: Path) -> Iterator[xr.DataTree]:
-    write(sweep, tmp_path / "map.nc")
+    save(sweep, tmp_path / "map.nc")
     with vp.open_study(tmp_path) as tree:
         yield tree["map"]
 

@@ -50,7 +50,7 @@ def chunks(request, monkeypatch):
 def test_blocks_of_any_size_give_the_rows_written_at_once(tmp_path, chunks, start, size):
     store.write_rows(blocks(size, start), tmp_path / "a.nc", ROWS - start)
     assert [path.name for path in tmp_path.iterdir()] == ["a.nc"]
-    store.write(shard(VALUES, start, ROWS, GRID), tmp_path / "b.nc")
+    store.save(shard(VALUES, start, ROWS, GRID), tmp_path / "b.nc")
     xr.testing.assert_identical(store.load(tmp_path / "a.nc"), store.load(tmp_path / "b.nc"))
 
 
@@ -78,7 +78,7 @@ def test_rows_without_impacts_are_written(tmp_path):
     quiet["row_size"] = np.zeros(ROWS, np.int32)
     quiet["impact_velocity"] = np.empty(0)
     store.write_rows(blocks(25, values=quiet), tmp_path / "a.nc", ROWS)
-    store.write(shard(quiet, 0, ROWS, GRID), tmp_path / "b.nc")
+    store.save(shard(quiet, 0, ROWS, GRID), tmp_path / "b.nc")
     xr.testing.assert_identical(store.load(tmp_path / "a.nc"), store.load(tmp_path / "b.nc"))
 
 
@@ -156,7 +156,7 @@ def whole_and_joined(folder, exciter, over, outputs, follow):
     for start in range(0, grid.rows, length):
         part = solve_shard(grid, start, start + length, outputs=outputs)
         paths.append(folder / f"{start}.nc")
-        store.write(part.assign_attrs(IDENTITY), paths[-1])
+        store.save(part.assign_attrs(IDENTITY), paths[-1])
     store.join(paths[::-1], folder / "joined.nc", grid)
     whole = vp.sweep(exciter, over, outputs=outputs, follow=follow)
     return whole, store.load(folder / "joined.nc")

@@ -14,7 +14,7 @@ from command_line import run
 
 import vibropipe as vp
 from vibropipe.solve.physical import in_units
-from vibropipe.store import StoreError, table, write
+from vibropipe.store import StoreError, save, table
 from vibropipe.store.table import without_constants
 from vibropipe.words.regimes import Regime
 
@@ -30,7 +30,7 @@ def sweep():
 @pytest.fixture
 def folder(sweep, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
-    write(sweep, "results/s/map.nc")
+    save(sweep, "results/s/map.nc")
     return tmp_path
 
 
@@ -201,7 +201,7 @@ def test_sections_have_a_row_for_each_state_at_the_section(tmp_path, monkeypatch
     empty = swept.where(swept.nu != 1.0).assign_coords(swept.coords)
     assert set(table(empty, sections=True).nu) == {0.6}
     monkeypatch.chdir(tmp_path)
-    write(swept, "s.nc")
+    save(swept, "s.nc")
     assert run("table", "s.nc", "--sections") == 0
     head, *lines = capsys.readouterr().out.splitlines()
     assert head.startswith("nu,f,visit,")
@@ -226,7 +226,7 @@ def test_a_table_is_written_in_the_units_that_are_asked_for(tmp_path, monkeypatc
         m="0.35 kg", C="6 N/mm", H="4 N s/m", F="12 N", l="4 mm", omega="22 Hz", R1=0.6, R2=0.6
     )
     si = vp.to_physical(vp.steady_state(exciter), 0.35, 6000.0)
-    write(si, "x.nc")
+    save(si, "x.nc")
     read = {}
     for units in ("SI", "Hz, mm"):
         assert run("table", "x.nc", "--units", units) == 0

@@ -10,7 +10,7 @@ from small_study import EXCITER
 
 import vibropipe as vp
 from vibropipe.scenes.registry import kind_of
-from vibropipe.store import load, write
+from vibropipe.store import load, save
 from vibropipe.study import study_of_text
 from vibropipe.view.border import Borders
 from vibropipe.view.copies import as_python, as_yaml
@@ -45,7 +45,7 @@ def si_page(tmp_path_factory):
     study = study_of_text(UNITS, "units")
     scene = study.scene("response")
     path = tmp_path_factory.mktemp("si") / "response.nc"
-    write(kind_of(scene).solve(scene), path)
+    save(kind_of(scene).solve(scene), path)
     page = Page(open_results(path, path.parent), background=lambda work: work())
     page.point_at(82.5, 75.0)
     return page

@@ -130,9 +130,9 @@ def simulate(
         with house_style():
             save_as(draw_motion(motion), plot)
     if output is not None:
-        from vibropipe.store import write
+        from vibropipe.store import save
 
-        write(motion, output)
+        save(motion, output)
 
 
 @app.command()

@@ -38,8 +38,8 @@ from vibropipe.store import (
     expected_changes,
     provenance,
     read_sidecar,
+    save,
     selected_attributes,
-    write,
     write_sidecar,
 )
 from vibropipe.store.atomic import AGAIN
@@ -89,7 +89,7 @@ def solve_to_file(
     entries: dict[str, Any] = {} if shard is None else {CUT: cut_text(*shard)}
     try:
         if not kind.can_be_cut:
-            write(solve_scene(study, name, progress), path)
+            save(solve_scene(study, name, progress), path)
         elif earlier is None:
             kind.cut.store(scene, path, origin(study, scene), shard, progress)
         else:

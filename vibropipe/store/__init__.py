@@ -20,9 +20,9 @@ from vibropipe.store.files import (
     count_equal,
     load,
     read_scenes,
+    save,
     scene_files,
     selected_attributes,
-    write,
 )
 from vibropipe.store.opening import open_study
 from vibropipe.store.origin import expected_changes, provenance, read_sidecar, write_sidecar
@@ -52,13 +52,13 @@ __all__ = [
     "read_shards",
     "read_sidecar",
     "remove_leftovers",
+    "save",
     "scene_files",
     "seal_of",
     "selected_attributes",
     "summary",
     "table",
     "with_fingerprint",
-    "write",
     "write_grid",
     "write_rows",
     "write_sidecar",

@@ -12,6 +12,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
+from vibropipe.physics.parameter_error import ParameterError
 from vibropipe.solve.shown_units import DISPLAY_UNITS
 from vibropipe.store.atomic import StoreError, atomic_file, check_intact, seal, units_in
 from vibropipe.store.encoding import PART_OF, define_variables, encode, part_names
@@ -28,13 +29,30 @@ CACHE_BYTES = 4 << 20
 """Chunk cache of each variable instead of netCDF's 64 MB, since a file has some thirty variables."""
 
 
-def write(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
-    """Write a dataset to a netCDF4 file, which appears only when complete.
+def save(dataset: xr.Dataset, path: str | PathLike[str]) -> None:
+    """Save a dataset in a netCDF4 file, which appears only when complete; `load` reads it.
 
     Equal datasets give equal bytes; missing folders are created.
-    Raises NotWrittenError if the disk is full or the folder is not writable; `path` is then as before.
+
+    Parameters
+    ----------
+    dataset : xarray.Dataset
+        Of a call of this package.
+    path : path
+        Of the file, as `motion.nc`; one that exists is replaced.
+
+    Raises
+    ------
+    ParameterError
+        If it is no dataset.
+    StoreError
+        If the disk is full or the folder is not writable; the file is then as before.
     """
     import netCDF4
+    import xarray as xr
+
+    if not isinstance(dataset, xr.Dataset):
+        raise ParameterError("dataset", dataset, "an xarray.Dataset", got=type(dataset).__name__)
 
     variables, attrs = encode(dataset)
     with atomic_file(path) as temporary:
@@ -49,7 +67,7 @@ def load(path: str | PathLike[str]) -> xr.Dataset:
     Parameters
     ----------
     path : path
-        A file of a study's results, `results/<study>/<scene>.nc`, or any other of `write` or `join`.
+        A file of a study's results, `results/<study>/<scene>.nc`, or any other of `save` or `join`.
 
     Returns
     -------

@@ -52,7 +52,7 @@ def write_rows(blocks: Iterable[Block], path: str | PathLike[str], rows: int) ->
 
     blocks : consecutive blocks over `row` (`row_start`, `row_stop`) with the same variables, encoded or not
     rows : number of rows in all
-    Raises NotWrittenError as of `write`, or ValueError if rows are missing; `path` is then as before.
+    Raises NotWrittenError as of `save`, or ValueError if rows are missing; `path` is then as before.
     """
     write_grid(blocks, path, SweepGrid({ROW: np.arange(rows)}))
 

@@ -10,7 +10,7 @@ from vibropipe.scenes.basins.keys import most_shards
 from vibropipe.scenes.basins.solve import rows_of, solve, solve_rows
 from vibropipe.scenes.rows import rows_of_shard, stored_grid, with_origin
 from vibropipe.solve.physical import stored
-from vibropipe.store import read_shards, write, write_rows
+from vibropipe.store import read_shards, save, write_rows
 
 if TYPE_CHECKING:
     from vibropipe.scenes.basins.keys import BasinsScene
@@ -35,7 +35,7 @@ def store(
     progress : called as `progress(done, total)` in starts
     """
     if shard is None:
-        write(with_origin(solve(scene, progress), scene, attrs), path)
+        save(with_origin(solve(scene, progress), scene, attrs), path)
         return
     start, stop = row_range(scene, *shard)
     rows = stored(rows_of(scene).shard(start, stop, progress), scene.mass_and_stiffness)
@@ -55,4 +55,4 @@ def join(
     """
     values, common = read_shards(shards, stored_grid(scene), attrs)
     assigned = values["attractor_assigned"], values["periods_to_attractor"]
-    write(with_origin(solve_rows(scene, progress, assigned), scene, {**common, **attrs}), path)
+    save(with_origin(solve_rows(scene, progress, assigned), scene, {**common, **attrs}), path)

@@ -31,7 +31,11 @@ def series(words: Iterable[str], last: str = "and") -> str:
 
 def method_text(method: str, steps_per_period: int | None = None) -> str:
     """Write a method with its number of steps: `newmark, 64 steps per forcing period`."""
-    steps = "" if steps_per_period is None else f", {steps_per_period} steps per forcing period"
+    steps = (
+        ""
+        if steps_per_period is None
+        else f", {count(steps_per_period, 'step')} per forcing period"
+    )
     return method + steps
 
 

@@ -196,9 +196,7 @@ def test_attributes_are_those_of_the_shards_and_those_given(tmp_path):
     values = rows_of_sweep(ROWS)
     paths = [tmp_path / "0.nc", tmp_path / "1.nc"]
     store.save(shard(values, 0, 12, GRID).assign_attrs(git_commit="b", method="exact"), paths[0])
-    store.save(
-        shard(values, 12, ROWS, GRID).assign_attrs(git_commit="a", method="exact"), paths[1]
-    )
+    store.save(shard(values, 12, ROWS, GRID).assign_attrs(git_commit="a", method="exact"), paths[1])
     store.join(paths, tmp_path / "joined.nc", GRID, attrs={"title": "New", "follow": None})
     attrs = store.load(tmp_path / "joined.nc").attrs
     assert attrs["Conventions"].startswith("CF")

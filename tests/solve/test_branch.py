@@ -301,6 +301,7 @@ def test_a_narrow_resonance_is_not_stepped_over() -> None:
     [
         (("tau", 2.0), "along: must be one of nu, f, .*, phi2, .*, got 'tau'"),
         (("nu", 1.0), "to: must differ from the exciter's own nu, got 1.0"),
+        (("nu", (1.0, 1.0)), "to: must differ from the exciter's own nu, got .1.0, 1.0."),
         (("nu", (3.0, 2.0)), "to: must be a number, or two that enclose the exciter's own nu, 1.0"),
         (("R1", 1.2), "to: must be a number from 0 to 1, got 1.2"),
         (("nu", -1.0), "to: must be a finite number > 0, got -1.0"),
@@ -314,6 +315,17 @@ def test_bad_arguments_are_named(arguments, text: str) -> None:
 def test_both_ends_may_come_in_any_order() -> None:
     up, down = (vp.branch(SYMMETRIC, "nu", ends) for ends in ((0.9, 1.1), (1.1, 0.9)))
     xr.testing.assert_identical(up, down)
+
+
+def test_an_end_at_the_exciter_is_the_one_that_a_number_has() -> None:
+    both, one = (vp.branch(SYMMETRIC, "nu", to) for to in ((1.0, 1.02), 1.02))
+    xr.testing.assert_identical(both, one)
+
+
+def test_a_stiffness_is_refused_at_zero_before_what_it_leaves() -> None:
+    soft = vp.Exciter(l=0.5, nu=1.0, f=-1, h=0.2, R2=0.7, k1=40.0, h1=1.0)
+    with pytest.raises(vp.ParameterError, match="along: must be above 0 where it varies"):
+        vp.branch(soft, "k1", (0.0, 80.0))
 
 
 def test_bad_options_are_named() -> None:

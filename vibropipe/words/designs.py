@@ -27,7 +27,10 @@ class DesignResult(Reasoned):
     MET = 0, "all that is wanted holds"
     AT_RANGE = 1, "it lies at an end of a range of vary: widen the range"
     LAW_CHANGES = 2, "the law of motion changes there"
-    CONFLICTING = 3, "what is wanted conflicts: no small change brings all of it nearer"
+    CONFLICTING = (
+        3,
+        "no small change that was tried brings all of it nearer: what is wanted may conflict",
+    )
     NOT_REACHED = 4, "the motion from the start settles elsewhere: give another start"
 
 

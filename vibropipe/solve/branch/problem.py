@@ -87,10 +87,14 @@ def problem_of(
     """
     check_along(along, ties)
     own = stated_value(getattr(exciter, along)) if own is None else own
+    if along in RIGID_AT_ZERO and 0.0 in (own, *np.atleast_1d(to).tolist()):
+        raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
     ends = [_check_value(exciter, along, "to", value, ties) for value in np.atleast_1d(to).tolist()]
-    if len(ends) == 1:
-        if ends[0] == own:
+    if own in ends and len(ends) <= 2:
+        ends = [value for value in ends if value != own]
+        if not ends:
             raise ParameterError("to", to, must=f"must differ from the exciter's own {along}")
+    if len(ends) == 1:
         low, high = sorted((own, ends[0]))
         signs: tuple[float, ...] = (1.0 if ends[0] > own else -1.0,)
     else:
@@ -102,8 +106,6 @@ def problem_of(
             raise ParameterError("to", to, allowed)
         low, high = sorted(ends)
         signs = (1.0, -1.0)
-    if along in RIGID_AT_ZERO and low == 0.0:
-        raise ParameterError("along", along, must=SOFT_ALONG, got="0 at an end of the range")
     reached = {along: np.array([low, high])}
     if ties:
         reached = {along: np.linspace(low, high, SAMPLES)}

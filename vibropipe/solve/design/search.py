@@ -9,6 +9,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.design.refine import Search, Trial
 from vibropipe.solve.rows.points import within_ranges
@@ -288,9 +289,10 @@ def miss_text(problem: Problem, nearest: Candidate) -> str:
     """Return why no design is met, with the values of the nearest one."""
     missed = problem.misses(nearest.values)
     misses = [
-        f"{bound.text} is missed with {nearest.values[problem.names.index(bound.quantity)]:.6g}"
+        f"{bound.text} is missed with {nearest.values[problem.names.index(bound.quantity)]:.6g}, by "
+        f"{abs(miss) * bound.scale(problem.exciter.l):.2g}"
         for bound, miss in zip(problem.goals.bounds, missed, strict=True)
-        if abs(miss) > 0
+        if abs(miss) > MET
     ]
     at = (problem.low + nearest.share * problem.width).tolist()
     place = ", ".join(f"{name} = {value:.6g}" for name, value in zip(problem.vary, at, strict=True))

@@ -62,6 +62,9 @@ def test_numbers_that_are_exact_stay() -> None:
 def test_ends_of_ranges_in_a_column_have_as_many_digits() -> None:
     cells = ["10 … 80", "10 … 54.75", "–", "30.25"]
     assert even_digits(cells) == ["10.00 … 80.00", "10.00 … 54.75", "–", "30.25"]
+    grid = ["0.145 … 1.075", "1.0775 … 1.565", "2 … 3"]
+    exact = ["0.1450 … 1.0750", "1.0775 … 1.5650", "2.0000 … 3.0000"]
+    assert even_digits(grid, are_exact=True) == exact
     assert even_digits(["1 … 2", "0", "77.3 % (74 … 80)"]) == ["1 … 2", "0", "77.3 % (74 … 80)"]
 
 

@@ -321,6 +321,13 @@ def test_ranges_along_a_line_and_energies_are_tables():
     assert energies.rows[3] == ["loss by friction", "0.025 … 0.05"]
     for without in (energy, energy.assign(energy_friction=0 * energy["energy_input"])):
         assert len(tables({"response": line.merge(without)})[1].rows) == 3
+    # decimals of a grid are those of its step; of values that are rounded here digits are
+    for step, texts in (
+        (0.95, ["0.475 … 0.760", "0.855 … 1.045"]),
+        (4.0 / 3, ["0.66667 … 1.0667"]),
+    ):
+        rows = tables({"response": line.assign_coords(nu=step * line["nu"])})[0].rows
+        assert [row[0] for row in rows][: len(texts)] == texts
     # without a force it does no work, and its periods are none of the motion
     (ranges,) = tables({"response": line.merge(energy).assign_coords(f=0.0)})
     assert ranges.head == ["ν", "how the mass moves", "hardest impact"]

@@ -61,10 +61,11 @@ RANGE = " … "
 _NUMBER = re.compile(r"([−±+] ?)?(\d[\d,]*)(\.\d+)?( %)?")
 
 
-def even_digits(cells: list[str]) -> list[str]:
+def even_digits(cells: list[str], are_exact: bool = False) -> list[str]:
     """Return texts, of a column or of both ends of a range, whose numbers have their last zeros.
 
-    These are as many digits as most of those with decimals have. A cell may have both ends of a range.
+    These are as many digits as most of those with decimals have or, of exact numbers such as those of a grid, as many
+    decimals as any has. A cell may have both ends of a range.
 
     >>> even_digits(["0.652", "0.4466", "0.1782", "–"])
     ['0.6520', '0.4466', '0.1782', '–']
@@ -75,7 +76,7 @@ def even_digits(cells: list[str]) -> list[str]:
     """
     parts = [cell.split(RANGE) for cell in cells]
     if any(len(part) > 1 for part in parts):
-        evened = iter(even_digits([text for part in parts for text in part]))
+        evened = iter(even_digits([text for part in parts for text in part], are_exact))
         return [RANGE.join(islice(evened, len(part))) for part in parts]
     found = [_NUMBER.fullmatch(cell) for cell in cells]
     digits = [
@@ -88,7 +89,9 @@ def even_digits(cells: list[str]) -> list[str]:
         return cells
     usual, texts = max(broken, key=broken.count), []
     for cell, match, n, places in zip(cells, found, digits, decimals, strict=True):
-        zeros = min(usual - n, max(decimals) - places)
+        zeros = max(decimals) - places
+        if not are_exact:
+            zeros = min(usual - n, zeros)
         if match is None or not n or zeros < 1:
             texts.append(cell)
         else:

@@ -2,7 +2,9 @@
 
 from __future__ import annotations
 
+import math
 from collections import Counter
+from collections.abc import Iterable
 from itertools import groupby
 
 import numpy as np
@@ -35,7 +37,7 @@ from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series
 
 MAX_ROWS, MAX_ORBITS = 8, 5  # rows of a table, of that of the orbits of a map
-DIGITS = 3
+DIGITS, GRID_DIGITS = 3, 5
 MAX_QUESTION = 110  # letters, a line of the report
 OF_OWN = {"its phase": "phase of the second harmonic"}  # words of a parameter by itself
 
@@ -86,7 +88,8 @@ def doublings_table(label: str, dataset: xr.Dataset, doubles: Doublings) -> Tabl
     axis = dataset[axis_of(dataset)]
     symbol, way = symbol_text(axis), "falls" if doubles.is_falling else "rises"
     ends = [end for _, *both in doubles.runs for end in both]
-    texts = even_digits([format_number(end, 5) for end in (*ends, doubles.end)])
+    ends.append(doubles.end)
+    texts = even_digits([format_number(end, GRID_DIGITS) for end in ends], are_round(ends))
     rows = [
         [str(m), RANGE.join(dict.fromkeys(both))]
         for (m, *_), *both in zip(doubles.runs, texts[::2], texts[1::2], strict=False)
@@ -124,9 +127,10 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table | None:
     if len(runs) == 1:
         return None  # the answers tell it
     kept = sorted(sorted(runs, key=lambda run: -len(run[1]))[:MAX_ROWS], key=lambda run: run[1])
-    spans = [ends_text(line[axis].values[[found[0], found[-1]]]) for _, found in kept]
+    ends = [line[axis].values[[found[0], found[-1]]] for _, found in kept]
+    spans = even_digits([ends_text(each) for each in ends], are_round(np.concatenate(ends)))
     rows = []
-    for span, ((code, m), found) in zip(even_digits(spans), kept, strict=True):
+    for span, ((code, m), found) in zip(spans, kept, strict=True):
         cells = [span, words[code]]
         cells += [str(m) if m > 0 else DASH] if has_period else []
         if has_velocity:
@@ -156,7 +160,12 @@ def hardest_text(rows: xr.Dataset) -> str:
 
 def ends_text(ends: np.ndarray) -> str:
     """Write the first and the last row of a range; a single row once."""
-    return RANGE.join(dict.fromkeys(format_number(float(end), 5) for end in ends))
+    return RANGE.join(dict.fromkeys(format_number(float(end), GRID_DIGITS) for end in ends))
+
+
+def are_round(values: Iterable[float]) -> bool:
+    """Return whether values of a grid are written without rounding."""
+    return all(math.isclose(float(f"{value:.{GRID_DIGITS}g}"), value) for value in values)
 
 
 def lines_table(label: str, dataset: xr.Dataset) -> Table:

@@ -113,7 +113,9 @@ def test_what_is_so_of_all_rows_is_not_denied_of_some(regime, of_line, of_map, m
     line, plane = one_line(), made["map"][1].copy(deep=True)
     for dataset, words in ((line, of_line), (plane, of_map)):
         dataset["regime"][:] = regime
-        assert f"The mass {words}." in said(dataset)
+        told = said(dataset)
+        assert f"The mass {words}." in told
+        assert not any("unbounded" in each for each in told)
 
 
 def test_aperiodic_rows_alone_are_told_once(made):

@@ -167,7 +167,7 @@ def test_a_scene_has_the_curves_of_the_call(tmp_path):
     assert ax.get_ylim() == (0.2, 0.8)
     text = caption(scene, dataset, {})
     assert "over ν and me" in text
-    assert "Tied: R2 = R1, f = me * nu**2." in text
+    assert "Tied: R₂ = R₁, f = me · ν²." in text
     assert report_data(study, {"s": dataset}, {})
 
 

@@ -8,12 +8,14 @@ from dataclasses import dataclass
 from typing import Any
 
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.words.parameters import PHYSICAL
 from vibropipe.words.spelling import hint_of_key
 
 KeyPath = tuple[str | int, ...]
 
 _LONGEST = 60
 REQUIRED = "is required"  # begins what must hold of a missing key
+WITH_UNITS = "quantities with units go with `physical`"
 
 
 def describe(value: Any) -> str:
@@ -119,7 +121,9 @@ def argument_path(error: ParameterError) -> KeyPath:
 
 
 def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
-    """Return the fault of an unknown key, with the nearest one that exists."""
+    """Return the fault of an unknown key, with the nearest one that exists or where its quantity belongs."""
+    if path[-1] in PHYSICAL and "nu" in choices:
+        return Problem(path, "", hint=WITH_UNITS, must="is an unknown key")
     instead = f"be {one_of(choices)}" if choices else "be left out"
     hint = hint_of_key(path[-1], choices)
     return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")

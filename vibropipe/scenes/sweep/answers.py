@@ -78,6 +78,8 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
     ]
     told, unresolved = [each for each in found if each is not None], unresolved_answer(dataset)
     told.sort(key=lambda answer: bool(SAYS_LEAST.search(answer.lead)))
+    if (dataset["regime"] == Regime.UNBOUNDED).all():
+        unresolved = None  # how the mass moves says it
     if unresolved is not None:  # few stand under the methods, where there is more to say
         is_many = float((dataset["regime"] >= Regime.UNBOUNDED).mean()) >= UNKNOWN
         told.insert(MAX_ANSWERS - 1 if is_many else MAX_ANSWERS, unresolved)

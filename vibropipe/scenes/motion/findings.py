@@ -11,7 +11,7 @@ import xarray as xr
 from vibropipe.figures.motion_words import stability_text, way_of
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
-from vibropipe.physics.housing import total_load
+from vibropipe.physics.housing import runs_away
 from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.certificate_page import certificate_answer
@@ -106,26 +106,20 @@ def creep_answer(dataset: xr.Dataset) -> Answer | None:
     """Return how fast the steady state lets a housing creep, and which way; none where it is fixed or not known."""
     if "housing_velocity_mean" not in dataset or dataset["housing_velocity_mean"].ndim:
         return None
-    mean, most = (dataset[f"housing_velocity_{name}"] for name in ("mean", "max"))
-    if not np.isfinite(float(mean)):
-        return None
-    way = way_of(float(mean), float(most))
-    if slides_away(dataset):
+    if runs_away(exciter_of(dataset).parameters()):
         return Answer(
             "The housing slides away.",
             "The constant forces exceed its friction: it becomes ever faster, and has no mean velocity.",
         )
+    mean, most = (dataset[f"housing_velocity_{name}"] for name in ("mean", "max"))
+    if not np.isfinite(float(mean)):
+        return None
+    way = way_of(float(mean), float(most))
     if way is None:
         return Answer("The housing does not creep.")
     return Answer(
         f"The housing creeps {way}.", f"Its mean velocity is {value_text(mean, mean, 3)}."
     )
-
-
-def slides_away(dataset: xr.Dataset) -> bool:
-    """Return whether the constant forces on a housing exceed the friction that holds it."""
-    p = exciter_of(dataset).parameters()
-    return not -p.housing_friction_2 <= total_load(p) <= p.housing_friction_1
 
 
 def ramp_headline(dataset: xr.Dataset) -> str:

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import numpy as np
 
+from vibropipe.orbits.housing import LARGEST_SPEED, MEAN
 from vibropipe.orbits.results import RowResults
 from vibropipe.words.regimes import Regime
 from vibropipe.words.status import Status
@@ -21,8 +22,9 @@ def mask_unsolved(rows: RowResults) -> RowResults:
     """Remove the results of unsolved rows from compacted results (`solve.row_results`), changed in place.
 
     Numbers become NaN and contacts are removed; the impacts of unsolved rows are left out of what is returned. A row
-    with a required number that is not finite counts as unsolved: status `not_finite`. Samples of a motion without an
-    orbit are NaN. `section` is kept, since the next row of a chain starts from it.
+    with a required number that is not finite counts as unsolved: status `not_finite`. NaN are samples of a motion
+    without an orbit, and the mean and the largest velocity of a housing in one without bound. `section` is kept, since
+    the next row of a chain starts from it.
     """
     lost = is_solved(rows.status) & ~_is_finite(rows)
     rows.status[lost] = Status.NOT_FINITE
@@ -51,6 +53,9 @@ def mask_unsolved(rows: RowResults) -> RowResults:
         rows.housing_harmonics,
     ):
         values[unsolved[: len(values)]] = np.nan
+    unbounded = rows.regime == Regime.UNBOUNDED
+    # a housing that becomes ever faster has no mean velocity, nor a largest one
+    rows.housing[np.ix_(unbounded[: len(rows.housing)], (MEAN, LARGEST_SPEED))] = np.nan
     no_orbit = rows.period_multiple == 0
     rows.motion[no_orbit[: len(rows.motion)]] = np.nan
     return _without_impacts(rows, unsolved)

@@ -80,9 +80,9 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     assert entries["fixed"] == 0
     (line,) = [line for line in entries["methods"] if line["name"] == "Unresolved"]
     where = "ν = 2.415 … 2.595, f = 0.1 … 0.5"
+    remedy = Status.MAX_IMPACTS.remedy.replace("`", "")  # a report has no marks of code
     assert (
-        line["text"]
-        == f"“response”: {number} of 363 rows, at {where}, too many impacts. {Status.MAX_IMPACTS.remedy}"
+        line["text"] == f"“response”: {number} of 363 rows, at {where}, too many impacts. {remedy}"
     )
 
 

@@ -118,8 +118,8 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert len(others) <= MAX_SIDE
     assert map_series(lines)[0].name == "housing_velocity_mean"
     assert sweep_title(lines).startswith("On the grid, the housing creeps fastest at ")
-    assert bare_symbols({"a": lines}) == "fhlRd"
-    assert bare_symbols({"a": sweep}) == "fhlR"
+    assert bare_symbols({"a": lines}) == "fhd"
+    assert bare_symbols({"a": sweep}) == "fh"
 
 
 def test_a_motion_shows_and_tells_how_the_housing_creeps():

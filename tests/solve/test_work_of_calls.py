@@ -154,7 +154,7 @@ def test_points_of_a_branch_that_the_work_does_not_suffice_for_have_a_status(
 
 
 def test_boundaries_whose_work_is_spent_say_so(monkeypatch: pytest.MonkeyPatch) -> None:
-    monkeypatch.setattr(boundary_points, "MAX_CALL_WORK", 10**6)
+    monkeypatch.setattr(boundary_points, "MAX_CALL_WORK", 10**4)
     monkeypatch.setattr(boundary_points, "START_WORK", 0)
     with pytest.warns(vp.UnsolvedWarning, match="in the steps of one call"):
         vp.boundary(SOFT, "grazing", within=((0.8, 1.2), (0.6, 1.0)), lines=2)

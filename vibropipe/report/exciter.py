@@ -64,16 +64,16 @@ def side_of(datasets: Datasets) -> Side:
 
 
 def bare_symbols(datasets: Datasets) -> str:
-    """Return the letters that are symbols also without a value beside them: no units, nor capitals that name motions.
+    """Return letters that are symbols, as l and R, without a value beside them: no units, nor names of motions.
 
     With units h is the hour of km/h.
     """
     forces = "".join(SYMBOLS[name] for name in ("friction", "load") if has_value(name, datasets))
     if not any(is_physical(data) for data in datasets.values()):
-        return f"fhlR{forces}"
+        return f"fh{forces}"
     motions = max(data.sizes.get("attractor_id", 0) for data in datasets.values())
     capitals = (each for each in "CFH" if string.ascii_uppercase.index(each) >= motions)
-    return "".join(["lR", *capitals, forces])
+    return "".join([*capitals, forces])
 
 
 def side_of_first(datasets: Datasets) -> Side:

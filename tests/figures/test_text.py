@@ -102,6 +102,8 @@ def test_grids_are_written_whole_or_by_their_ends():
 
 
 def test_an_axis_has_no_remark_on_numbers_of_a_table():
-    stiffness = describe(xr.Dataset({"k1": ("row", [20.0, 50.0])}))["k1"]
-    assert "0 if rigid" in stiffness.attrs["long_name"]
-    assert axis_label(stiffness) == "stiffness of support 1 $k_1$"
+    both = describe(xr.Dataset({name: ("row", [0.2, 0.5]) for name in ("k1", "mass_ratio")}))
+    assert "0 if rigid" in both.k1.attrs["long_name"]
+    assert axis_label(both.k1) == "stiffness of support 1 $k_1$"
+    assert "0 if that is fixed" in both.mass_ratio.attrs["long_name"]
+    assert axis_label(both.mass_ratio) == "ratio of the mass to that of the housing $\\kappa$"

@@ -87,9 +87,9 @@ FAULTS = """\
 {kind: sweep, over: {f: {start: 0, stop: 1, points: 20000}, h: {start: 0, stop: 1, points: 20000}}}
     s.over: must give at most 1e8 rows in a scene, got 20000 x 20000 rows
 {kind: sweep, exciter: {m: 1}, over: {f: [1]}}
-    s.exciter.m: is an unknown key (quantities with units go with `physical`)
+    s.exciter.m: is an unknown key (m has units: it stands under physical)
 {kind: sweep, over: {F: [1]}}
-    s.over.F: is an unknown key (quantities with units go with `physical`)
+    s.over.F: is an unknown key (F has units: it stands under physical)
 {kind: sweep, exciter: {f: 1}, over: {f: [1]}}
     s.exciter.f: must be left out, since f is swept, got 1.0
 {kind: sweep, over: {f: [1]}, start: {x0: 0}, follow: {along: f, direction: up}}

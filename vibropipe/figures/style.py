@@ -38,10 +38,8 @@ SHRINKING = 0.88  # of indices and powers in formulas: 7.04 pt in labels, and 6.
 SYMBOLS = re.compile(r"[νδτωκ]|\b[fhlR](?= =)|\b[A-Za-z](?=[₀-₉])|\bm/M\b")
 MAX_VECTOR = 20_000  # points or shapes of one artist that are stored as curves
 NOTEBOOK_DPI = 110
-MAX_TICK, LONG_TICK_CM = (
-    8,
-    2.0,
-)  # letters of a tick that has room at the end of an axis; room for a longer one
+MAX_TICK = 8  # letters of a tick that has room at the end of an axis
+LONG_TICK_CM = 2.0  # room for a longer one
 ROUNDING = 1e-9  # relative to the neighbouring curves; anything below is drawn as zero
 
 BLACK, ORANGE, SKY, GREEN = "#000000", "#E69F00", "#56B4E9", "#009E73"

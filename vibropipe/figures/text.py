@@ -159,7 +159,7 @@ def axis_label(array: xr.DataArray, index: int | None = None, width: int = 0) ->
     words = _words(array)
     symbol = _indexed(words["symbol"], index)
     units = unit_text(words["units"])
-    text = words["long_name"].removesuffix(", 0 if rigid")  # a remark on numbers of a table
+    text = words["long_name"].partition(", 0 if ")[0]  # what a number stands for is told in tables
     lines = textwrap.wrap(text, width) if width else [text]
     tail = " ".join(filter(None, ["" if symbol == text else symbol, units and f"({units})"]))
     if width and lines and len(lines[-1]) + 3 + len(units) > width:

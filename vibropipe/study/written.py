@@ -73,9 +73,7 @@ def as_written(problem: Problem, tree: dict[str, Any], plain: dict[str, Any]) ->
         both = "a pair [low, high], each " if name == "within" and not of_ramp else ""
         return replace(problem, path=path, must=f"is required ({both}{allowed})")
     if path[-2:-1] == ("exciter",) and name not in PARAMETERS:
-        told = unknown(path, [each for each in PARAMETERS if each not in WRITTEN])
-        hint = f"{name} has units: it stands under physical"
-        return replace(told, hint=hint) if name in NAMES else told
+        return unknown(path, [each for each in PARAMETERS if each not in WRITTEN])
     goal = entry(tree, path) if len(path) > 3 and path[2] in GOALS else None
     if problem.found and isinstance(goal, str):
         return replace(problem, path=path, found=describe(goal))

@@ -46,20 +46,20 @@ def follow_laws(
         if path.end not in ENDS or isinstance(path.points[-1].curve, ImpactCurve):
             return path
         end, last = path.points[-1], len(path.points) - 1
+        # many branches begin at an orbit of fewer periods as it touches a support: none continues this one
+        is_early = path.end != "lost" and comes_back_early(end)
+        after = None
         if path.end == "lost":
             # next to a cusp Newton's method may fail where a march finds the next law
             after = marched_beyond(end, path.points)
             path.events += [Event("lost", "", last)] if after else []
-        elif comes_back_early(end):
-            # many branches begin at an orbit of fewer periods as it touches a support: none continues this one
-            after = None
-        else:
+        elif not is_early:
             # laws that follow each other ever faster are passed together; what rests forgets, and is marched
             is_short = begun and abs(end.value - begun[-1].value) < shortest
             after = settled_ahead(end, path.points) if is_short or _ends_chatter(end) else None
             after = beyond(end, path.points) if after is None else after
         if after is None:
-            if path.end != "lost" and (comes_back_early(end) or halves_beyond(end)):
+            if is_early or (path.end != "lost" and halves_beyond(end)):
                 path.events[-1], path.end = path.events[-1]._replace(reason="halved"), "halved"
             return path
         if is_same_chatter(end, after):

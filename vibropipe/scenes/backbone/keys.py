@@ -19,6 +19,7 @@ from vibropipe.scenes.keys.checks import (
     check_exciter,
     check_rows,
     no_exciter,
+    shown_length,
 )
 from vibropipe.scenes.keys.grids import Grid, RangeGrid, ValueGrid
 from vibropipe.scenes.keys.parts import FigureOptions, figure_key
@@ -137,7 +138,7 @@ def _reaches(scene: BackboneScene, amplitude: float) -> Iterator[Problem]:
         exciter = Exciter(**scene.resolved_exciter())
         least = max(exciter.lower, -exciter.upper)
         if amplitude <= least:
-            size, unit = (1.0, "") if scene.mass_and_stiffness is None else (1e3, " mm")
+            size, unit = shown_length(scene)
             allowed = (
                 f"numbers above {size * least:.10g}{unit} (the equilibrium lies beyond a support)"
             )

@@ -141,9 +141,14 @@ def check_start(scene: ForcedScene, fixed: dict[str, float] | None = None) -> It
     yield Problem(("start", "x0"), repr(x0), f"a number {between_supports(scene, lower, upper)}")
 
 
+def shown_length(scene: BaseScene) -> tuple[float, str]:
+    """Return the number of a unit length and its unit in messages: millimetres where the study has units."""
+    return (1.0, "") if scene.mass_and_stiffness is None else (1e3, " mm")
+
+
 def between_supports(scene: BaseScene, lower: float, upper: float) -> str:
-    """Return the displacements between the supports in words, in millimetres where the study has units."""
-    size, unit = (1.0, "") if scene.mass_and_stiffness is None else (1e3, " mm")
+    """Return the displacements between the supports in words."""
+    size, unit = shown_length(scene)
     return f"from {size * lower:.10g} to {size * upper:.10g}{unit} (between the supports)"
 
 

@@ -15,7 +15,6 @@ KeyPath = tuple[str | int, ...]
 
 _LONGEST = 60
 REQUIRED = "is required"  # begins what must hold of a missing key
-WITH_UNITS = "quantities with units go with `physical`"
 
 
 def describe(value: Any) -> str:
@@ -122,11 +121,13 @@ def argument_path(error: ParameterError) -> KeyPath:
 
 def unknown(path: KeyPath, choices: Sequence[str]) -> Problem:
     """Return the fault of an unknown key, with the nearest one that exists or where its quantity belongs."""
-    if path[-1] in PHYSICAL and "nu" in choices:
-        return Problem(path, "", hint=WITH_UNITS, must="is an unknown key")
     instead = f"be {one_of(choices)}" if choices else "be left out"
-    hint = hint_of_key(path[-1], choices)
-    return Problem(path, "", hint=hint, must=f"is an unknown key; must {instead}")
+    hint, must = hint_of_key(path[-1], choices), f"is an unknown key; must {instead}"
+    if path[-1] in PHYSICAL and ("nu" in choices or path[-2:-1] == ("exciter",)):
+        hint = f"{path[-1]} has units: it stands under physical"
+        # the long list of those without units is no answer
+        must = "is an unknown key" if "nu" in choices else must
+    return Problem(path, "", hint=hint, must=must)
 
 
 def distinct(problems: Iterable[Problem]) -> list[Problem]:

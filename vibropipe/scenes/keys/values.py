@@ -17,7 +17,6 @@ from typing import Annotated, Any, ClassVar, NoReturn
 from pydantic import AfterValidator, BeforeValidator, GetCoreSchemaHandler, GetJsonSchemaHandler
 from pydantic_core import CoreSchema, PydanticCustomError, core_schema
 
-from vibropipe.scenes.keys.problems import WITH_UNITS
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL
 from vibropipe.words.records import FINITE, Range
 from vibropipe.words.units import (
@@ -104,7 +103,7 @@ def number_hint(value: Any) -> str:
     if isinstance(value, str) and NUMBER.fullmatch(pointed := value.replace(",", ".")):
         return f"write {pointed}, with a point"
     if isinstance(value, str) and WITH_UNIT.fullmatch(value):
-        return f"no unit belongs here: {WITH_UNITS}"
+        return "no unit belongs here: quantities with units go with `physical`"
     return ""
 
 

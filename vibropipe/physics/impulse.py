@@ -20,8 +20,10 @@ from vibropipe.physics.forced_flow import exponential, force_response
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.stiffness import piece_rate
 
-# Product of the fastest rate and the span below which functions are summed from their series, and its terms.
+# Product of the fastest rate and the span below which functions are summed from their series, and its terms; further
+# bounds below which fewer reach rounding.
 SHORT, TERMS = 1.0, 24
+FEWER_TERMS = ((0.3, 15), (0.1, 13), (0.01, 9), (1e-4, 6))
 # Product of rates and span below which quotients of differences are summed from series.
 NEAR = 0.5
 # Share of the dynamic stiffness below which a force is near resonance.
@@ -50,22 +52,33 @@ class Square(NamedTuple):
 
 
 @jit
+def terms_within(reach: float) -> int:
+    """Return how many terms of a series give all digits at a product of the fastest rate and the span below SHORT."""
+    terms = TERMS
+    for limit, fewer in FEWER_TERMS:
+        if reach < limit:
+            terms = fewer
+    return terms
+
+
+@jit
 def impulse_response(stiffness: float, damping: float, t: float) -> Impulse:
     """Return the `Impulse` at the time t; negative times only as far as they are short."""
-    if piece_rate(stiffness, damping) * abs(t) < SHORT:
-        return _impulse_series(stiffness, damping, t)
+    reach = piece_rate(stiffness, damping) * abs(t)
+    if reach < SHORT:
+        return _impulse_series(stiffness, damping, t, reach)
     root = math.sqrt(stiffness)
     c, odd, _minus, ds = free_flow(damping / root, root * t)
     return Impulse(c, odd / root, ds, (1.0 - c) / stiffness)
 
 
 @jit
-def _impulse_series(stiffness, damping, t):
+def _impulse_series(stiffness, damping, t, reach):
     """Return the `Impulse` at a short time."""
     s, ds, g = 0.0, 0.0, 0.0
     e, before, term = 1.0, 0.0, 1.0
     # term is t^n / n!; e is the coefficient of 1/q in powers of 1/s.
-    for n in range(TERMS):
+    for n in range(terms_within(reach)):
         one = term * t / (n + 1)
         ds += e * term
         s += e * one
@@ -78,8 +91,9 @@ def _impulse_series(stiffness, damping, t):
 @jit
 def square_response(stiffness: float, damping: float, t: float, free: Impulse) -> Square:
     """Return the `Square` at the time t; free : of that time."""
-    if piece_rate(stiffness, damping) * abs(t) < SHORT:
-        return _square_series(stiffness, damping, t)
+    reach = piece_rate(stiffness, damping) * abs(t)
+    if reach < SHORT:
+        return _square_series(stiffness, damping, t, reach)
     k, root = stiffness, math.sqrt(stiffness)
     b, scaled, odd = 0.5 * damping / root, root * t, root * free.s
     even, share = free.ds + b * odd, (1.0 - b) * (1.0 + b)
@@ -106,12 +120,12 @@ def free_flow_by_h(h: float, t: float):
 
 
 @jit
-def _square_series(stiffness, damping, t):
+def _square_series(stiffness, damping, t, reach):
     """Return the `Square` at a short time."""
     s, ds, g = 0.0, 0.0, 0.0
     e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, 1.0
     # term is t^n / n!; e and e2 are the coefficients of 1/q and 1/q^2 in powers of 1/s.
-    for n in range(TERMS):
+    for n in range(terms_within(reach)):
         one = term * t / (n + 1)
         two = one * t / (n + 2)
         three = two * t / (n + 3)
@@ -140,9 +154,9 @@ def _two_nodes(one: complex, other: complex, t: float) -> complex:
 
 
 @jit
-def is_short(stiffness: float, damping: float, w: float, t: float) -> bool:
-    """Return whether responses to exp(i w tau) at the time t are summed from series."""
-    return max(piece_rate(stiffness, damping), w) * abs(t) < SHORT
+def reach_of(stiffness: float, damping: float, w: float, t: float) -> float:
+    """Return the product of the fastest rate and the time t of a response to exp(i w tau)."""
+    return max(piece_rate(stiffness, damping), w) * abs(t)
 
 
 @jit
@@ -153,8 +167,9 @@ def harmonic_motion(
 
     turns : t in periods of w; s : that of the `Impulse` at t.
     """
-    if is_short(stiffness, damping, w, t):
-        return _harmonic_series(stiffness, damping, w, t)
+    reach = reach_of(stiffness, damping, w, t)
+    if reach < SHORT:
+        return _harmonic_series(stiffness, damping, w, t, reach)
     root = math.sqrt(stiffness)
     y, _rate = force_response(damping / root, w / root, turns, root * t, root * s)
     return complex(y.real / stiffness, y.imag / stiffness)
@@ -179,8 +194,9 @@ def motion_by_rate(
     stiffness: float, damping: float, w: float, t: float, response: complex
 ) -> complex:
     """Return 1/((s - i w)^2 q) at the time t, the derivative of W by i w; response : W."""
-    if is_short(stiffness, damping, w, t):
-        return _rate_series(stiffness, damping, w, t)
+    reach = reach_of(stiffness, damping, w, t)
+    if reach < SHORT:
+        return _rate_series(stiffness, damping, w, t, reach)
     near, far, _square = _roots(stiffness, damping)
     iw = complex(0.0, w)
     return divide(_two_nodes(iw, near, t) - response, iw - far)
@@ -197,8 +213,9 @@ def square_motion(
     square: Square,
 ) -> complex:
     """Return 1/((s - i w) q^2) at the time t; response, s, square : W, that of the `Impulse`, and the `Square`."""
-    if is_short(stiffness, damping, w, t):
-        return _square_motion_series(stiffness, damping, w, t)
+    reach = reach_of(stiffness, damping, w, t)
+    if reach < SHORT:
+        return _square_motion_series(stiffness, damping, w, t, reach)
     root, iw = math.sqrt(stiffness), complex(0.0, w)
     near, far, share = _roots(stiffness, damping)
     dynamic = complex((root - w) * (root + w), damping * w)
@@ -211,12 +228,12 @@ def square_motion(
 
 
 @jit
-def _harmonic_series(stiffness, damping, w, t):
+def _harmonic_series(stiffness, damping, w, t, reach):
     """Return W at a short time."""
     iw, total, g = complex(0.0, w), complex(0.0, 0.0), complex(1.0, 0.0)
     e, before, term = 1.0, 0.0, 0.5 * t * t
     # term is t^(n + 2) / (n + 2)!; e and g are coefficients of 1/q and 1/((s - i w) q) in powers of 1/s.
-    for n in range(TERMS):
+    for n in range(terms_within(reach)):
         total += g * term
         e, before = -damping * e - stiffness * before, e
         g = e + iw * g
@@ -225,12 +242,12 @@ def _harmonic_series(stiffness, damping, w, t):
 
 
 @jit
-def _rate_series(stiffness, damping, w, t):
+def _rate_series(stiffness, damping, w, t, reach):
     """Return 1/((s - i w)^2 q) at a short time."""
     iw, total = complex(0.0, w), complex(0.0, 0.0)
     g, twice = complex(1.0, 0.0), complex(1.0, 0.0)
     e, before, term = 1.0, 0.0, t * t * t / 6.0
-    for n in range(TERMS):
+    for n in range(terms_within(reach)):
         total += twice * term
         e, before = -damping * e - stiffness * before, e
         g = e + iw * g
@@ -240,11 +257,11 @@ def _rate_series(stiffness, damping, w, t):
 
 
 @jit
-def _square_motion_series(stiffness, damping, w, t):
+def _square_motion_series(stiffness, damping, w, t, reach):
     """Return 1/((s - i w) q^2) at a short time."""
     iw, total, g = complex(0.0, w), complex(0.0, 0.0), complex(1.0, 0.0)
     e, before, e2, before2, term = 1.0, 0.0, 1.0, 0.0, (t * t) * (t * t) / 24.0
-    for n in range(TERMS):
+    for n in range(terms_within(reach)):
         total += g * term
         e, before = -damping * e - stiffness * before, e
         e2, before2 = e - damping * e2 - stiffness * before2, e2

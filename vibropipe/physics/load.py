@@ -314,12 +314,6 @@ def force_by_phase(p, unit: Force):
 
 
 @jit_inline
-def first_terms_of_phase(p, unit: Force, angle):
-    """Return the first two Taylor coefficients of the derivative of the force by phi2, from a `unit_force`."""
-    return force_by_phase(p, unit), -(p.f2 * unit.sine_2) * angle
-
-
-@jit_inline
 def next_term(before, angle, factor):
     """Return the coefficient of theta^(n + 1) from that of theta^(n - 1); factor is 1 / (n (n + 1))."""
     return -(angle * angle) * before * factor

@@ -25,7 +25,6 @@ from vibropipe.physics.load import (
     largest_force,
 )
 from vibropipe.physics.turns import sincos_turns
-from vibropipe.physics.variation import new_workspace
 
 # Rows of the errors of impacts: of tau, of the speeds before and after, and of the state that leaves it,
 # sqrt(dx^2 + dx'^2), which no flight increases. Standard deviations of the roundings that they cover.
@@ -98,7 +97,7 @@ def follow_errors(p, first, position, velocity, support, out, second) -> float:
     Returns the largest of delays and speeds, without what is rounded when a speed is written.
     """
     period, by = forcing_period(p), n_parameters(second)
-    flights, work = new_flights(2, second), new_workspace(second)
+    flights = new_flights(2, second)
     sine, cosine = 0.0, 1.0
     d_turn, d_speed = np.zeros(by), np.zeros(by)
     tt, tu, uu, largest = 0.0, 0.0, 0.0, 0.0
@@ -120,7 +119,7 @@ def follow_errors(p, first, position, velocity, support, out, second) -> float:
             flights.released[1] = 0
             if i == 1:
                 sine, cosine = sincos_turns(start)
-            sine, cosine = fill_transfer(p, flights, 1, sine, cosine, work, second)
+            sine, cosine = fill_transfer(p, flights, 1, sine, cosine, second)
             t, (of_phase, of_speed) = flights.transfer[1], rounding_of(p, flights, 1, second)
             new_tt = t[0] * t[0] * tt + 2.0 * t[0] * t[1] * tu + t[1] * t[1] * uu
             new_tu = t[0] * t[2] * tt + (t[0] * t[3] + t[1] * t[2]) * tu + t[1] * t[3] * uu

@@ -22,7 +22,6 @@ from vibropipe.physics.derivatives import (
     n_parameters,
     restitution_derivative,
 )
-from vibropipe.physics.flight_variation import vary_flight
 from vibropipe.physics.load import (
     constant_load,
     force_of_angle,
@@ -32,7 +31,7 @@ from vibropipe.physics.load import (
 )
 from vibropipe.physics.saltation import product
 from vibropipe.physics.turns import TWO_PI, sincos_turns
-from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations
+from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations, vary_flight
 
 # Share of 1 + |trace| + |determinant| of M below which det(I - M) is rounding: at a fold or a pitchfork, or where the
 # orbit is not isolated.
@@ -145,15 +144,11 @@ def fill_flights(p, contacts, m, flights) -> bool:
 
 
 @jit_inline
-def fill_transfer(p, flights, j, sine, cosine, work, second):
+def fill_transfer(p, flights, j, sine, cosine, second):
     """Fill transfer and source of flight j; take sine and cosine of the phase of its start, return those of its end."""
     home, start, w0 = flights.home[j], flights.start[j], flights.departure[j]
-    end, released = flights.end[j], flights.released[j] == 1
-    vary_flight(p, home, start, sine, cosine, end, w0, work, second)
-    ends = flights.ends[j]
-    for part in range(2):
-        for v in range(n_variations(second)):
-            ends[part, v] = work.ends[part, v]
+    end, released, ends = flights.end[j], flights.released[j] == 1, flights.ends[j]
+    vary_flight(p, home, sine, cosine, end - start, w0, ends, second)
     period, lands_home = forcing_period(p), flights.support[j] == home
     sign = -1.0 if lands_home else 1.0
     w1 = sign * flights.speed[j]
@@ -212,7 +207,7 @@ def follow_derivatives(flights, second, again=False) -> None:
 
 
 @jit_inline
-def vary_orbit(p, contacts, m, flights, work, second) -> bool:
+def vary_orbit(p, contacts, m, flights, second) -> bool:
     """Fill the derivatives of the impacts of an orbit.
 
     contacts : of the orbit, with an impact at least
@@ -232,7 +227,7 @@ def vary_orbit(p, contacts, m, flights, work, second) -> bool:
     for j in range(n):
         if flights.released[j] == 1:
             sine, cosine = sincos_turns(flights.start[j])
-        sine, cosine = fill_transfer(p, flights, j, sine, cosine, work, second)
+        sine, cosine = fill_transfer(p, flights, j, sine, cosine, second)
         if flights.released[j] == 1:
             # The gap acceleration stays zero at the release.
             jerk = flights.at_start[j, 1]

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
@@ -19,15 +20,12 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
-from vibropipe.physics.flight_variation import steps_of_flight
-from vibropipe.physics.flow import DEGREE, displacement, motion, taylor
+from vibropipe.physics.flow import fastest_rate
 from vibropipe.physics.load import (
-    constant_load,
+    fastest_forcing,
     force_at,
-    force_of_angle,
     force_slope,
     forcing_period,
-    unit_force,
 )
 from vibropipe.physics.load_harmonics import (
     force_amplitude_derivative,
@@ -42,11 +40,13 @@ from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,
-    begin_variations,
     by_parameter,
     n_variations,
-    vary_step,
+    vary_flight,
 )
+
+# Largest product of a rate and an interval of the quadrature, which is then exact to rounding.
+REACH = 1.0
 
 
 class Chatter(NamedTuple):
@@ -212,49 +212,42 @@ def divide_derivatives(p, m, length, total, d_total, d_amplitudes, second) -> No
 
 
 @jit_inline
-def _integrate_flight(p, flights, j, cycles, work, sums, second):
+def _integrate_flight(p, flights, j, cycles, ends, sums, second):
     """Integrate distance and variations of a flight times exp(-2 pi i cycles t), t in turns.
+
+    ends : (2, variations), work space
 
     Returns the integral of the distance from the support that is left; `sums` (variations,) complex receives those of
     the variations.
     """
-    home, start, end, w = flights.home[j], flights.start[j], flights.end[j], flights.departure[j]
-    begin_variations(p, w, work.ends)
-    sigma = -1.0 if home == 1 else 1.0
-    load, y, total = constant_load(sigma, support_position(p, home)), 0.0, complex(0.0, 0.0)
+    home, start, w = flights.home[j], flights.start[j], flights.departure[j]
+    turns, total = flights.end[j] - start, complex(0.0, 0.0)
     for v in range(n_variations(second)):
         sums[v] = 0.0
-    steps = steps_of_flight(p, start, end, second)
-    dt = (end - start) * forcing_period(p) / steps
-    for step in range(steps):
-        turn = start + (end - start) * step / steps
-        sine, cosine = sincos_turns(turn)
-        force = force_of_angle(p, sigma, sine, cosine, second)
-        taylor(work.c, y, w, force, load, p.h, p.nu, dt, second)
-        unit = unit_force(p, sigma, sine, cosine, second)
-        vary_step(p, work.c, unit, dt, work.ends, work.z, second)
+    sine, cosine = sincos_turns(start)
+    rate = fastest_rate(fastest_forcing(p, second), p.h)
+    intervals = max(1, math.ceil(turns * forcing_period(p) * rate / REACH))
+    span = turns / intervals
+    for interval in range(intervals):
         for g in range(NODES.size):
-            at = turn + NODES[g] * (end - start) / steps
-            weight = phase_factor(cycles * at) * (WEIGHTS[g] * (end - start) / steps)
-            total += displacement(work.c, DEGREE, NODES[g]) * weight
+            at = (interval + NODES[g]) * span
+            weight = phase_factor(cycles * (start + at)) * (WEIGHTS[g] * span)
+            y, _rate = vary_flight(p, home, sine, cosine, at, w, ends, second)
+            total += y * weight
             for v in range(n_variations(second)):
-                value = work.z[DEGREE, v]
-                for n in range(DEGREE - 1, -1, -1):
-                    value = value * NODES[g] + work.z[n, v]
-                sums[v] += value * weight
-        y, w = motion(work.c, 1.0, dt)
+                sums[v] += ends[0, v] * weight
     return total
 
 
 @jit_inline
 def replace_resonant_derivatives(
-    p, m, length, flights, work, sums, total, d_amplitudes, second
+    p, m, length, flights, ends, sums, total, d_amplitudes, second
 ) -> None:
     """Replace amplitudes near resonance, and their derivatives, by quadrature of the motion and its variation.
 
     p, m, flights : as for `add_support_derivatives`
     length : period multiple of the orbit
-    sums : (2, variations) complex, work space
+    ends, sums : (2, variations), the latter complex, work space
     total, d_amplitudes : as `divide_derivatives` leaves them
     second : the effect `second_harmonic`
     """
@@ -270,7 +263,7 @@ def replace_resonant_derivatives(
             released = flights.released[j] == 1
             i = j - 1 if j > 0 else flights.speed.size - 1
             sigma = -1.0 if home == 1 else 1.0
-            value = _integrate_flight(p, flights, j, q / m, work, sums[0], second)
+            value = _integrate_flight(p, flights, j, q / m, ends, sums[0], second)
             held = phase_integral(q / m, start, flights.end[j])
             if released:
                 held += phase_integral(q / m, start_of_rest(flights, j, length)[1], start)

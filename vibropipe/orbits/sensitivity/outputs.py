@@ -29,7 +29,6 @@ from vibropipe.physics.derivatives import (
     restitution_derivative,
     support_derivative,
 )
-from vibropipe.physics.flight_variation import vary_flight
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_harmonics import (
     second_amplitude_derivative,
@@ -43,10 +42,9 @@ from vibropipe.physics.turns import sincos_turns
 from vibropipe.physics.variation import (
     BY_W,
     BY_Y,
-    Workspace,
     by_parameter,
     n_variations,
-    new_workspace,
+    vary_flight,
 )
 
 # Relative difference of two velocities below which they are one, and of their derivatives above which they part; share
@@ -57,6 +55,7 @@ TIE, PARTED, ROUNDED = 1e-11, 1e-6, 1e-12
 class Differentiation(NamedTuple):
     """Work arrays of the derivatives of orbits.
 
+    ends : (2, variations)
     changes : (3, parameters)
     values : (2,) complex
     derivatives : (3, parameters) complex
@@ -65,7 +64,7 @@ class Differentiation(NamedTuple):
     d_totals : (n, 2, parameters)
     """
 
-    work: Workspace
+    ends: np.ndarray
     flights: Flights
     changes: np.ndarray
     values: np.ndarray
@@ -81,7 +80,7 @@ def new_differentiation(out, impacts, second):
     by = n_parameters(second)
     totals = max(3, max(out.d_amplitudes.shape[1], out.d_subharmonics.shape[1]))
     return Differentiation(
-        new_workspace(second), new_flights(impacts, second), np.empty((3, by)),
+        np.empty((2, n_variations(second))), new_flights(impacts, second), np.empty((3, by)),
         np.empty(2, np.complex128), np.empty((3, by), np.complex128),
         np.empty((2, n_variations(second)), np.complex128), np.empty(totals, np.complex128),
         np.empty((totals, 2, by)),
@@ -89,7 +88,7 @@ def new_differentiation(out, impacts, second):
 
 
 @jit_inline
-def write_section(p, flights, work, section, second) -> None:
+def write_section(p, flights, ends, section, second) -> None:
     """Write the derivatives of the state at the start of the orbit into (2, parameters)."""
     home, start, w0 = flights.home[0], flights.start[0], flights.departure[0]
     released = flights.released[0] == 1
@@ -97,8 +96,8 @@ def write_section(p, flights, work, section, second) -> None:
     is_held = released and start > 0.0
     if not is_held:
         sine, cosine = sincos_turns(start)
-        vary_flight(p, home, start, sine, cosine, 0.0, w0, work, second)
-    ends, a0, period = work.ends, flights.at_start[0, 0], forcing_period(p)
+        vary_flight(p, home, sine, cosine, -start, w0, ends, second)
+    a0, period = flights.at_start[0, 0], forcing_period(p)
     for k in range(n_parameters(second)):
         section[0, k], section[1, k] = support_derivative(home, k), 0.0
         if is_held:
@@ -126,7 +125,7 @@ def write_amplitude_derivatives(p, m, flights, room, denominator, d_amplitudes, 
     add_support_derivatives(p, m, flights, denominator, room.changes, total, d_total, second)
     divide_derivatives(p, denominator, m, total, d_total, d_amplitudes, second)
     replace_resonant_derivatives(
-        p, denominator, m, flights, room.work, room.sums, total, d_amplitudes, second
+        p, denominator, m, flights, room.ends, room.sums, total, d_amplitudes, second
     )
 
 
@@ -230,9 +229,9 @@ def write_sensitivity(p, contacts, m, room, out, row, first, second) -> None:
     second : the effect `second_harmonic`
     """
     flights = first_flights(room.flights, contacts.position.size)
-    if not vary_orbit(p, contacts, m, flights, room.work, second):
+    if not vary_orbit(p, contacts, m, flights, second):
         return
-    write_section(p, flights, room.work, out.d_section[row], second)
+    write_section(p, flights, room.ends, out.d_section[row], second)
     if out.d_impacts.size > 0:
         write_impact_derivatives(flights, out, row, first, second)
     if out.d_multipliers.size + out.d_exponent.size > 0:

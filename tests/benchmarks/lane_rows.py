@@ -9,16 +9,7 @@ from functools import partial
 import llvmlite.binding as llvm
 import numba
 import numpy as np
-from newmark_lanes import (
-    SIZE,
-    STATE,
-    STRIDE,
-    WIDTH,
-    LaneInput,
-    LaneResult,
-    LaneWork,
-    march_block,
-)
+from newmark_lanes import SIZE, STATE, STRIDE, WIDTH, LaneInput, LaneResult, LaneWork, march_block
 from numba import prange
 
 from vibropipe.compiler import jit_parallel

@@ -15,10 +15,7 @@ FEATURES = dict(llvm.get_host_cpu_features())
 WIDER = {name for name in FEATURES if "avx512" in name or name.startswith("avx10")}
 TESTS = Path(__file__).parents[1]
 
-pytestmark = [
-    pytest.mark.slow,
-    pytest.mark.skipif(not FEATURES.get("avx2"), reason="no AVX2"),
-]
+pytestmark = [pytest.mark.slow, pytest.mark.skipif(not FEATURES.get("avx2"), reason="no AVX2")]
 
 MEASURE = """
 import json

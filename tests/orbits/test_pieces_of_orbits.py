@@ -12,11 +12,7 @@ from vibropipe.march.loop import march
 from vibropipe.march.piece_log import CAUSE, PIECES, piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.orbits.forces import Integrals
-from vibropipe.orbits.pieces import (
-    add_harmonics_of_pieces,
-    integrate_piece,
-    jacobian_of_pieces,
-)
+from vibropipe.orbits.pieces import add_harmonics_of_pieces, integrate_piece, jacobian_of_pieces
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.effects import all_effects
 from vibropipe.physics.flow import DEGREE

@@ -84,9 +84,7 @@ def test_they_do_not_depend_on_the_period_that_the_orbit_starts_with(name: str) 
     exciter, m = EXCITERS[name], MULTIPLES[name]
     orbit = solve(exciter)
     later = solve(
-        exciter,
-        x0=float(orbit.poincare_displacement[1]),
-        v0=float(orbit.poincare_velocity[1]),
+        exciter, x0=float(orbit.poincare_displacement[1]), v0=float(orbit.poincare_velocity[1])
     )
     assert int(later.period_multiple) == m
     x, v = orbit.poincare_displacement.values, later.poincare_displacement.values

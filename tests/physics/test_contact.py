@@ -10,12 +10,7 @@ from hypothesis import assume, given
 from hypothesis import strategies as st
 
 from vibropipe.physics.conservative import arc, arc_harmonic, arc_state, backbone_velocity
-from vibropipe.physics.contact import (
-    chatter_duration,
-    frame_at,
-    reset,
-    to_displacement,
-)
+from vibropipe.physics.contact import chatter_duration, frame_at, reset, to_displacement
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.linear import linear_amplitude, settles_without_impact

@@ -6,11 +6,7 @@ import xarray as xr
 from figures.sample_datasets import amplitude_frequency, backbone
 
 import vibropipe as vp
-from vibropipe.scenes.backbone.curves import (
-    draw_amplitude_frequency,
-    draw_backbone,
-    longest_period,
-)
+from vibropipe.scenes.backbone.curves import draw_amplitude_frequency, draw_backbone, longest_period
 from vibropipe.scenes.backbone.overlay import FAMILIES, draw_overlay, jumps_of, lines_of
 from vibropipe.scenes.backbone.pictures import (
     amplitude_title,

@@ -16,11 +16,7 @@ from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
 from vibropipe.figures.palette import lightness
 from vibropipe.report.findings import place_texts
-from vibropipe.scenes.sweep.captions import (
-    describe_map,
-    describe_quantities,
-    describe_sweep,
-)
+from vibropipe.scenes.sweep.captions import describe_map, describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import (

@@ -12,20 +12,11 @@ from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
 from vibropipe.march.piece_state import coefficients, direction_of, is_beyond, is_in_contact
 from vibropipe.march.roots import NONE, STRIDE_LIMIT, gap
-from vibropipe.march.state import (
-    FLIGHT,
-    LEAVES_BY_ACCELERATION,
-    LEAVES_BY_SNAP,
-    RELOADS,
-    UNLOADS,
-)
+from vibropipe.march.state import FLIGHT, LEAVES_BY_ACCELERATION, LEAVES_BY_SNAP, RELOADS, UNLOADS
 from vibropipe.physics.decay import ALIVE, Decay, decay_of
 from vibropipe.physics.flow import REACH, combine
 from vibropipe.physics.friction import friction_of
-from vibropipe.physics.housing import (
-    inertia_factor,
-    times_force,
-)
+from vibropipe.physics.housing import inertia_factor, times_force
 from vibropipe.physics.load import force_at, force_value, no_force
 from vibropipe.physics.stiffness import (
     damping_of,

@@ -24,24 +24,14 @@ from vibropipe.march.piece_events import (
     MAY_TURN,
     follow_contact,
 )
-from vibropipe.march.piece_housing import (
-    keep_housing,
-    largest_housing_speed,
-    slip_offset,
-)
+from vibropipe.march.piece_housing import keep_housing, largest_housing_speed, slip_offset
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE, FORMS, extend_piece
 from vibropipe.march.piece_state import is_unloaded
 from vibropipe.march.state import FLIGHT, UNLOADED, State
 from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.flow import combine, exact_map, exact_map_of_second
 from vibropipe.physics.housing import STANDS, momentum_rate, momentum_share, moved
-from vibropipe.physics.load import (
-    COLUMNS,
-    COLUMNS_OF_SECOND,
-    Force,
-    double_angle,
-    unit_load,
-)
+from vibropipe.physics.load import COLUMNS, COLUMNS_OF_SECOND, Force, double_angle, unit_load
 from vibropipe.physics.stiffness import damping_of, piece_taylor, stiffness_of
 
 # Rows of the numbers of a flow, after those of its basis, and their places: what it was made for, the one-step map,

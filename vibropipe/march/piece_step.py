@@ -5,15 +5,9 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vibropipe.compiler import jit_inline
-from vibropipe.march.contacts import (
-    support_at,
-)
+from vibropipe.march.contacts import support_at
 from vibropipe.march.grid import Instant, evaluate, steps_until
-from vibropipe.march.log import (
-    SAMPLES,
-    STEPS,
-    record,
-)
+from vibropipe.march.log import SAMPLES, STEPS, record
 from vibropipe.march.piece_events import (
     FAR,
     FORCE_BEGINS,
@@ -36,25 +30,13 @@ from vibropipe.march.piece_housing import (
     keep_housing,
     largest_housing_speed,
 )
-from vibropipe.march.piece_log import (
-    extend_piece,
-)
-from vibropipe.march.piece_path import (
-    instant_after,
-)
+from vibropipe.march.piece_log import extend_piece
+from vibropipe.march.piece_path import instant_after
 from vibropipe.march.piece_state import is_unloaded
 from vibropipe.march.piece_still import hold
-from vibropipe.march.piece_transitions import (
-    after_event,
-    hold_housing,
-    housing_event,
-)
+from vibropipe.march.piece_transitions import after_event, hold_housing, housing_event
 from vibropipe.march.roots import GRAZING, NONE, STRIDE_LIMIT
-from vibropipe.march.state import (
-    FLIGHT,
-    UNLOADED,
-    State,
-)
+from vibropipe.march.state import FLIGHT, UNLOADED, State
 from vibropipe.physics.contact import Frame, to_velocity
 from vibropipe.physics.housing import moved
 from vibropipe.physics.stiffness import is_soft, pull_of_support

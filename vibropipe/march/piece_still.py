@@ -3,37 +3,13 @@
 from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.contacts import (
-    advance_rest,
-)
+from vibropipe.march.contacts import advance_rest
 from vibropipe.march.grid import Instant, phase_at, steps_until
-from vibropipe.march.log import (
-    SAMPLES,
-    SHORT_FLIGHTS,
-    STEPS,
-    record,
-)
-from vibropipe.march.piece_housing import (
-    keep_still_housing,
-)
-from vibropipe.march.piece_log import (
-    ELAPSED,
-    RELEASE,
-    SLIP,
-    STICK,
-    TOUCH,
-    extend_piece,
-)
-from vibropipe.march.piece_state import (
-    coefficients,
-    is_in_contact,
-    net_force,
-    resume,
-    with_housing,
-)
-from vibropipe.march.piece_transitions import (
-    begin,
-)
+from vibropipe.march.log import SAMPLES, SHORT_FLIGHTS, STEPS, record
+from vibropipe.march.piece_housing import keep_still_housing
+from vibropipe.march.piece_log import ELAPSED, RELEASE, SLIP, STICK, TOUCH, extend_piece
+from vibropipe.march.piece_state import coefficients, is_in_contact, net_force, resume, with_housing
+from vibropipe.march.piece_transitions import begin
 from vibropipe.march.state import (
     DOWN_BY_ACCELERATION,
     DOWN_BY_JERK,

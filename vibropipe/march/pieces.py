@@ -10,19 +10,9 @@ from __future__ import annotations
 import math
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.contacts import (
-    impact_at_end,
-    support_at,
-)
+from vibropipe.march.contacts import impact_at_end, support_at
 from vibropipe.march.grid import phase_at
-from vibropipe.march.log import (
-    GRAZINGS,
-    IMPACTS,
-    POLYNOMIALS,
-    RESTS,
-    is_full,
-    is_spent,
-)
+from vibropipe.march.log import GRAZINGS, IMPACTS, POLYNOMIALS, RESTS, is_full, is_spent
 from vibropipe.march.piece_events import (
     ANY,
     MANY_PARTS,
@@ -33,36 +23,14 @@ from vibropipe.march.piece_events import (
     parts_of_step,
     piece_at,
 )
-from vibropipe.march.piece_housing import (
-    is_held_a_step,
-    until_stop,
-)
-from vibropipe.march.piece_log import (
-    IMPACT,
-    REST_BEGINS,
-    is_full_of_pieces,
-)
-from vibropipe.march.piece_path import (
-    coast,
-    ensure_flow,
-    flow_index,
-)
+from vibropipe.march.piece_housing import is_held_a_step, until_stop
+from vibropipe.march.piece_log import IMPACT, REST_BEGINS, is_full_of_pieces
+from vibropipe.march.piece_path import coast, ensure_flow, flow_index
 from vibropipe.march.piece_state import is_beyond
 from vibropipe.march.piece_step import PieceStep, finish_step, span_until
 from vibropipe.march.piece_still import advance_held, advance_resting, step_end
-from vibropipe.march.piece_transitions import (
-    begin,
-    departed_with,
-    start,
-    stop_housing,
-)
-from vibropipe.march.state import (
-    FLIGHT,
-    REST,
-    STUCK,
-    is_before,
-    is_watched,
-)
+from vibropipe.march.piece_transitions import begin, departed_with, start, stop_housing
+from vibropipe.march.state import FLIGHT, REST, STUCK, is_before, is_watched
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.decay import ALIVE, decayed_taylor
 from vibropipe.physics.frequency import ramp_of

@@ -9,12 +9,7 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.grid import Instant, grid_time, phase_at
 from vibropipe.physics.contact import chatter_duration, frame_at, support_position
 from vibropipe.physics.frequency import moment_of
-from vibropipe.physics.friction import (
-    chatter_with_friction,
-    friction_of,
-    hold_of,
-    jumps_at_slip,
-)
+from vibropipe.physics.friction import chatter_with_friction, friction_of, hold_of, jumps_at_slip
 from vibropipe.physics.housing import Housing, inertia_factor, stays_on_its_way
 from vibropipe.physics.load import (
     NEVER,

@@ -38,11 +38,7 @@ from vibropipe.march.piece_log import (
 from vibropipe.march.state import restitution_of
 from vibropipe.orbits.piece_terms import terms_of
 from vibropipe.physics.contact import frame_at
-from vibropipe.physics.housing import (
-    STANDS,
-    momentum_rate,
-    momentum_share,
-)
+from vibropipe.physics.housing import STANDS, momentum_rate, momentum_share
 from vibropipe.physics.load import force_at, force_value
 from vibropipe.physics.stiffness import piece_flow
 

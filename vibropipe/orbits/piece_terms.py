@@ -5,12 +5,7 @@ from __future__ import annotations
 from typing import NamedTuple
 
 from vibropipe.compiler import jit
-from vibropipe.march.piece_log import (
-    CONTACT,
-    DIRECTION,
-    FORM,
-    HOME,
-)
+from vibropipe.march.piece_log import CONTACT, DIRECTION, FORM, HOME
 from vibropipe.march.piece_state import coefficients
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.friction import friction_of

@@ -10,12 +10,7 @@ from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS
 from vibropipe.march.state import REST
 from vibropipe.orbits.forces import Integrals
-from vibropipe.orbits.harmonics import (
-    ONE_PERIOD,
-    RESONANT,
-    add_support_forces,
-    dynamic_stiffness,
-)
+from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, add_support_forces, dynamic_stiffness
 from vibropipe.orbits.housing import (
     LARGEST_SPEED,
     MEAN,

@@ -99,9 +99,7 @@ def response(nu: Any, h: Any, R: Any, terms: FlightTerms) -> Response:
     # At the resonance of the force both P and D vanish; this is the limit of P Z, eq. (C10).
     resonant = np.where(stiffness == 0.0, 2j * (1.0 + R) / terms.duration, np.inf)
     return Response(
-        stiffness,
-        np.where(is_finite, impulses, 0.0),
-        np.where(is_finite, impact, resonant),
+        stiffness, np.where(is_finite, impulses, 0.0), np.where(is_finite, impact, resonant)
     )
 
 

@@ -137,7 +137,4 @@ def decayed_taylor(c, y, decay, nu, dt, second) -> None:
         if n < DEGREE - 1:
             term, term_next = term_next, next_term(term, nu * dt, TAYLOR_FACTORS[n])
             if second is not None:
-                other, other_next = (
-                    other_next,
-                    next_term(other, 2.0 * nu * dt, TAYLOR_FACTORS[n]),
-                )
+                other, other_next = other_next, next_term(other, 2.0 * nu * dt, TAYLOR_FACTORS[n])

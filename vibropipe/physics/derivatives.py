@@ -9,13 +9,7 @@ from __future__ import annotations
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.physics.contact import support_position
-from vibropipe.physics.load import (
-    constant_load,
-    force_at,
-    force_by_phase,
-    force_value,
-    unit_force,
-)
+from vibropipe.physics.load import constant_load, force_at, force_by_phase, force_value, unit_force
 from vibropipe.physics.turns import sincos_turns
 from vibropipe.words.exciter import EFFECTS
 from vibropipe.words.parameters import PARAMETERS, THROUGH_OTHERS, of_effect

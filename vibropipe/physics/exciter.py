@@ -9,11 +9,7 @@ from dataclasses import MISSING, dataclass, field, make_dataclass, replace
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.physics.parameter_error import ParameterError as ParameterError
-from vibropipe.physics.parameter_error import (
-    check_keywords,
-    number_within,
-    si_value,
-)
+from vibropipe.physics.parameter_error import check_keywords, number_within, si_value
 from vibropipe.physics.plausible import unit_warning
 from vibropipe.physics.restitution import SUPPORTS, contact_damping, is_contact_damping
 from vibropipe.physics.si import (

@@ -213,11 +213,7 @@ def largest_force(p):
 def force_bounds(p):
     """Return bounds of the force and of its first and second derivative by tau, sharp with one harmonic."""
     first, second = abs(p.f), abs(p.f2)
-    return (
-        first + second,
-        p.nu * (first + 2.0 * second),
-        p.nu * p.nu * (first + 4.0 * second),
-    )
+    return (first + second, p.nu * (first + 2.0 * second), p.nu * p.nu * (first + 4.0 * second))
 
 
 @jit

@@ -10,12 +10,7 @@ from collections.abc import Mapping
 from typing import Any
 
 from vibropipe.physics.exciter import Exciter, ParameterError
-from vibropipe.solve.with_units import (
-    START_DIMENSIONS,
-    in_given_terms,
-    plain_name,
-    plain_values,
-)
+from vibropipe.solve.with_units import START_DIMENSIONS, in_given_terms, plain_name, plain_values
 from vibropipe.words.parameters import PARAMETERS, PHYSICAL, STARTS
 from vibropipe.words.units import DIMENSIONS, NUMBER, tidy, unit_of_text
 from vibropipe.words.vocabulary import physical_name

@@ -12,10 +12,7 @@ EXACT, NEWMARK = METHODS
 
 
 def origin_attrs(
-    effects: Iterable[str],
-    start: str,
-    steps_per_period: int | None = None,
-    follow: Follow = None,
+    effects: Iterable[str], start: str, steps_per_period: int | None = None, follow: Follow = None
 ) -> dict[str, Any]:
     """Return the attributes of a dataset that say how it was made.
 

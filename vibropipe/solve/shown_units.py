@@ -185,11 +185,7 @@ class Shown:
             attrs |= _words_of_cycles(variable.attrs)
         with np.errstate(over="ignore"):  # an error estimate may be beyond single precision
             values = variable.to_base_variable().data * shown_factor(unit)  # lazy data stay lazy
-        return (
-            variable.dims,
-            tidied(values) if split_suffix(name)[0] in GIVEN else values,
-            attrs,
-        )
+        return (variable.dims, tidied(values) if split_suffix(name)[0] in GIVEN else values, attrs)
 
     def _derivative(self, name: str, variable: xr.Variable, dataset: xr.Dataset) -> Any:
         """Return dimensions, values and attributes of derivatives by parameters; None if they stay as they are."""

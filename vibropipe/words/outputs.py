@@ -26,13 +26,7 @@ MOTION_DEFAULT: tuple[Output, ...] = ("motion", "impacts")
 OF_STEADY_STATE: tuple[Output, ...] = ("harmonics", "impacts", "stability", "energy")
 """Outputs of `steady_state` unless others are requested."""
 
-OF_BRANCH: tuple[Output, ...] = (
-    *OF_STEADY_STATE,
-    "power",
-    "frame",
-    "subharmonics",
-    "sensitivity",
-)
+OF_BRANCH: tuple[Output, ...] = (*OF_STEADY_STATE, "power", "frame", "subharmonics", "sensitivity")
 """Outputs that points of branches can have."""
 
 FOLLOWS_FROM: Mapping[str, tuple[Output, ...]] = {

@@ -25,15 +25,7 @@ from vibropipe.orbits.law.flights import fill_gap_slopes, gap_of_piece
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
-from vibropipe.orbits.law.steps import (
-    DETERMINANT,
-    GAP,
-    MARGIN,
-    N_TESTS,
-    SLOW_EVENT,
-    SPEED,
-    TRACE,
-)
+from vibropipe.orbits.law.steps import DETERMINANT, GAP, MARGIN, N_TESTS, SLOW_EVENT, SPEED, TRACE
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.forced_flow import acceleration
 

@@ -191,9 +191,7 @@ def _crosses(before: np.ndarray, after: np.ndarray) -> np.ndarray:
     return np.asarray(is_crossed & (np.abs(after - before) > NO_CHANGE))
 
 
-def _in_least_periods(
-    begun: tuple[LevelCurve, Point] | None,
-) -> tuple[LevelCurve, Point] | None:
+def _in_least_periods(begun: tuple[LevelCurve, Point] | None) -> tuple[LevelCurve, Point] | None:
     """Return a level curve and its point by the law that the orbit has in its least number of periods."""
     if begun is None:
         return None

@@ -8,12 +8,7 @@ import numpy as np
 
 from vibropipe.continuation.curve import Point
 from vibropipe.continuation.path import Event
-from vibropipe.orbits.boundaries.curve import (
-    FLIPS,
-    GRAZINGS,
-    PITCHFORKS,
-    Box,
-)
+from vibropipe.orbits.boundaries.curve import FLIPS, GRAZINGS, PITCHFORKS, Box
 from vibropipe.orbits.boundaries.law_curve import LawBoundary
 from vibropipe.orbits.boundaries.touches import Grazing, grazing_at, in_least_periods, touching
 from vibropipe.orbits.branches.following import Branch

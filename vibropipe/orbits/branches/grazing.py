@@ -27,15 +27,7 @@ from vibropipe.orbits.branches.symmetry import primitive, whole_orbit
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.law import Law, law_of_impacts
 from vibropipe.orbits.law.problem import Problem
-from vibropipe.orbits.law.steps import (
-    GAP,
-    GAP_FLIGHT,
-    GAP_SIDE,
-    GAP_TIME,
-    SLOW_EVENT,
-    SPEED,
-    TRACE,
-)
+from vibropipe.orbits.law.steps import GAP, GAP_FLIGHT, GAP_SIDE, GAP_TIME, SLOW_EVENT, SPEED, TRACE
 from vibropipe.orbits.recurrence import MAX_MULTIPLE
 
 # Largest number of impacts of a sequence.

@@ -13,11 +13,7 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import FLIGHT, State
-from vibropipe.orbits.branches.sequence import (
-    eigenvalues,
-    fill_equations,
-    return_derivative,
-)
+from vibropipe.orbits.branches.sequence import eigenvalues, fill_equations, return_derivative
 from vibropipe.orbits.closed_form import solve_linear, write_forces_of_flight
 from vibropipe.orbits.housing import STROBE, strobe_of
 from vibropipe.orbits.housing_jacobian import coupling_of

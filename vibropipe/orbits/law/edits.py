@@ -7,16 +7,7 @@ from typing import Any
 
 import numpy as np
 
-from vibropipe.march.piece_log import (
-    CAUSE,
-    ENTER,
-    HOME,
-    IMPACT,
-    LEAVE,
-    SLIP,
-    STICK,
-    TURN,
-)
+from vibropipe.march.piece_log import CAUSE, ENTER, HOME, IMPACT, LEAVE, SLIP, STICK, TURN
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.happenings import Happening, followed_by, happenings, reference_of

@@ -38,20 +38,11 @@ from vibropipe.orbits.law.states import (
     hold_force,
     press_by,
 )
-from vibropipe.physics.derivatives import (
-    NU,
-)
+from vibropipe.physics.derivatives import NU
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.friction import hold_of
-from vibropipe.physics.load import (
-    forcing_period,
-)
-from vibropipe.physics.piece import (
-    acceleration_of,
-    by_phase,
-    flown,
-    force_at_end,
-)
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.piece import acceleration_of, by_phase, flown, force_at_end
 from vibropipe.physics.turns import TWO_PI
 
 # Span that stands for 0 where a row is divided by a power of it, in forcing periods.

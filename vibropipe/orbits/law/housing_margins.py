@@ -19,12 +19,7 @@ from vibropipe.orbits.law.law import SECTION, WAY, way_before
 from vibropipe.orbits.law.least import HOUSING_HOLD, HOUSING_SLIDE, LOWER, NO_SIDE, UPPER, note
 from vibropipe.orbits.law.momentum import momentum_rate
 from vibropipe.orbits.law.sliding import way_of
-from vibropipe.orbits.law.states import (
-    momentum_after,
-    momentum_before,
-    reference_of,
-    sign_of,
-)
+from vibropipe.orbits.law.states import momentum_after, momentum_before, reference_of, sign_of
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.housing import ground_friction, total_load
 from vibropipe.physics.load import constant_load, force_at, force_slope, force_value, forcing_period

@@ -26,10 +26,7 @@ from vibropipe.march.piece_log import (
     UNLOAD,
 )
 from vibropipe.orbits.law.flights import flight_of
-from vibropipe.orbits.law.housing_margins import (
-    of_housing_between,
-    of_housing_event,
-)
+from vibropipe.orbits.law.housing_margins import of_housing_between, of_housing_event
 from vibropipe.orbits.law.landing import LONG_HOP, landing_of, least_slide
 from vibropipe.orbits.law.law import SECTION, WAY, acts_in, ends_force, frame_before, is_contact
 from vibropipe.orbits.law.least import (

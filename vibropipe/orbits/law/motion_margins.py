@@ -18,19 +18,9 @@ from vibropipe.march.piece_log import (
     SLIP,
 )
 from vibropipe.orbits.law.flights import flight_of, force_on
-from vibropipe.orbits.law.housing_margins import (
-    of_housing_step,
-)
+from vibropipe.orbits.law.housing_margins import of_housing_step
 from vibropipe.orbits.law.law import is_contact
-from vibropipe.orbits.law.least import (
-    FORCE,
-    GAP,
-    LOWER,
-    NO_SIDE,
-    SLIDE,
-    UPPER,
-    note,
-)
+from vibropipe.orbits.law.least import FORCE, GAP, LOWER, NO_SIDE, SLIDE, UPPER, note
 from vibropipe.orbits.pieces import steps_of_span
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.decay import ALIVE, decay_of, decayed_taylor

@@ -44,12 +44,7 @@ from vibropipe.physics.derivatives import (
     support_derivative,
 )
 from vibropipe.physics.friction import hold_of
-from vibropipe.physics.load import (
-    constant_load,
-    force_at,
-    force_slope,
-    force_value,
-)
+from vibropipe.physics.load import constant_load, force_at, force_slope, force_value
 from vibropipe.physics.stiffness import damping_of, stiffness_of
 from vibropipe.physics.turns import TWO_PI
 

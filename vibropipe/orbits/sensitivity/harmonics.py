@@ -21,12 +21,7 @@ from vibropipe.physics.derivatives import (
     support_derivative,
 )
 from vibropipe.physics.flow import fastest_rate
-from vibropipe.physics.load import (
-    fastest_forcing,
-    force_at,
-    force_slope,
-    forcing_period,
-)
+from vibropipe.physics.load import fastest_forcing, force_at, force_slope, forcing_period
 from vibropipe.physics.load_harmonics import (
     force_amplitude_derivative,
     reaction_difference,
@@ -37,13 +32,7 @@ from vibropipe.physics.load_harmonics import (
 )
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral, sincos_turns
-from vibropipe.physics.variation import (
-    BY_W,
-    BY_Y,
-    by_parameter,
-    n_variations,
-    vary_flight,
-)
+from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations, vary_flight
 
 # Largest product of a rate and an interval of the quadrature, which is then exact to rounding.
 REACH = 1.0

@@ -11,11 +11,7 @@ from vibropipe.orbits.law.law import WAY
 from vibropipe.orbits.law.momentum import momentum_rate
 from vibropipe.orbits.law.sliding import friction_by, pull_by, way_of
 from vibropipe.orbits.law.states import Momentum, momentum_after, sign_of
-from vibropipe.orbits.sensitivity.law_integrals import (
-    add_moving,
-    add_still,
-    reference_derivative,
-)
+from vibropipe.orbits.sensitivity.law_integrals import add_moving, add_still, reference_derivative
 from vibropipe.orbits.sensitivity.law_orbit import (
     PLACE,
     RATE,
@@ -24,12 +20,7 @@ from vibropipe.orbits.sensitivity.law_orbit import (
     fill_arrival,
     fill_departure,
 )
-from vibropipe.physics.derivatives import (
-    HOUSING_LOAD,
-    LOAD,
-    MASS_RATIO,
-    NU,
-)
+from vibropipe.physics.derivatives import HOUSING_LOAD, LOAD, MASS_RATIO, NU
 from vibropipe.physics.housing import ground_friction, momentum_share, total_load
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.turns import TWO_PI, phase_factor, phase_integral

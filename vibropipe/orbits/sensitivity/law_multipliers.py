@@ -14,11 +14,7 @@ import numpy as np
 from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.piece_log import FORM, HELD, RESTING
 from vibropipe.orbits.housing_jacobian import eigenvalues_of_cubic
-from vibropipe.orbits.law.determinants import (
-    less_inverse_times,
-    return_map_of_three,
-    transfer,
-)
+from vibropipe.orbits.law.determinants import less_inverse_times, return_map_of_three, transfer
 from vibropipe.orbits.law.equations import fill_blocks, new_blocks
 from vibropipe.orbits.law.flights import flight_of
 from vibropipe.orbits.return_map import floquet_multipliers

@@ -8,12 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from vibropipe.compiler import jit_allocating, jit_inline
-from vibropipe.orbits.sensitivity.flights import (
-    Flights,
-    first_flights,
-    new_flights,
-    vary_orbit,
-)
+from vibropipe.orbits.sensitivity.flights import Flights, first_flights, new_flights, vary_orbit
 from vibropipe.orbits.sensitivity.harmonics import (
     add_support_derivatives,
     divide_derivatives,
@@ -39,13 +34,7 @@ from vibropipe.physics.load_harmonics import (
 )
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.turns import sincos_turns
-from vibropipe.physics.variation import (
-    BY_W,
-    BY_Y,
-    by_parameter,
-    n_variations,
-    vary_flight,
-)
+from vibropipe.physics.variation import BY_W, BY_Y, by_parameter, n_variations, vary_flight
 
 # Relative difference of two velocities below which they are one, and of their derivatives above which they part; share
 # of the velocity below which a difference of its derivatives is rounding.

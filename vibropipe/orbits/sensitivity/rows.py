@@ -26,11 +26,7 @@ from vibropipe.physics.derivatives import (
     n_parameters,
     support_derivative,
 )
-from vibropipe.physics.linear import (
-    linear_amplitude,
-    linear_multipliers,
-    second_linear_amplitude,
-)
+from vibropipe.physics.linear import linear_amplitude, linear_multipliers, second_linear_amplitude
 from vibropipe.physics.load import forcing_period, has_second
 from vibropipe.physics.load_harmonics import (
     force_amplitude_derivative,

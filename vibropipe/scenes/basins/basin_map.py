@@ -14,13 +14,7 @@ from matplotlib.patheffects import withStroke
 from matplotlib.ticker import StrMethodFormatter
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import (
-    axes,
-    colour_bar,
-    noted_canvas,
-    panel,
-    size_of,
-)
+from vibropipe.figures.canvas import axes, colour_bar, noted_canvas, panel, size_of
 from vibropipe.figures.map_shapes import LEADER, frame, widest_spot
 from vibropipe.figures.palette import FAILED, INK, MAGNITUDES
 from vibropipe.figures.text import axis_label, is_forced, parameter_line

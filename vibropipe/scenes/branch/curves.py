@@ -14,15 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
-from vibropipe.figures.canvas import (
-    arrow,
-    axes,
-    jump,
-    legend_above,
-    noted_canvas,
-    open_mark,
-    panel,
-)
+from vibropipe.figures.canvas import arrow, axes, jump, legend_above, noted_canvas, open_mark, panel
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, in_brackets, parameter_line
 from vibropipe.physics.exciter import ParameterError
@@ -38,13 +30,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.names import line_names, write_names
-from vibropipe.scenes.branch.stretches import (
-    Jump,
-    arrows_of,
-    coexistence,
-    jumps_of,
-    stretches_of,
-)
+from vibropipe.scenes.branch.stretches import Jump, arrows_of, coexistence, jumps_of, stretches_of
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name

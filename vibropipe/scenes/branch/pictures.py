@@ -11,12 +11,7 @@ import xarray as xr
 from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
-from vibropipe.scenes.branch.curves import (
-    draw_branches,
-    enlarged,
-    is_reached,
-    stabilities,
-)
+from vibropipe.scenes.branch.curves import draw_branches, enlarged, is_reached, stabilities
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     cascade_of,

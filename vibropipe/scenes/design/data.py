@@ -11,14 +11,7 @@ import xarray as xr
 
 from vibropipe.figures.claims import percent
 from vibropipe.figures.motion_words import rests_of
-from vibropipe.figures.text import (
-    REST,
-    format_number,
-    in_brackets,
-    measured,
-    symbol_of,
-    with_units,
-)
+from vibropipe.figures.text import REST, format_number, in_brackets, measured, symbol_of, with_units
 from vibropipe.figures.units import unit_text
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.shown_units import shown_factor, shown_unit

@@ -26,12 +26,7 @@ from vibropipe.figures.text import (
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
-from vibropipe.scenes.design.data import (
-    goals,
-    has_tolerances,
-    is_met,
-    wanted_parts,
-)
+from vibropipe.scenes.design.data import goals, has_tolerances, is_met, wanted_parts
 from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
 from vibropipe.scenes.design.nominal import (
     held_too_wide,

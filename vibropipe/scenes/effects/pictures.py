@@ -12,14 +12,7 @@ from matplotlib.figure import Figure
 from vibropipe.figures.canvas import BODY, SMALL, WHITE_GROUND, axes, new_canvas, ticks
 from vibropipe.figures.palette import BAND, GREY, HAIRLINE, INK, METHODS, SUPPORT_COLOURS
 from vibropipe.figures.text import format_number, sentences
-from vibropipe.scenes.effects.report import (
-    LEAST,
-    Price,
-    base_times,
-    groups,
-    prices,
-    title_of,
-)
+from vibropipe.scenes.effects.report import LEAST, Price, base_times, groups, prices, title_of
 from vibropipe.scenes.kind import Picture
 
 ROW_CM = 0.29

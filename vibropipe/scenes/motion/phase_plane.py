@@ -12,13 +12,7 @@ from vibropipe.figures.claims import at_most
 from vibropipe.figures.palette import SUPPORT_COLOURS, SUPPORT_MARKERS
 from vibropipe.figures.phase_plane import draw_points, draw_walls, walls_of
 from vibropipe.figures.style import keep_zero_scale
-from vibropipe.figures.text import (
-    axis_label,
-    clock,
-    parameters_text,
-    sentences,
-    with_units,
-)
+from vibropipe.figures.text import axis_label, clock, parameters_text, sentences, with_units
 from vibropipe.report.findings import value_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.scenes.motion.curves import forcing_period

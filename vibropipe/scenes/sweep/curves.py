@@ -42,12 +42,7 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.lines import (
-    BAR_NAME,
-    draw_line,
-    draw_strips,
-    lines_of,
-)
+from vibropipe.scenes.sweep.lines import BAR_NAME, draw_line, draw_strips, lines_of
 from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,

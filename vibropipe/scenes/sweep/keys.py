@@ -14,13 +14,7 @@ from pydantic import BeforeValidator, Field, model_validator
 
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.physics.limits import PATIENCE
-from vibropipe.scenes.costs import (
-    HEAD_BYTES,
-    SWEPT_IMPACTS,
-    Work,
-    slowness,
-    steady_bytes,
-)
+from vibropipe.scenes.costs import HEAD_BYTES, SWEPT_IMPACTS, Work, slowness, steady_bytes
 from vibropipe.scenes.keys.base import Harmonics, Outputs, plain
 from vibropipe.scenes.keys.checks import (
     EFFECTS,

@@ -26,11 +26,7 @@ from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import plain_value, sentences, value_text
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.scenes.sweep.bifurcation import BIFURCATION
-from vibropipe.scenes.sweep.captions import (
-    describe_map,
-    describe_quantities,
-    describe_sweep,
-)
+from vibropipe.scenes.sweep.captions import describe_map, describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import POINTS, SweepFigure
 from vibropipe.scenes.sweep.laws import Law, chosen_rows

@@ -222,10 +222,7 @@ def creep_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> str:
 
 def beside_title(dataset: xr.Dataset, found: Sequence[Series]) -> str:
     """Return that orbits strike hardest, or have the largest mean displacement, in a point beside aperiodic motion."""
-    words = {
-        "impact_velocity_max": "strike hardest",
-        "displacement_mean": "have the largest mean",
-    }
+    words = {"impact_velocity_max": "strike hardest", "displacement_mean": "have the largest mean"}
     # of one element of several, its own largest value is no largest of all
     whole = [each for each in found if each.name in words and each.position is None]
     told = [words[own.name] for own in whole if is_beside(dataset, own)]

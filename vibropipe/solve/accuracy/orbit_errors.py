@@ -15,16 +15,7 @@ import numpy as np
 
 from vibropipe.orbits.harmonics import RESONANT
 from vibropipe.orbits.results import RowResults
-from vibropipe.orbits.sensitivity.errors import (
-    IMPULSES,
-    PHASES,
-    SPEED_1,
-    TRACE,
-    TURN,
-    ULP,
-    V,
-    X,
-)
+from vibropipe.orbits.sensitivity.errors import IMPULSES, PHASES, SPEED_1, TRACE, TURN, ULP, V, X
 from vibropipe.physics.derivatives import H
 from vibropipe.physics.effects import CALL_FOR_PIECES
 from vibropipe.physics.exciter import Parameters

@@ -210,11 +210,7 @@ def _starts_text(rows: BasinRows) -> str:
 
 
 def _over_values(
-    rows: BasinRows,
-    name: str,
-    harmonics: int,
-    progress: Progress | None,
-    assigned: Assigned | None,
+    rows: BasinRows, name: str, harmonics: int, progress: Progress | None, assigned: Assigned | None
 ) -> xr.Dataset:
     """Return the basins of exciters that differ in one parameter."""
     sets, owners, times = [], [], []

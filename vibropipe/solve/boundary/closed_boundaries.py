@@ -10,12 +10,7 @@ import numpy as np
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.stated import check_untied
-from vibropipe.solve.boundary.closed_flights import (
-    Family,
-    fly,
-    one_sided_family,
-    symmetric_family,
-)
+from vibropipe.solve.boundary.closed_flights import Family, fly, one_sided_family, symmetric_family
 from vibropipe.solve.motion.conservative import finite_values
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.vocabulary import describe

@@ -8,12 +8,7 @@ import numpy as np
 
 from vibropipe.physics import closed_orbits as closed
 from vibropipe.physics.exciter import Exciter
-from vibropipe.solve.boundary.closed_flights import (
-    Family,
-    fly,
-    one_sided_family,
-    symmetric_family,
-)
+from vibropipe.solve.boundary.closed_flights import Family, fly, one_sided_family, symmetric_family
 from vibropipe.solve.equilibrium import displaced
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.words.vocabulary import describe

@@ -35,10 +35,7 @@ from vibropipe.solve.branch.problem import (
     with_ties,
 )
 from vibropipe.solve.branch.stretches import STARTS, VALUES, law_stretches
-from vibropipe.solve.checks import (
-    check_law,
-    check_whole,
-)
+from vibropipe.solve.checks import check_law, check_whole
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.physical import to_physical
 from vibropipe.solve.rows.named import harmonics_of

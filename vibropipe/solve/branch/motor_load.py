@@ -11,11 +11,7 @@ from vibropipe.orbits.branches.tree import follow_tree
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import Ties
 from vibropipe.solve.branch.branch_dataset import branch_dataset
-from vibropipe.solve.branch.problem import (
-    problem_of,
-    seed_of_steady_state,
-    with_rests,
-)
+from vibropipe.solve.branch.problem import problem_of, seed_of_steady_state, with_rests
 from vibropipe.solve.motion.simulate import simulate
 from vibropipe.solve.multipliers import decay
 from vibropipe.solve.physical import to_physical

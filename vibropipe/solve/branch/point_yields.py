@@ -12,12 +12,7 @@ from vibropipe.physics.exciter import ParameterError, Parameters
 from vibropipe.solve.branch.problem import NO_TIES
 from vibropipe.solve.design.goals import Bound, Goals, bounds_of_parts, check_presence
 from vibropipe.solve.design.scattered_parts import Tied, moved_rows
-from vibropipe.solve.design.sorting import (
-    kept_parts,
-    sorting_variables,
-    stacked,
-    yield_variables,
-)
+from vibropipe.solve.design.sorting import kept_parts, sorting_variables, stacked, yield_variables
 from vibropipe.solve.design.tolerance import spread_names
 from vibropipe.solve.rows.label import Variables
 from vibropipe.solve.rows.named import Named, outputs_of

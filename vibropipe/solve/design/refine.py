@@ -231,13 +231,7 @@ class Search:
             slope = trial.jacobian[problem.names.index(objective.quantity)]
             cost, gradient = self._cost(trial, which), objective.sign * slope
         slopes = np.array(rows).reshape(-1, trial.share.size)
-        return (
-            cost / scale,
-            gradient / scale,
-            slopes,
-            np.array(values),
-            np.array(is_equal, bool),
-        )
+        return (cost / scale, gradient / scale, slopes, np.array(values), np.array(is_equal, bool))
 
     def _valid(self) -> list[Trial]:
         return [trial for trial in self._tried.values() if trial.valid] or [self.last]

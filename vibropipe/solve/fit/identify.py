@@ -25,11 +25,7 @@ from vibropipe.solve.fit.measured_table import (
     plain_arguments,
     plain_table,
 )
-from vibropipe.solve.fit.record import (
-    UNKNOWN,
-    Record,
-    read_record,
-)
+from vibropipe.solve.fit.record import UNKNOWN, Record, read_record
 from vibropipe.solve.fit.record_frequency import (
     frequency_text,
     ranges_with_frequency,

@@ -19,18 +19,11 @@ from vibropipe.march.piece_log import PieceLog, piece_log_of
 from vibropipe.orbits.housing import STROBE
 from vibropipe.orbits.results import RowResults
 from vibropipe.orbits.room import new_room
-from vibropipe.orbits.row import (
-    LOAD,
-    row_parameters,
-    solve_row_chains,
-)
+from vibropipe.orbits.row import LOAD, row_parameters, solve_row_chains
 from vibropipe.orbits.samples import sample_row, sample_sections
 from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces
-from vibropipe.orbits.sensitivity.rows import (
-    differentiate_rows,
-    with_impact_derivatives,
-)
+from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
 from vibropipe.orbits.undamped import is_undamped_row, sample_undamped
 from vibropipe.physics.effects import ALL_EFFECTS, Effects
 from vibropipe.physics.exciter import Parameters
@@ -91,11 +84,7 @@ def solve_piece(
 
 @jit_nogil
 def _sample(
-    e: Effects,
-    parameters: np.ndarray,
-    out: RowResults,
-    pieces: PieceLog | None,
-    plain: int | None,
+    e: Effects, parameters: np.ndarray, out: RowResults, pieces: PieceLog | None, plain: int | None
 ) -> None:
     """Sample closed orbits from their sections: `motion` and `poincare` of the results, if requested."""
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)

@@ -50,10 +50,7 @@ def label_derivatives(rows: RowResults, parameters: np.ndarray) -> Variables:
         both
     """
     nu = parameters[:, Parameters._fields.index("nu")]
-    values = {
-        "displacement_strobe": rows.d_section[:, 0],
-        "velocity_strobe": rows.d_section[:, 1],
-    }
+    values = {"displacement_strobe": rows.d_section[:, 0], "velocity_strobe": rows.d_section[:, 1]}
     if rows.d_amplitudes.size > 0:
         values |= _harmonics(rows.amplitudes, rows.d_amplitudes, nu)
         if rows.forces.size > 0:

@@ -85,6 +85,9 @@ def steady_state(
             times the number of harmonics. NaN where j is a multiple of m, which is a harmonic, and without an orbit.
         displacement_strobe, velocity_strobe
             State at the start of the orbit; without an orbit, the last state at the section.
+        housing_velocity_strobe, housing_velocity_mean, housing_velocity_max, housing_slip_share
+            Of a housing that slides: its velocity at the start of the orbit, the mean and the largest one, and the
+            share of time in which it slides. Of an unbounded motion the mean and the largest are NaN.
         poincare_displacement, poincare_velocity (visit)
             States at the section, once each forcing period: 64 from the start of the orbit, or the last 64.
         impact_phase, impact_period, impact_support, impact_velocity (impact)
@@ -120,9 +123,10 @@ def steady_state(
         displacement, velocity (phase)
             With the output motion: an orbit, sampled over the fraction `phase` of it.
         energy_input, energy_damping, energy_impact (support), energy_friction, energy_change, energy_residual
+        energy_housing_friction, energy_housing_load
             Energies per forcing period, of a motion without an orbit the means over its window: work of the force,
             losses (by friction if there is any), change of the stored energy (0 of an orbit), and the residual of the
-            balance.
+            balance; of a housing that slides the loss on the ground and the work of the constant forces.
         power_input, power_damping, power_impact (support), power_friction, power_change, power_residual
             With the output power: the same per unit of time.
         power_input_max, drive_force_max, power_struck (support)

@@ -14,10 +14,7 @@ from vibropipe.physics.effects import Effects, effect_names, has_soft_support, r
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.start import largest_start, largest_velocity, start_text
 from vibropipe.solve.accuracy.orbit_errors import row_errors, with_error
-from vibropipe.solve.checks import (
-    check_accuracy_of_housing,
-    check_outputs,
-)
+from vibropipe.solve.checks import check_accuracy_of_housing, check_outputs
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
 from vibropipe.solve.rows.many import solve_rows

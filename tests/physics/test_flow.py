@@ -30,9 +30,9 @@ from vibropipe.physics.flow import (
     taylor,
     velocity,
 )
-from vibropipe.physics.forced_flow import acceleration, fly_freely
 from vibropipe.physics.load import Force, force_at
 from vibropipe.physics.newmark import mean_acceleration, newmark_map, step
+from vibropipe.physics.piece import flight_over, flown
 from vibropipe.physics.quotient import divide
 
 RATES = [
@@ -160,29 +160,10 @@ def taylor_flight(p, start, end, x, v):
 def test_flight_is_that_of_short_steps(nu: float, h: float, start: float, length: float) -> None:
     p = vp.Exciter(l=1.0, nu=nu, f=1.0, h=h).parameters()
     x, v = taylor_flight(p, start, start + length, 0.7, -0.4)
-    found = fly_freely(p, start, start + length, 0.7, -0.4)
+    flight = flight_over(1.0, p.h, 0.0, force_at(p, 1.0, start), p.nu, length)
+    found = flown(flight, 0.7, -0.4)
     # The steps lose an ulp each, and the motion grows at resonance.
-    assert found[:2] == pytest.approx((x, v), abs=2e-13 * (1 + length / nu))
-
-
-def test_derivatives_are_those_of_differences() -> None:
-    p = vp.Exciter(l=1.0, nu=1.3, f=0.8, h=0.2).parameters()
-    x, v, *matrix = fly_freely(p, 0.1, 0.9, 0.3, 0.5)
-    step = 1e-6
-    columns = [
-        (np.array(fly_freely(p, 0.1, 0.9, *ahead)[:2]) - fly_freely(p, 0.1, 0.9, *back)[:2])
-        / 2
-        / step
-        for ahead, back in (
-            ((0.3 + step, 0.5), (0.3 - step, 0.5)),
-            ((0.3, 0.5 + step), (0.3, 0.5 - step)),
-        )
-    ]
-    assert np.transpose(columns).ravel() == pytest.approx(matrix, abs=1e-9)
-    later, earlier = (fly_freely(p, 0.1, 0.9 + side * step, 0.3, 0.5) for side in (1, -1))
-    rate = 2 * step * 2 * np.pi / p.nu
-    assert (later[0] - earlier[0]) / rate == pytest.approx(v, abs=1e-8)
-    assert (later[1] - earlier[1]) / rate == pytest.approx(acceleration(p, x, v, 0.9), abs=1e-8)
+    assert found == pytest.approx((x, v), abs=2e-13 * (1 + length / nu))
 
 
 TINY = 5e-324

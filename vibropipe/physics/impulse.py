@@ -16,9 +16,9 @@ from typing import NamedTuple
 
 from vibropipe.compiler import jit
 from vibropipe.physics.flow import free_flow
-from vibropipe.physics.forced_flow import exponential, force_response
 from vibropipe.physics.quotient import divide
 from vibropipe.physics.stiffness import piece_rate
+from vibropipe.physics.turns import sincos_turns
 
 # Product of the fastest rate and the span below which functions are summed from their series, and its terms; further
 # bounds below which fewer reach rounding.
@@ -28,6 +28,9 @@ FEWER_TERMS = ((0.3, 15), (0.1, 13), (0.01, 9), (1e-4, 6))
 NEAR = 0.5
 # Share of the dynamic stiffness below which a force is near resonance.
 RESONANT = 0.1
+# Modulus below which sinh(w)/w is summed from its series, whose first neglected term is then below 1e-18.
+SERIES_REACH = 0.5
+_SINHC = (1.0, 1 / 6, 1 / 120, 1 / 5040, 1 / 362880, 1 / 39916800, 1 / 6227020800)
 
 
 class Impulse(NamedTuple):
@@ -157,6 +160,56 @@ def _two_nodes(one: complex, other: complex, t: float) -> complex:
 def reach_of(stiffness: float, damping: float, w: float, t: float) -> float:
     """Return the product of the fastest rate and the time t of a response to exp(i w tau)."""
     return max(piece_rate(stiffness, damping), w) * abs(t)
+
+
+@jit
+def exponential(z: complex) -> complex:
+    """Return exp(z)."""
+    size = math.exp(z.real)
+    return complex(size * math.cos(z.imag), size * math.sin(z.imag))
+
+
+@jit
+def _exponential_difference(a: complex, b: complex, t: float, forced: complex) -> complex:
+    """Return the divided difference (exp(a t) - exp(b t)) / (a - b), also where a is b; forced is exp(a t)."""
+    half = 0.5 * t * (a - b)
+    if abs(half) > SERIES_REACH:
+        return divide(forced - exponential(b * t), a - b)
+    square, total = half * half, complex(0.0, 0.0)
+    for n in range(len(_SINHC) - 1, -1, -1):
+        total = total * square + _SINHC[n]
+    return t * exponential(0.5 * t * (a + b)) * total
+
+
+@jit
+def force_response(
+    h: float, nu: float, turns: float, t: float, odd: float
+) -> tuple[complex, complex]:
+    """Return the motion y'' + h y' + y = exp(i nu tau) that starts at rest, and its rate, after a time t.
+
+    The motion is the divided difference of exp(s t) over s = i nu and the roots s1, s2 of s^2 + h s + 1. Taken first
+    over i nu and the root s1 next to it, then over s1 and s2 (which is e12), it keeps its digits at resonance without
+    damping and at critical damping, where the difference of steady and free motion cancels: |i nu - s2| is at least 1.
+
+    h, nu : damping and frequency of the force
+    turns, t : the time in forcing periods and in tau
+    odd : element e12 of `free_flow` over t
+
+    Reference: C. de Boor, "Divided differences", Surveys in Approximation Theory 1 (2005) 46-69.
+    """
+    b = 0.5 * h
+    square = (1.0 - b) * (1.0 + b)
+    if square > 0.0:
+        root = math.sqrt(square)
+        near, far = complex(-b, root), complex(-b, -root)
+    else:
+        root = math.sqrt(-square)
+        near, far = complex(-1.0 / (b + root), 0.0), complex(-(b + root), 0.0)
+    rate = complex(0.0, nu)
+    sine, cosine = sincos_turns(turns)
+    first = _exponential_difference(rate, near, t, complex(cosine, sine))
+    y = divide(first - odd, rate - far)
+    return y, rate * y + odd
 
 
 @jit

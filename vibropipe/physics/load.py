@@ -172,12 +172,6 @@ def second_harmonic(p, u: float) -> float:
 
 
 @jit_inline
-def first_response(p, sine, cosine, response: complex):
-    """Return the response to the first harmonic, that of its phase at the start, from that to exp(i nu tau)."""
-    return p.f * (cosine * response.imag + sine * response.real)
-
-
-@jit_inline
 def force_rate(p, force: Force, second=None):
     """Return the derivative of the force by tau."""
     return p.nu * force_slope(force, second)

@@ -7,8 +7,10 @@ import pytest
 from orbit_motions import motion_of
 
 import vibropipe as vp
+from vibropipe.march.log import new_log
+from vibropipe.march.state import FLIGHT, State
 from vibropipe.orbits.branches.curve import ImpactCurve, is_no_motion
-from vibropipe.orbits.branches.sequence import eigenvalues, fill_equations, return_derivative
+from vibropipe.orbits.branches.rows import closing_residual, log_impacts, orbit_multipliers
 from vibropipe.orbits.branches.symmetry import doubled, halved, halves_agree
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.law import law_of_impacts
@@ -124,41 +126,27 @@ def test_a_flight_beyond_a_support_has_a_negative_gap() -> None:
     assert (tests[MARGIN], tests[GAP_SIDE], tests[GAP_FLIGHT]) == (of.GAP, 2, 0)
 
 
-NONE = np.zeros((0, 0))
-
-
-def residual_of(p, m, supports, u):
-    residual = np.zeros(u.size)
-    fill_equations(p, float(m), 0, supports, u, residual, NONE)
-    return residual[:-1]
-
-
-@pytest.mark.parametrize("exciter", EXCITERS[:5])
-def test_steady_states_are_zeros_with_the_same_multipliers(exciter) -> None:
+@pytest.mark.parametrize("exciter", EXCITERS)
+def test_impacts_alone_tell_how_an_orbit_closes_and_its_multipliers(exciter) -> None:
     _curve, u, state = curve_of(exciter)
-    p, m = exciter.parameters(), int(state.period_multiple)
-    supports = state.impact_support.values.astype(np.int8)
-    assert np.abs(residual_of(p, m, supports, u)).max() < 1e-12
-    found = np.array(eigenvalues(*return_derivative(p, float(m), 0, supports, u)))
+    p, m, n = exciter.parameters(), int(state.period_multiple), state.impact_support.size
+    e, log = all_effects(p._asdict()), new_log(n, 1)
+    start = State(0, 0, 0.0, 0, 0.0, 0.0, FLIGHT, 0.0, None)
+
+    def written(unknowns):
+        log_impacts(p, m, state.impact_support.values.astype(np.int8), unknowns, log)
+        return closing_residual(e, p, m, log), np.array(orbit_multipliers(e, p, m, log, start))
+
+    closing, found = written(u)
+    assert closing < 1e-12
     expected = state.floquet_multiplier.values
     # Trace and determinant: of a double multiplier each half of the digits only.
     assert found.sum() == pytest.approx(expected.sum(), abs=1e-12)
     assert found.prod() == pytest.approx(expected.prod(), abs=1e-12)
-
-
-@pytest.mark.parametrize("exciter", EXCITERS[:5])
-def test_derivative_is_that_of_differences(exciter) -> None:
-    _curve, u, state = curve_of(exciter)
-    m, supports = int(state.period_multiple), state.impact_support.values.astype(np.int8)
-    p, size, step = exciter.parameters(), u.size, 1e-6
-    exact = np.zeros((size, size))
-    fill_equations(p, float(m), 0, supports, u, np.zeros(size), exact)
-    for k in range(size - 1):
-        ahead, back = u.copy(), u.copy()
-        ahead[k] += step
-        back[k] -= step
-        column = residual_of(p, m, supports, ahead) - residual_of(p, m, supports, back)
-        assert column / 2 / step == pytest.approx(exact[:-1, k], abs=1e-7)
+    for k in range(2 * n):
+        moved = u.copy()
+        moved[k] += 1e-6
+        assert written(moved)[0] > 1e-8
 
 
 def test_a_flight_beyond_a_support_has_a_negative_margin() -> None:

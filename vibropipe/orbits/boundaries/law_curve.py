@@ -26,8 +26,8 @@ from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
 from vibropipe.orbits.law.steps import DETERMINANT, GAP, MARGIN, N_TESTS, SLOW_EVENT, SPEED, TRACE
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.forced_flow import acceleration
+from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.derivatives import gap_acceleration
 
 # Number of a point beside its tests: the time at which its orbit touches a support.
 TOUCHED = N_TESTS
@@ -180,8 +180,9 @@ class LawBoundary(LawZeros):
             return TOUCHES[self.kind]
         n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
         p, support = self.parameters_of(point.u), int(self.sequence.codes[i, HOME])
-        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
-        return "chatter" if (pull > 0.0) == (support == 1) else TOUCHES[self.kind]
+        second, w = self.effects.second_harmonic, to_velocity(support, point.u[n + i])
+        is_pressed = gap_acceleration(p, support, point.u[i], 0.0, w, second) < 0.0
+        return "chatter" if is_pressed else TOUCHES[self.kind]
 
     def near_end(self, point: Point) -> str:
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""

@@ -10,8 +10,8 @@ from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
 from vibropipe.orbits.law.steps import GAP, MARGIN, SLOW_EVENT, SPEED
-from vibropipe.physics.contact import support_position
-from vibropipe.physics.forced_flow import acceleration
+from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.derivatives import gap_acceleration
 
 # Index of l, the scale of displacements, among the parameters.
 L = 3
@@ -38,9 +38,9 @@ class ImpactCurve(LawCurve):
         n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
         support = int(self.sequence.codes[i, HOME])
         p = self.parameters(point.value)
-        pull = acceleration(p, support_position(p, support), point.u[n + i], point.u[i])
-        pressed = pull > 0.0 if support == 1 else pull < 0.0
-        return ("end", "chatter") if pressed else ("grazing", "speed")
+        second, w = self.problem.effects.second_harmonic, to_velocity(support, point.u[n + i])
+        is_pressed = gap_acceleration(p, support, point.u[i], 0.0, w, second) < 0.0
+        return ("end", "chatter") if is_pressed else ("grazing", "speed")
 
 
 def is_no_motion(point: Point) -> bool:

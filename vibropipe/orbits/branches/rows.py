@@ -13,7 +13,6 @@ from vibropipe.compiler import jit, jit_allocating
 from vibropipe.march.log import GRAZINGS, IMPACTS, RESTS, TAILS
 from vibropipe.march.loop import OK
 from vibropipe.march.state import FLIGHT, State
-from vibropipe.orbits.branches.sequence import eigenvalues, fill_equations, return_derivative
 from vibropipe.orbits.closed_form import solve_linear, write_forces_of_flight
 from vibropipe.orbits.housing import STROBE, strobe_of
 from vibropipe.orbits.housing_jacobian import coupling_of
@@ -29,8 +28,9 @@ from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters, write_closin
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
 from vibropipe.orbits.shooting import motion_norm
 from vibropipe.orbits.verdict import PERIODIC
-from vibropipe.physics.contact import restitution_at, support_position
-from vibropipe.physics.forced_flow import fly_freely
+from vibropipe.physics.contact import restitution_at, support_position, to_displacement, to_velocity
+from vibropipe.physics.load import constant_load, force_at, forcing_period
+from vibropipe.physics.piece import flight_over, flown
 
 
 @jit
@@ -57,38 +57,61 @@ def log_impacts(p, m, supports, u, log) -> None:
 
 
 @jit
-def orbit_multipliers(p, m, supports, u):
-    """Return the Floquet multipliers; infinite and 0 where an impact has no speed."""
-    trace, determinant = return_derivative(p, float(m), 0, supports, u)
-    if not abs(trace) < math.inf:
-        return complex(math.inf, 0.0), complex(0.0, 0.0)
-    return eigenvalues(trace, determinant)
+def flown_from(e, p, log, i, until):
+    """Return (y, w) at a time, in forcing periods, of the mass that left impact i of a log, in the frame of that."""
+    home, start = log.support[i], log.position[i]
+    sigma = -1.0 if home == 1 else 1.0
+    load = constant_load(sigma, support_position(p, home))
+    force = force_at(p, sigma, start, e.second_harmonic)
+    flight = flight_over(1.0, p.h, load, force, p.nu, until - start, e.second_harmonic)
+    return flown(flight, 0.0, -restitution_at(p, home) * to_velocity(home, log.velocity[i]))
 
 
 @jit
-def closing_residual(p, m, supports, u, residual, none):
-    """Return the largest residual of the equations of an orbit, relative to its largest speed or displacement."""
-    n, size = supports.size, p.l
-    fill_equations(p, float(m), 0, supports, u, residual, none)
-    largest = 0.0
-    for k in range(n):
-        size = max(size, abs(u[n + k]))
-        largest = max(largest, abs(residual[2 * k]) + abs(residual[2 * k + 1]))
+def closing_residual(e, p, m, log):
+    """Return how far flights miss the next of n logged impacts, relative to the largest speed or displacement."""
+    n, size, largest = log.counts[IMPACTS], p.l, 0.0
+    for i in range(n):
+        # The last flight leads to the first impact, m periods later.
+        j, until = (i + 1, log.position[i + 1]) if i + 1 < n else (0, log.position[0] + m)
+        y, w = flown_from(e, p, log, i, until)
+        home = log.support[i]
+        far = 0.0 if log.support[j] == home else 2.0 * p.l
+        size = max(size, abs(log.velocity[j]))
+        largest = max(largest, abs(y - far) + abs(w - to_velocity(home, log.velocity[j])))
     return largest / size
 
 
+@jit
+def orbit_multipliers(e, p, m, log, start):
+    """Return the Floquet multipliers from logged impacts; infinite and 0 where an impact has no speed."""
+    j11, _j12, _j21, j22 = return_map_jacobian(e, p, log, start, start, m)
+    if not abs(j11 + j22) < math.inf:
+        return complex(math.inf, 0.0), complex(0.0, 0.0)
+    determinant = math.exp(-p.h * m * forcing_period(p))
+    for i in range(log.counts[IMPACTS]):
+        determinant *= restitution_at(p, log.support[i]) ** 2
+    half = 0.5 * (j11 + j22)
+    discriminant = half * half - determinant
+    if discriminant < 0.0:
+        root = math.sqrt(-discriminant)
+        return complex(half, root), complex(half, -root)
+    large = half + math.copysign(math.sqrt(discriminant), half)
+    return complex(large, 0.0), complex(determinant / large if large != 0.0 else 0.0, 0.0)
+
+
 @jit_allocating
-def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) -> None:
+def write_points(e, parameters, m, supports, unknowns, log, c, largest, out) -> None:
     """Write the orbits of the points of one branch as rows.
 
     parameters : (points, parameters)
     supports : (n,) int8, struck in turn over the whole orbit; without impacts the motion is that in closed form
     unknowns : (points, 2n + 1), times in forcing periods, velocities, and the parameter
     log, c : work space, as for `march`
-    residual : (2n,) or longer, work space
+    largest : (2,), work space
     out : RowResults, a row for each point; outputs without entries are not computed
     """
-    n, none, work = supports.size, np.empty((0, 0)), new_work(out)
+    n, work = supports.size, new_work(out)
     for row in range(parameters.shape[0]):
         p, u = row_parameters(parameters, row), unknowns[row]
         if n == 0:
@@ -97,19 +120,18 @@ def write_points(e, parameters, m, supports, unknowns, log, c, residual, out) ->
             out.section[row, 0], out.section[row, 1] = x, v
             continue
         log_impacts(p, m, supports, u, log)
-        last = n - 1
-        x = support_position(p, log.support[last])
-        v = -restitution_at(p, log.support[last]) * log.velocity[last]
-        x, v, _e11, _e12, _e21, _e22 = fly_freely(p, log.position[last] - m, 0.0, x, v)
+        y, w = flown_from(e, p, log, n - 1, float(m))
+        home = log.support[n - 1]
+        x, v = to_displacement(p, home, y), to_velocity(home, w)
         state = State(0, 0, 0.0, 0, x, v, FLIGHT, 0.0, None)
-        first, second = orbit_multipliers(p, m, supports, u)
-        closing = closing_residual(p, m, supports, u, residual, none)
+        first, second = orbit_multipliers(e, p, m, log, state)
+        closing = closing_residual(e, p, m, log)
         steady = SteadyState(
             PERIODIC, OK, m, state, state, closing, 0, first, second, NO_CHAOS, complex(0.0, 0.0)
         )  # fmt: skip
-        residual[0], residual[1] = 0.0, 0.0
-        write_orbit(e, p, steady, log, c, work, residual, out, row, row * n)
-        write_closing(steady, residual, out, row)
+        largest[0], largest[1] = 0.0, 0.0
+        write_orbit(e, p, steady, log, c, work, largest, out, row, row * n)
+        write_closing(steady, largest, out, row)
         out.section[row, 0], out.section[row, 1] = x, v
 
 

@@ -246,7 +246,7 @@ def solve_points(
     log, c = new_log(max(n, 1), 1), np.empty(DEGREE + 1)
     write_points(
         e, parameters, m, supports, np.ascontiguousarray(unknowns), log, c,
-        np.empty(2 * n + 2), out,
+        np.zeros(2), out,
     )  # fmt: skip
     if "impacts" in outputs:
         out = compact_impacts(out)

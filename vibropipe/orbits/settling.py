@@ -12,7 +12,7 @@ from __future__ import annotations
 import math
 from typing import NamedTuple
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS, RESTS, allow_work, clear_log, is_spent
 from vibropipe.march.loop import OK
 from vibropipe.march.state import FLIGHT, State
@@ -20,12 +20,8 @@ from vibropipe.orbits.closing import close_first_candidate
 from vibropipe.orbits.growth import (
     EXAMINED_PERIODS,
     EXPONENT_PERIODS,
-    JUDGED_PERIODS,
     ROUNDING_GROWTH,
     add_divergence,
-    add_growth,
-    contraction,
-    count_on_support_1,
     is_chaotic,
     no_divergence,
     no_growth,
@@ -33,15 +29,7 @@ from vibropipe.orbits.growth import (
 )
 from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.housing import strobe_of
-from vibropipe.orbits.housing_jacobian import coupling_of
-from vibropipe.orbits.recurrence import (
-    HISTORY_OFFSET,
-    MAX_MULTIPLE,
-    RETURN_TOLERANCE,
-    ROUNDING_TOLERANCE,
-    lies_on_orbit,
-    may_repeat,
-)
+from vibropipe.orbits.recurrence import HISTORY_OFFSET, may_repeat
 from vibropipe.orbits.return_map import (
     LOG_FULL,
     at_period_zero,
@@ -49,31 +37,26 @@ from vibropipe.orbits.return_map import (
     multipliers_of,
     state_xv,
 )
-from vibropipe.orbits.shooting import (
-    EVENTS_PER_PERIOD,
-    Shooting,
-    count_as_grazings,
-    motion_norm,
-    shoot,
-)
+from vibropipe.orbits.shooting import EVENTS_PER_PERIOD, Shooting, shoot
 from vibropipe.orbits.undamped import goes_on_untouched
 from vibropipe.orbits.verdict import (
     APERIODIC,
     DRIFTING,
-    LONG_ORBIT_PATIENCE,
     PERIODIC,
     UNDAMPED,
-    classify_aperiodic,
+    Course,
+    Perturbations,
+    course_after,
+    first_limit,
+    followed_on,
     is_undamped,
-    long_multiple,
-    next_limit,
-    still_settles,
+    judged_at_limit,
+    settles_later,
 )
-from vibropipe.orbits.window import WINDOW, record_period, write_sections
+from vibropipe.orbits.window import record_period, write_sections
 from vibropipe.orbits.window_means import close_window
 from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.physics.linear import undamped_multiple
-from vibropipe.physics.load import largest_force
 from vibropipe.words.regimes import Chaos
 from vibropipe.words.status import Status
 
@@ -147,30 +130,52 @@ def transient_chaos(e, p, grid, origin, periods, orbit, log, c):
 
 
 @jit
-def settled_on(orbit, periods_marched, chaos):
-    """Return the `SteadyState` of a motion that settled on an orbit after so many marched periods."""
+def settled_on(e, p, grid, origin, orbit, k, log, c):
+    """Return the `SteadyState` of a motion from `origin` that settled on an orbit after k forcing periods."""
+    # The orbit is marched once more, for its contacts.
+    allow_work(log, MAX_ROW_WORK)
+    chaos = NO_CHAOS
+    if k > EXAMINED_PERIODS:
+        chaos = transient_chaos(e, p, grid, origin, k, orbit, log, c)
     first, second, third = multipliers_of(orbit.derivative, orbit.coupling)
     return SteadyState(
-        PERIODIC,
-        orbit.status,
-        orbit.m,
-        orbit.state,
-        orbit.end,
-        orbit.residual,
-        periods_marched,
-        first,
-        second,
-        chaos,
-        third,
-    )
+        PERIODIC, orbit.status, orbit.m, orbit.state, orbit.end, orbit.residual, k, first, second,
+        chaos, third,
+    )  # fmt: skip
+
+
+@jit
+def without_orbit(kind, status, state, end, k, chaos):
+    """Return the `SteadyState` of a motion that was marched for k periods without an orbit, or is in closed form."""
+    none, m, residual = complex(math.nan, 0.0), 0, math.inf
+    if kind == UNDAMPED:
+        m, residual = 1, 0.0
+    return SteadyState(kind, status, m, state, end, residual, k, none, none, chaos, none)
+
+
+@jit_inline
+def keep_section(p, state, sections, k) -> None:
+    """Keep the state at the end of period k."""
+    xs, vs, us = sections
+    n = HISTORY_OFFSET + k
+    xs[n], vs[n] = state_xv(p, state)
+    if us.size > 0:
+        us[n] = strobe_of(p, state.housing, vs[n])
+
+
+@jit_inline
+def begin_sections(p, state, sections):
+    """Keep the state at the start, before which there was none; return its `Course`."""
+    for values in sections:
+        values[:HISTORY_OFFSET] = math.inf
+    keep_section(p, state, sections, 0)
+    norm = abs(sections[0][HISTORY_OFFSET]) + abs(sections[1][HISTORY_OFFSET])
+    return Course(0, norm, 0, 0)
 
 
 @jit
 def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, sections):
     """March from a state until the motion settles on an orbit.
-
-    A perturbation is followed over the JUDGED_PERIODS before a limit, until it shows chaos. The Lyapunov exponent has
-    a perturbation of its own, which begins earlier: labels do not depend on the outputs.
 
     state : start of the motion
     log, c : work space, as for `march`. The log is left with the contacts of the orbit
@@ -181,102 +186,59 @@ def find_steady_state(e, p, grid, state, log, c, max_periods, patience, window, 
 
     Returns a `SteadyState`.
     """
-    xs, vs, us = sections
-    xs[:HISTORY_OFFSET] = vs[:HISTORY_OFFSET] = us[:HISTORY_OFFSET] = math.inf
-    none = complex(math.nan, 0.0)
-    state = at_period_zero(state)
-    xs[HISTORY_OFFSET], vs[HISTORY_OFFSET] = state_xv(p, state)
-    if us.size > 0:
-        us[HISTORY_OFFSET] = strobe_of(p, state.housing, vs[HISTORY_OFFSET])
-    norm = abs(xs[HISTORY_OFFSET]) + abs(vs[HISTORY_OFFSET])
-    impacts, on_1 = 0, 0
-    trial_periods, crowded, is_log_complete, largest = 0, 0, True, MAX_MULTIPLE
-    repeats_in, untouched = 0, 0
+    state = origin = at_period_zero(state)
+    course, crowded, untouched, trials = begin_sections(p, state, sections), 0, 0, 0
     allow_work(log, MAX_ROW_WORK)
-    if is_undamped(p):
-        repeats_in = undamped_multiple(p)[0]
-    divergence, origin = no_divergence(), state
-    sums, is_measured = no_growth(), False if window is None else window.exponent.size > 0
-    kind, is_seen_chaotic, k, limit = APERIODIC, False, 0, min(patience, max_periods)
-    window_start, judged_from = max(0, limit - WINDOW), limit - JUDGED_PERIODS
-    while k < limit:
-        k += 1
+    repeats_in = undamped_multiple(p)[0] if is_undamped(p) else 0
+    followed = Perturbations(no_divergence(), no_growth())
+    is_measured = False if window is None else window.exponent.size > 0
+    kind, is_seen_chaotic, is_log_complete = APERIODIC, False, True
+    limit = first_limit(min(patience, max_periods))
+    while course.periods < limit.periods:
         clear_log(log)
         start = at_period_zero(state)
         state, status = march_periods(e, p, grid, start, ONE_PERIOD, log, c, EVENTS_PER_PERIOD)
         crowded += status == LOG_FULL
         if is_spent(log):
             status = MAX_STEPS_STATUS
+        k = course.periods + 1
         if (status != OK and status != LOG_FULL) or crowded == MAX_CROWDED:
-            return SteadyState(
-                APERIODIC, status, 0, state, state, math.inf, k, none, none, NO_CHAOS, none
-            )
-        xs[HISTORY_OFFSET + k], vs[HISTORY_OFFSET + k] = state_xv(p, state)
-        if us.size > 0:
-            us[HISTORY_OFFSET + k] = strobe_of(p, state.housing, vs[HISTORY_OFFSET + k])
-        norm = max(norm, motion_norm(p, state, log))
-        count_as_grazings(log, norm)
+            return without_orbit(APERIODIC, status, state, state, k, NO_CHAOS)
+        keep_section(p, state, sections, k)
+        course = course_after(p, log, state, course)
         if is_undamped(p):
             untouched = 0 if is_touched(log, state) else untouched + 1
             x, v = state_xv(p, state)
             if untouched > 0 and goes_on_untouched(p, x, v, repeats_in, untouched):
-                return SteadyState(
-                    UNDAMPED, OK, 1, state, state, 0.0, k, none, none, NO_CHAOS, none
-                )
-        impacts, on_1 = impacts + log.counts[IMPACTS], on_1 + count_on_support_1(log)
-        if window is not None and k > window_start:
+                return without_orbit(UNDAMPED, OK, state, state, k, NO_CHAOS)
+        first = limit.window_start + 1
+        if window is not None and k >= first:
             # A log that was emptied during the period holds only its last contacts.
-            is_log_complete = status == OK and (is_log_complete or k == window_start + 1)
-            record_period(e, p, window, start, state, log, c, k, window_start + 1, limit)
-        is_judged = k > judged_from and not is_chaotic(divergence)
-        is_counted = is_measured and k > limit - EXPONENT_PERIODS
+            is_log_complete = status == OK and (is_log_complete or k == first)
+            record_period(e, p, window, start, state, log, c, k, first, limit.periods)
+        is_judged = k > limit.judged_from and not is_chaotic(followed.divergence)
+        is_counted = is_measured and k > limit.periods - EXPONENT_PERIODS
         if is_judged or is_counted:
             jacobian = period_jacobian(e, p, log, status == OK, start, state)
-            coupling = coupling_of(log.pieces)
-            if is_judged:
-                divergence = add_divergence(divergence, jacobian, coupling)
-            if is_counted:
-                sums = add_growth(sums, jacobian, coupling)
-        if k > MARCH_TO_TRIAL_RATIO * trial_periods and may_repeat(sections, k, norm, largest):
+            followed = followed_on(log, jacobian, is_judged, is_counted, followed)
+        if k > MARCH_TO_TRIAL_RATIO * trials and may_repeat(
+            sections, k, course.norm, limit.largest
+        ):
             new_trials, is_reached, orbit = close_first_candidate(
-                e, p, grid, state, sections, k, norm, largest, log, c
+                e, p, grid, state, sections, k, course.norm, limit.largest, log, c
             )
             if is_reached:
-                chaos = NO_CHAOS
-                # The orbit is marched once more, for its contacts.
-                allow_work(log, MAX_ROW_WORK)
-                if k > EXAMINED_PERIODS:
-                    chaos = transient_chaos(e, p, grid, origin, k, orbit, log, c)
-                return settled_on(orbit, k, chaos)
-            trial_periods += new_trials
-        if k == limit:
-            kind = classify_aperiodic(p, log, xs, vs, k)
-            # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
-            is_early = k <= LONG_ORBIT_PATIENCE * patience
-            tolerance = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
-            repeats = lies_on_orbit(sections, k, norm, tolerance)
-            is_seen_chaotic = is_chaotic(divergence) and not repeats
-            shrinking = contraction(p, k, on_1, impacts - on_1)
-            limit = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)
-            if limit > k:
-                window_start = max(k, limit - WINDOW)
-                sums = no_growth() if k <= limit - EXPONENT_PERIODS else sums
-                if is_seen_chaotic:
-                    judged_from = limit - JUDGED_PERIODS
-                else:
-                    largest = long_multiple(log, k)
-                if is_chaotic(divergence):
-                    divergence = no_divergence()
+                return settled_on(e, p, grid, origin, orbit, k, log, c)
+            trials += new_trials
+        if k == limit.periods:
+            kind, is_seen_chaotic, limit, followed = judged_at_limit(
+                p, log, sections, course, followed, limit, patience, max_periods
+            )
     if window is not None:
-        close_window(log.pieces, e, p, window, state, sums)
-        write_sections(window, xs, vs, k)
-    # Without damping, the derivatives at ever slower impacts grow where the motion does not.
-    may_settle = kind == APERIODIC and (p.h == 0.0 or not is_seen_chaotic)
-    # No motion without a force is aperiodic: it repeats after a period of its own, or has not come to rest.
-    if may_settle and (largest_force(p) == 0.0 or still_settles(p, sections, k, norm)):
+        close_window(log.pieces, e, p, window, state, followed.sums)
+        write_sections(window, sections[0], sections[1], course.periods)
+    if settles_later(p, kind, is_seen_chaotic, sections, course):
         kind, is_seen_chaotic = DRIFTING, False
     status = MAX_PERIODS_STATUS if is_log_complete else LOG_FULL
     chaos = CHAOS if is_seen_chaotic else NO_CHAOS
-    return SteadyState(
-        kind, status, 0, at_period_zero(state), state, math.inf, k, none, none, chaos, none
-    )
+    return without_orbit(kind, status, at_period_zero(state), state, course.periods, chaos)

@@ -9,16 +9,33 @@ that depends on both, and one that is not chaotic is followed further, until it 
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
-from vibropipe.compiler import jit
+from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.log import IMPACTS
+from vibropipe.orbits.growth import (
+    EXPONENT_PERIODS,
+    JUDGED_PERIODS,
+    Divergence,
+    GrowthSums,
+    add_divergence,
+    add_growth,
+    contraction,
+    count_on_support_1,
+    is_chaotic,
+    no_divergence,
+    no_growth,
+)
+from vibropipe.orbits.housing_jacobian import coupling_of
 from vibropipe.orbits.recurrence import (
     HISTORY_OFFSET,
     MAX_LONG_MULTIPLE,
     MAX_MULTIPLE,
     RETURN_TOLERANCE,
+    ROUNDING_TOLERANCE,
     lies_on_orbit,
 )
+from vibropipe.orbits.shooting import count_as_grazings, motion_norm
 from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.housing import runs_away
 from vibropipe.physics.linear import (
@@ -28,6 +45,7 @@ from vibropipe.physics.linear import (
     stays_off_supports,
     steady_at,
 )
+from vibropipe.physics.load import largest_force
 
 # A motion is unbounded if its section grows by GROWTH_FACTOR from the second to the last quarter of the march and the
 # last step from quarter to quarter is at least GROWTH_PERSISTENCE of the one before. A slow approach to an orbit also
@@ -187,3 +205,109 @@ def long_multiple(log, k):
     """Return the largest period multiple sought after k periods, whose impacts the log holds if they go on alike."""
     fits = log.position.size // (log.counts[IMPACTS] + 1)
     return max(MAX_MULTIPLE, min(MAX_LONG_MULTIPLE, min(k // 2, fits)))
+
+
+class Limit(NamedTuple):
+    """Until when a motion is marched, and which of its last periods are looked at.
+
+    periods : forcing periods after which it is left
+    window_start, judged_from : periods after which its window begins, and a perturbation is followed
+    largest : largest period multiple that is sought
+    """
+
+    periods: int
+    window_start: int
+    judged_from: int
+    largest: int
+
+
+@jit_inline
+def first_limit(periods):
+    """Return the `Limit` of a motion that begins."""
+    return Limit(periods, max(0, periods - WINDOW), periods - JUDGED_PERIODS, MAX_MULTIPLE)
+
+
+@jit
+def later_limit(limit, periods, log, k, is_seen_chaotic):
+    """Return the `Limit` of a motion that goes on after period k."""
+    judged_from, largest = limit.judged_from, limit.largest
+    if is_seen_chaotic:
+        judged_from = periods - JUDGED_PERIODS
+    else:
+        largest = long_multiple(log, k)
+    return Limit(periods, max(k, periods - WINDOW), judged_from, largest)
+
+
+class Perturbations(NamedTuple):
+    """Two perturbations of a motion: labels do not depend on the outputs.
+
+    divergence : that by which it is judged, until it shows chaos
+    sums : that of the Lyapunov exponent, which begins earlier
+    """
+
+    divergence: Divergence
+    sums: GrowthSums
+
+
+@jit_inline
+def followed_on(log, jacobian, is_judged, is_counted, followed):
+    """Return `Perturbations` a logged period later."""
+    (divergence, sums), coupling = followed, coupling_of(log.pieces)
+    if is_judged:
+        divergence = add_divergence(divergence, jacobian, coupling)
+    if is_counted:
+        sums = add_growth(sums, jacobian, coupling)
+    return Perturbations(divergence, sums)
+
+
+class Course(NamedTuple):
+    """What a motion has done: forcing periods marched, its norm, its impacts, and those on support 1."""
+
+    periods: int
+    norm: float
+    impacts: int
+    on_1: int
+
+
+@jit_inline
+def course_after(p, log, state, course):
+    """Return the `Course` a logged period later; impacts that are rounding become grazings of the log."""
+    norm = max(course.norm, motion_norm(p, state, log))
+    count_as_grazings(log, norm)
+    impacts, on_1 = course.impacts + log.counts[IMPACTS], course.on_1 + count_on_support_1(log)
+    return Course(course.periods + 1, norm, impacts, on_1)
+
+
+@jit
+def judged_at_limit(p, log, sections, course, followed, limit, patience, max_periods):
+    """Return what a motion without an orbit is at a limit.
+
+    Returns its kind, whether it is seen to be chaotic, the `Limit` until which it goes on, which may be the same, and
+    `Perturbations`.
+    """
+    k, (divergence, sums) = course.periods, followed
+    kind = classify_aperiodic(p, log, sections[0], sections[1], k)
+    # Along a long orbit perturbations grow and shrink: growth over a part of it is no chaos.
+    is_early = k <= LONG_ORBIT_PATIENCE * patience
+    tolerance = RETURN_TOLERANCE if is_early else ROUNDING_TOLERANCE
+    repeats = lies_on_orbit(sections, k, course.norm, tolerance)
+    is_seen_chaotic = is_chaotic(divergence) and not repeats
+    shrinking = contraction(p, k, course.on_1, course.impacts - course.on_1)
+    until = next_limit(p, kind, is_seen_chaotic, shrinking, k, patience, max_periods)
+    if until > k:
+        limit = later_limit(limit, until, log, k, is_seen_chaotic)
+        if k <= until - EXPONENT_PERIODS:
+            sums = no_growth()
+        if is_chaotic(divergence):
+            divergence = no_divergence()
+    return kind, is_seen_chaotic, limit, Perturbations(divergence, sums)
+
+
+@jit_inline
+def settles_later(p, kind, is_seen_chaotic, sections, course) -> bool:
+    """Return whether a motion that was left as aperiodic may settle later."""
+    if kind != APERIODIC or (p.h > 0.0 and is_seen_chaotic):
+        # Without damping, the derivatives at ever slower impacts grow where the motion does not.
+        return False
+    # No motion without a force is aperiodic: it repeats after a period of its own, or has not come to rest.
+    return largest_force(p) == 0.0 or still_settles(p, sections, course.periods, course.norm)

@@ -77,11 +77,33 @@ def new_blocks(n, k, housing=None):
 
 
 @jit
+def fill_held(e, p, law, i, u, ends, sign, columns, blocks) -> None:
+    """Fill row i of the blocks after a piece that is held or rests; its momentum apart.
+
+    ends : where the piece begins, and where the event is; sign : -1 where the latter is mirrored, else 1
+    """
+    before, at, by, rest, _c = blocks
+    (start, end), last = ends, (i - 1) % law.codes.shape[0]
+    # A rest is at the support, whatever came before.
+    kept = 1.0 if law.codes[last, FORM] == HELD else 0.0
+    rest[i, 0], rest[i, 1] = kept * start.y - sign * end.y, 0.0
+    before[i, 0, 0], before[i, 0, 1] = kept * start.y_0, kept * start.y_1
+    at[i, 0, 0], at[i, 0, 1] = -sign * end.y_0, -sign * end.y_1
+    before[i, 1, 0], before[i, 1, 1], at[i, 1, 0], at[i, 1, 1] = 0.0, 0.0, 0.0, 1.0
+    for j in range(columns.size):
+        y, _w = departure_by(e, p, law, last, u, columns[j])
+        by[i, 0, j], by[i, 1, j] = (kept * y - sign * arrival_by(e, p, law, i, u, columns[j]), 0.0)
+    if e.housing is not None:
+        for row in range(2):
+            before[i, row, 2], at[i, row, 2] = 0.0, 0.0
+        if law.codes[i, CAUSE] == HOUSING_STOP:
+            at[i, 1, 1], at[i, 1, 2] = 0.0, 1.0
+
+
+@jit
 def fill_row(e, p, law, i, u, columns, blocks) -> float:
     """Fill row i of the blocks; return the span of its piece in forcing periods."""
-    before, at, by, rest, _c = blocks
-    n = law.codes.shape[0]
-    last = (i - 1) % n
+    rest, last = blocks.rest, (i - 1) % law.codes.shape[0]
     start, end = departure(e, p, law, last, u), arrival(e, p, law, i, u)
     # The mirror image of a state in a frame of a support has the same numbers.
     sign, later = 1.0, 0.0
@@ -98,23 +120,8 @@ def fill_row(e, p, law, i, u, columns, blocks) -> float:
         return turns
     may_stay = e.friction is not None or e.rest is not None
     if may_stay and law.codes[last, FORM] in (HELD, RESTING):
-        # A rest is at the support, whatever came before.
-        kept = 1.0 if law.codes[last, FORM] == HELD else 0.0
-        rest[i, 0], rest[i, 1] = kept * start.y - sign * end.y, 0.0
-        before[i, 0, 0], before[i, 0, 1] = kept * start.y_0, kept * start.y_1
-        at[i, 0, 0], at[i, 0, 1] = -sign * end.y_0, -sign * end.y_1
-        before[i, 1, 0], before[i, 1, 1], at[i, 1, 0], at[i, 1, 1] = 0.0, 0.0, 0.0, 1.0
-        for j in range(columns.size):
-            y, _w = departure_by(e, p, law, last, u, columns[j])
-            by[i, 0, j], by[i, 1, j] = (
-                kept * y - sign * arrival_by(e, p, law, i, u, columns[j]),
-                0.0,
-            )
+        fill_held(e, p, law, i, u, (start, end), sign, columns, blocks)
         if e.housing is not None:
-            for row in range(2):
-                before[i, row, 2], at[i, row, 2] = 0.0, 0.0
-            if law.codes[i, CAUSE] == HOUSING_STOP:
-                at[i, 1, 1], at[i, 1, 2] = 0.0, 1.0
             fill_carried(e, p, law, i, u, (start, end), sign, turns, columns, blocks)
         return turns
     order, row = trivial_order(e, p, law, i), guard_row(law.codes[i, CAUSE])

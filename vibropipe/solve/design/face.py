@@ -211,8 +211,11 @@ def design(
         wanted["tolerance"] = tolerance and plain_deviations(exciter, tolerance, vary)
         wanted["minimise"] = plain_objectives(minimise)
     untied, tied = ties_of_call(exciter, ties, vary)
+    check_whole("samples", samples, DESIGN_SAMPLES)
+    check_whole("designs", designs, DESIGNS_LIMITS)
+    problem = _problem(untied, tied, **wanted)
     try:
-        found, missed = _designs(untied, samples, designs, progress, tied, **wanted)
+        found, missed = _designs(problem, samples, designs, progress)
     except WorkSpentError:
         raise ParameterError("vary", dict(vary), must=TOO_MUCH, got="") from None
     if missed and with_units:
@@ -223,11 +226,8 @@ def design(
     return to_physical(found, exciter) if with_units else found
 
 
-def _designs(
+def _problem(
     exciter: Exciter,
-    samples: int,
-    designs: int,
-    progress: Progress | None,
     ties: Ties,
     *,
     vary: Mapping[str, tuple[float, float]],
@@ -238,12 +238,10 @@ def _designs(
     v0: float,
     tolerance: Mapping[str, float] | None,
     allow: Mapping[str, float] | None,
-) -> tuple[xr.Dataset, str]:
-    """Return designs without units, and why none is met; empty if one is."""
+) -> Problem:
+    """Return the checked problem of a call without units."""
     sigma = check_tolerances(exciter, tolerance) if tolerance else {}
     goals = goals_of(target, subject_to, minimise, sigma)
-    check_whole("samples", samples, DESIGN_SAMPLES)
-    check_whole("designs", designs, DESIGNS_LIMITS)
     allowed = check_allow(goals, allow)
     ranges = check_vary(exciter, vary, ties)
     exciter = at_lower_ends(exciter, ranges, ties)
@@ -259,7 +257,14 @@ def _designs(
     lows = {name: ends[0] for name, ends in problem.ranges.items()}
     check_presence({**vars(exciter), **lows}, goals)
     exciter.check_start(x0, v0)
-    is_front = len(goals.objectives) == 2
+    return problem
+
+
+def _designs(
+    problem: Problem, samples: int, designs: int, progress: Progress | None
+) -> tuple[xr.Dataset, str]:
+    """Return designs without units, and why none is met; empty if one is."""
+    is_front = len(problem.goals.objectives) == 2
     steps = WorkCount(ROUNDS * 2 * REFINED + designs * 2 + is_front * STEPS, progress)
     candidates = find_candidates(problem, samples, steps)
     swept = None

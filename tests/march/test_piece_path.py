@@ -131,7 +131,13 @@ def pieces_of(exciter: vp.Exciter, marches_per_period: int) -> tuple[np.ndarray,
     return np.concatenate(values), np.concatenate(codes), log.counts
 
 
-@pytest.mark.parametrize("name", EXCITERS)
+@pytest.mark.parametrize(
+    "name",
+    [
+        pytest.param(name, marks=pytest.mark.slow) if name == "soft in a housing" else name
+        for name in EXCITERS
+    ],
+)
 def test_a_motion_in_large_steps_has_the_events_of_one_in_short_marches(name: str) -> None:
     """A march that is shorter than a step takes none without looking for each event: an obvious slower twin."""
     values = {"l": 0.5, "nu": 1.0, "f": -1.0, "h": 0.2, "R1": 0.7, "R2": 0.7} | EXCITERS[name]

@@ -177,6 +177,7 @@ THREE = vp.Exciter(l=0.5, nu=1.2, f=0.97, h=0.2, delta=0.25, R1=0.6, R2=0.6)
 PAIR = vp.Exciter(l=0.5, nu=0.93, f=0.87, h=0.1, delta=-0.2, R1=0.8, R2=0.8)
 
 
+@pytest.mark.slow
 def test_the_only_orbit_with_three_impacts_is_the_one_that_settles():
     seen = []
     found = vp.prove_all(THREE, (1, 1, 2), progress=lambda *done: seen.append(done))

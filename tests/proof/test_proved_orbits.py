@@ -234,6 +234,7 @@ def test_proved_knocks_are_below_the_marched_ones(proved):
         assert (low < marched).all()
 
 
+@pytest.mark.slow
 def test_a_proved_impulse_comes_near_the_marched_one():
     row = vp.attractors(RIGID, 512).drop_dims("impact").isel(attractor_id=0)
     found = vp.prove_knock(row, cells=1000)

@@ -140,7 +140,11 @@ def test_pieces_lead_through_motions_known_to_20_digits(motion):
     )
 
 
-@pytest.mark.parametrize("exciter", [SOFT, TURNS, STICKS], ids=["soft", "turns", "sticks"])
+@pytest.mark.parametrize(
+    "exciter",
+    [SOFT, pytest.param(TURNS, marks=pytest.mark.slow), STICKS],
+    ids=["soft", "turns", "sticks"],
+)
 def test_all_exciters_within_tolerances_lie_within_the_bounds(exciter):
     of_all = {"R2": 0.002, "delta": 0.0005}
     own = {"k1": 0.5, "h1": 0.02} if exciter.k1 else {}
@@ -266,7 +270,13 @@ def test_a_mutation_of_what_an_event_asks_for_is_found(monkeypatch, kind):
     ("exciter", "along", "ends", "kinds"),
     [
         (SOFT, "f", (-1.3, -0.9), {Bifurcation.FLIP}),
-        (replace(TURNS, nu=0.8), "nu", (0.742, 0.85), {Bifurcation.FLIP, Bifurcation.FOLD}),
+        pytest.param(
+            replace(TURNS, nu=0.8),
+            "nu",
+            (0.742, 0.85),
+            {Bifurcation.FLIP, Bifurcation.FOLD},
+            marks=pytest.mark.slow,
+        ),
     ],
     ids=["soft", "turns"],
 )

@@ -204,6 +204,7 @@ scenes:
 """
 
 
+@pytest.mark.slow
 def test_a_map_shows_what_is_proved(tmp_path):
     study = study_of_text(MAP, "t")
     assert study.scene("rows").figure.pictures == ["map", "quantities", "proved"]

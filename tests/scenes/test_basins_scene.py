@@ -592,6 +592,7 @@ scenes:
 """
 
 
+@pytest.mark.slow
 def test_proved_knocks_stand_in_the_table(tmp_path):
     pytest.importorskip("flint")
     scene = study_of_text(PROVED_STUDY, "starts.yaml").scenes["starts"]

@@ -225,6 +225,7 @@ def test_what_cannot_be_proved_is_refused(old: str, new: str, message: str) -> N
         study_of_text(MOTION.replace(old, new), "study")
 
 
+@pytest.mark.slow
 def test_a_design_keeps_its_goals_within_the_tolerances() -> None:
     text = """
 title: T

@@ -59,6 +59,7 @@ def studies():
     return laws, branches, shares, paper
 
 
+@pytest.mark.slow
 def test_branches_of_two_studies_have_the_same_intervals(studies) -> None:
     laws, branches, _shares, _paper = studies
     assert intervals_of(laws) == pytest.approx(intervals_of(branches), abs=1e-9)

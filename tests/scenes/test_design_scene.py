@@ -138,6 +138,7 @@ def test_all_tolerances_at_once_are_told_only_where_they_were_tried(dataset):
     assert len(box(MAX_CORNERS + 1, 1.0)) == 2 * (MAX_CORNERS + 1)
 
 
+@pytest.mark.slow
 def test_the_sorting_rule_in_the_report_sorts_random_parts():
     scene = study_of_text(FAILING, "wanted").scenes["loose"]
     dataset = kind_of(scene).solve(scene)

@@ -177,6 +177,7 @@ def test_several_exciters_have_the_speeds_of_each() -> None:
         vp.motor(own.assign(power_input_sensitivity=own.power_input), {"no_load": 2, "stall": 1})
 
 
+@pytest.mark.slow
 def test_what_is_swept_has_units_or_a_name_of_ones_own_at_speeds_and_jumps() -> None:
     p = (C / M) ** 0.5
     along = (

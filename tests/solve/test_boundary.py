@@ -83,7 +83,7 @@ def test_symmetric_orbit_has_its_closed_forms(borders, kind):
     assert_close(f, closed_force(EXCITER, nu, 1, kind))
 
 
-@pytest.mark.parametrize("delta", [0.2, -0.2])
+@pytest.mark.parametrize("delta", [pytest.param(0.2, marks=pytest.mark.slow), -0.2])
 def test_one_sided_orbit_has_its_closed_forms(delta):
     exciter = dataclasses.replace(EXCITER, delta=delta)
     found = vp.boundary(exciter, ("fold", "flip", "grazing"), within=BOX, lines=8)
@@ -97,6 +97,7 @@ def test_one_sided_orbit_has_its_closed_forms(delta):
         assert_close(f, closed_force(near, nu, 2, kind))
 
 
+@pytest.mark.slow
 def test_mirrored_exciter_has_the_same_curves():
     exciter = vp.Exciter(l=0.5, h=0.2, delta=0.1, R1=0.7, R2=0.8)
     first = vp.boundary(exciter, ALL, within=((0.7, 2.0), (0.1, 0.8)), lines=5)
@@ -113,6 +114,7 @@ def test_mirrored_exciter_has_the_same_curves():
     assert np.unique(first["curve_id"]).size == np.unique(second["curve_id"]).size
 
 
+@pytest.mark.slow
 def test_halved_steps_find_the_same_curves(borders):
     halved = vp.boundary(EXCITER, ALL, within=BOX, lines=8, max_step=0.01)
     one, two = ends_of(halved), ends_of(borders)
@@ -268,6 +270,7 @@ def test_a_second_harmonic_that_vanishes_has_the_curves_of_one():
     assert at == pytest.approx(float(linear_grazing(exciter, 1.4)), rel=1e-4)
 
 
+@pytest.mark.slow
 @settings(max_examples=6, deadline=None)
 @given(
     h=st.floats(0.05, 0.6),

@@ -137,6 +137,7 @@ def test_what_has_no_isolated_orbits_is_refused_in_words():
         vp.boundary(loose, "fold", ("nu", "f"), ((0.9, 1.2), (0.7, 1.1)))
 
 
+@pytest.mark.slow
 def test_an_orbit_that_grazes_alone_keeps_off_the_other_support():
     """Of an orbit without contacts no gap was looked at but the one that vanishes."""
     exciter = vp.Exciter(
@@ -203,7 +204,13 @@ RETURNING = {
 }  # fmt: skip
 
 
-@pytest.mark.parametrize("case", RETURNING)
+@pytest.mark.parametrize(
+    "case",
+    [
+        pytest.param(case, marks=pytest.mark.slow) if case in ("chatter", "rests") else case
+        for case in RETURNING
+    ],
+)
 def test_orbits_on_boundaries_return_when_marched(case):
     exciter, of, within, lines, least = RETURNING[case]
     curve = vp.boundary(exciter, of, within=within, lines=lines)

@@ -184,6 +184,7 @@ def test_velocities_and_accelerations_are_blanked_next_to_impacts(noise, seed):
     assert distance(wide) < CHI_SQUARE_4
 
 
+@pytest.mark.slow
 def test_a_transient_is_left_out():
     record, _force = record_by_solve_ivp(
         TRUE, {"displacement": 2e-3}, seed=6, settle=0, start=(0.3, 1.0), periods=60
@@ -424,6 +425,7 @@ def test_ties_hold_in_the_fit_of_a_record(displacement):
         assert "twin" not in found.dims
 
 
+@pytest.mark.slow
 def test_the_mirror_image_keeps_ties(displacement):
     record, _force = displacement
     ties = {"R1": "1 - loss", "R2": "R1"}

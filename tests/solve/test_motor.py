@@ -119,6 +119,7 @@ def test_a_speed_that_hunts_is_kept_nowhere():
         assert not np.isclose(found.jump_to_nu, found.jump_nu).any()
 
 
+@pytest.mark.slow
 def test_unstable_orbits_that_cannot_be_followed_are_left_out():
     exciter = vp.Exciter(l=0.5, nu=0.8, f=0.7, h=0.1, delta=0.1, R1=0.6, R2=0.7)
     branch = vp.branch(exciter, "nu", (0.5, 2.0), switch=["flip", "grazing"], outputs=OUTPUTS)

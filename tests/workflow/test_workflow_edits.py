@@ -205,6 +205,7 @@ def run(folder: Path, code: int) -> str:
     return called(folder, "run", "mine.yaml", "--cores", "2", code=code).stderr
 
 
+@pytest.mark.slow
 def test_a_branch_that_cannot_start_fails_alone(tmp_path):
     (tmp_path / "mine.yaml").write_text(STUDY)
     report = tmp_path / "results/mine/report.pdf"

@@ -168,6 +168,7 @@ def test_no_row_of_a_dense_sweep_dominates_a_front():
         assert gains.max(initial=0.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_a_front_has_the_designs_of_narrow_laws():
     # A law with three periods beats by 5.3 % what the grid and what is around its points lead to.
     vary = {"delta": (-0.3, 0.3), "R1": (0.4, 0.9), "R2": (0.4, 0.9)}

@@ -235,6 +235,7 @@ def test_the_damping_of_a_soft_support_scatters_in_place_of_its_restitution():
     assert "R1" not in rigid
 
 
+@pytest.mark.slow
 def test_a_front_among_parts_keeps_off_its_bounds_and_is_not_dominated():
     # A search that an end of a range led to another law had no slopes, and ended in an error of LAPACK; designs moved
     # off their bounds one by one were beaten, and had yields down to 60 %.
@@ -265,6 +266,7 @@ def test_a_front_among_parts_keeps_off_its_bounds_and_is_not_dominated():
         assert gains.max(initial=0.0) < 1e-3
 
 
+@pytest.mark.slow
 def test_designs_keep_their_law_in_most_parts():
     # The least velocity is that of a motion about to end, which half of the parts do not have.
     vary, target = {"delta": (-1e-3, 1e-3), "R1": (0.4, 0.9)}, dict.fromkeys(EVERY, 1)
@@ -282,6 +284,7 @@ def test_designs_keep_their_law_in_most_parts():
         assert int(part.period_multiple) == 1
 
 
+@pytest.mark.slow
 def test_a_design_off_its_bounds_is_as_good_as_the_room_allows():
     """A point found by hand, more than four deviations off each bound, is no better."""
     exciter = vp.Exciter.from_physical(

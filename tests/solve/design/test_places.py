@@ -44,6 +44,7 @@ def test_a_design_has_its_jump_where_it_is_wanted_by_marches():
     assert abs(at - 2.6) < 1e-4
 
 
+@pytest.mark.slow
 def test_a_bound_keeps_the_jump_within_a_range():
     designs = vp.design(
         replace(STRUCK, delta=0.05),
@@ -97,6 +98,7 @@ def test_the_scatter_of_a_place_is_that_of_its_closed_form():
     np.testing.assert_allclose(spread.grazing_nu_down_deviation.sel(parameter="l"), off, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_tolerances_of_a_design_keep_its_jump_at_their_ends():
     allowed = 0.02
     designs = vp.design(

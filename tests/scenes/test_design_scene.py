@@ -1,6 +1,7 @@
 """A scene of designs, from its keys to its pictures and tables, with and without units."""
 
 import re
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -318,6 +319,18 @@ def test_the_front_is_drawn():
     (ax,) = draw("design", near).axes
     boxes = [text.get_window_extent() for text in ax.texts if text.get_text() in ("1", "2")]
     assert not boxes[0].overlaps(boxes[1])
+    crowd = xr.DataArray(np.linspace(1.0, 1.01, front.sizes["design"]), dims="design")
+    crowded = {
+        name: (front[name][0] * crowd).transpose(*front[name].dims)
+        for name in ("displacement_amplitude", "impact_velocity_max")
+    }
+    near = front.assign(crowded)
+    near["impact_velocity_max"][-1] *= 2
+    (ax,) = draw("design", near).axes
+    written = {text.get_text(): text.get_window_extent() for text in ax.texts}
+    assert {"1", str(crowd.size)} <= set(written)
+    assert len(written) < crowd.size
+    assert not any(a.overlaps(b) for a, b in combinations(written.values(), 2))
     cloud, picture = swept(front), picture_of("design", front)
     bounded = front.assign_attrs(subject_to="displacement_mean > -0.5")
     for data, has_bounds in ((front, False), (bounded, True)):

@@ -281,21 +281,25 @@ def draw_front(dataset: xr.Dataset) -> Figure:
 
 
 def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
-    """Write the numbers of designs on the side of the front where nothing else can lie, or else beside that."""
+    """Write the numbers of designs on the side of the front where nothing else can lie, or else beside that.
+
+    Those of the ends come first; one without room is left out, since the designs are numbered along the front.
+    """
     signs = [sign for _, sign in ends_of(dataset)]
     ha, va = "right" if signs[0] > 0 else "left", "top" if signs[1] > 0 else "bottom"
     other = "left" if ha == "right" else "right"
     places = ((-3.0, -2.0, ha), (0.0, -4.0, "center"), (3.0, -2.0, other))
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
     boxes: list[Bbox] = []
-    for n, at in enumerate(zip(x, y, strict=True), start=1):
+    last = x.size - 1
+    for n in sorted(range(x.size), key=lambda n: (n not in (0, last), n)):
         for right, up, side in places:
             text = ax.annotate(
-                str(n), at, (right * signs[0], up * signs[1]), textcoords="offset points",
+                str(n + 1), (x[n], y[n]), (right * signs[0], up * signs[1]), textcoords="offset points",
                 fontsize=SMALL, ha=side, va=va,
             )  # fmt: skip
             box = text.get_window_extent()
-            if side == other or not any(box.overlaps(each) for each in boxes):
+            if not any(box.overlaps(each) for each in boxes):
                 boxes.append(box)
                 break
             text.remove()

@@ -91,7 +91,10 @@ FILLED = 0.65
 
 @pytest.fixture(scope="module")
 def pages_of(tmp_path_factory):
-    """Return a function from heights of figures and tables, in groups, to the pages of a report of them."""
+    """Return a function from heights of figures and tables, in groups, to the pages of a report of them.
+
+    `following` are the numbers of the groups that are of the scene of the one before.
+    """
     folder = tmp_path_factory.mktemp("flow")
 
     def picture(height: float, width: float) -> str:
@@ -118,14 +121,17 @@ def pages_of(tmp_path_factory):
             "alt": "a",
         }
 
-    def pages(hero: float, groups) -> tuple[Path, list[str]]:
+    def pages(hero: float, groups, following=()) -> tuple[Path, list[str]]:
         numbers = iter(range(2, 100))
         given = {
             "title": "Flow", "kind": "Kind", "question": "Why?", "footer": "Foot", "fixed": 0, "symbols": "",
             "answers": [{"lead": "So.", "rest": ""}], "side": {"rows": [], "drawing": None},
             "hero": item(hero, 1),
             "groups": [
-                {"heading": f"Q{n}?", "answers": [], "items": [item(size, next(numbers)) for size in group]}
+                {
+                    "heading": f"Q{n}?", "follows": n in following, "answers": [],
+                    "items": [item(size, next(numbers)) for size in group],
+                }
                 for n, group in enumerate(groups)
             ],
             "methods": [{"name": "Again", "text": "`run`", "plain": False}],
@@ -156,6 +162,17 @@ def test_a_group_that_fits_is_set_before_one_that_does_not(pages_of):
         [True, False, False],
         [False, True, False],
     ]
+
+
+def test_groups_of_one_scene_stay_together(pages_of):
+    # as above, but the last group, or the first, is of the scene of what stands before it
+    for following in ({2}, {0, 1}):
+        _, texts = pages_of(9.0, [[14.0], [13.0], [6.0]], following)
+        assert [[f"Q{n}?" in text for n in range(3)] for text in texts] == [
+            [False, False, False],
+            [True, False, False],
+            [False, True, True],
+        ]
 
 
 def test_headings_stay_with_their_figures_and_nothing_breaks(pages_of):

@@ -109,6 +109,26 @@ def test_the_first_figure_of_a_later_scene_stands_under_its_title() -> None:
     assert headings == ["What is certain?", "Another look"]
 
 
+def test_only_the_proof_stands_under_its_question() -> None:
+    # the first scene is drawn without its motion, the later one has a picture after its certificate
+    keys = "tau_end: 20, prove: {within: {delta: 0.001}}, figure: {pictures:"
+    scenes = f"""
+  r: {{kind: motion, title: First, tau_end: 20}}
+  t: {{kind: motion, title: Second, {keys} [panels, certificate, portrait]}}}}
+"""
+    study = study_of_text(MOTION[: MOTION.index("  s:")] + scenes[1:], "study")
+    data = {name: kind_of(scene).solve(scene) for name, scene in study.scenes.items()}
+    groups = report_data(study, data, {})["groups"]
+    assert [
+        (each["heading"], each["follows"], [i["picture"] for i in each["items"] if "picture" in i])
+        for each in groups
+        if any("picture" in item for item in each["items"])
+    ] == [
+        ("Second", False, ["panels", "portrait"]),
+        ("What is certain?", True, ["certificate"]),
+    ]
+
+
 def test_limits_have_the_units_of_their_parameters() -> None:
     text = """
 title: T

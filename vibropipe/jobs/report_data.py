@@ -33,9 +33,13 @@ MAX_LABEL = 36  # letters of a scene's title that stands for it in tables and se
 
 @dataclass
 class Group:
-    """Figures and tables that stand together under a heading, with their answers, in the form the template reads."""
+    """Figures and tables that stand together under a heading, with their answers, in the form the template reads.
+
+    follows : whether they are of the scene of what stands before them, from which nothing may part them
+    """
 
     heading: str = ""
+    follows: bool = False
     answers: list[dict[str, str]] = field(default_factory=list)
     items: list[dict[str, Any]] = field(default_factory=list)
 
@@ -194,7 +198,8 @@ def _groups(
         before = len(groups)
         group = Group(answers=answers.get(label, []))
         groups.append(group)
-        own_figures = [entry for entry in figures if entry["scene"] == scene]
+        told = ["", *(each.heading for each in groups)]
+        own_figures = _by_heading([e for e in figures if e["scene"] == scene], hero, told)
         pictures = {entry["picture"] for entry in own_figures}
         own_tables = [
             beside_pictures(table, pictures)
@@ -221,12 +226,26 @@ def _groups(
             group = Group("Further numbers")
             groups.append(group)
         group.items += rest
+        for n, each in enumerate(groups[before:]):
+            each.follows = n > 0 or scene == first
         for heading, table in placed:  # of several scenes, not under the question of one
             if table.scene == label and heading:
                 same = next((each for each in groups if each.heading == heading), Group(heading))
                 groups += [] if same in groups else [same]
                 same.items.append(table.as_data())
     return [group for group in groups if group.items]
+
+
+def _by_heading(
+    figures: list[dict[str, str]], hero: Mapping[str, str], told: Collection[str]
+) -> list[dict[str, str]]:
+    """Return the figures of a scene in the order in which their headings come up: the hero, then those told already.
+
+    Elsewhere these would stand under the question of another figure.
+    """
+    new = [each for each in dict.fromkeys(e["heading"] for e in figures) if each not in told]
+    place = {heading: n for n, heading in enumerate(new)}
+    return sorted(figures, key=lambda each: (each is not hero, place.get(each["heading"], -1)))
 
 
 def _heading(study: Study, figure: Mapping[str, str], begins: bool) -> str:

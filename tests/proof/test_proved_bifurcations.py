@@ -164,7 +164,7 @@ def test_pitchforks_and_touches_of_both_supports_are_those_of_a_branch() -> None
     proof = vp.prove(branch)
     assert (proof.bifurcation_proved == Proved.PROVED).all()
     n = len(seen)
-    assert f"{n} of {n} folds, flips, pitchforks and grazings are proved." in proof.statement
+    assert f"all {n} folds, flips, pitchforks and grazings are proved." in proof.statement
 
 
 def test_a_touch_that_is_struck_when_marched_again_is_enclosed() -> None:

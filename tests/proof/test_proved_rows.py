@@ -50,7 +50,7 @@ def test_rows_are_proved_as_each_is_alone(rows):
         alone = vp.prove(row)
         assert int(proof.proved[n, 1]) == int(alone.proved) == Proved.PROVED
         assert int(proof.proved_stable[n, 1]) == int(alone.proved_stable)
-    assert proof.statement == "5 of 5 orbits are proved; 7 rows were not tried."
+    assert proof.statement == "All 5 orbits are proved; 7 rows were not tried."
 
 
 def test_a_row_whose_section_is_moved_is_not_proved(rows):
@@ -77,7 +77,7 @@ def test_several_rows_have_no_tube_and_supports_that_pull(rows):
     with pytest.raises(vp.ParameterError, match=r"within\.R1: must keep R1 a number"):
         vp.prove(rows, within={"R1": 0.4})
     soft = vp.sweep(replace(EXCITER, R1=0.9, k1=50.0), {"nu": [0.9, 1.0]})
-    assert vp.prove(soft).statement == "2 of 2 orbits are proved."
+    assert vp.prove(soft).statement == "All 2 orbits are proved."
     with pytest.raises(vp.ParameterError, match="contact_1: must be pull"):
         vp.prove(vp.sweep(replace(EXCITER, R1=0.9, k1=50.0, contact_1=1.0), {"nu": [0.9, 1.0]}))
 
@@ -107,7 +107,7 @@ def test_a_sweep_of_a_study_stores_and_tells_its_proofs(tmp_path):
     np.testing.assert_array_equal(stored.proved.values, whole.proved.values)
     proved = int((whole.proved == Proved.PROVED).sum())
     answer = proof_answer(stored)
-    assert answer.lead == f"{proved} of {proved} orbits are proved."
+    assert answer.lead == f"All {proved} orbits are proved."
     left = 7 - proved
     of = f"{left} row{'s' if left > 1 else ''}"
     assert answer.rest == f"{of} without impacts, with rests or without an orbit, not tried."
@@ -144,10 +144,7 @@ def test_points_of_a_branch_of_a_study_are_proved(tmp_path):
     whole = solve_scene(study_in(tmp_path, text.replace("f: -1, ", "")), "b")
     assert (whole.proved == Proved.PROVED).all()
     assert "point" in whole.proved.dims
-    assert (
-        proof_answer(whole).lead
-        == f"{whole.sizes['point']} of {whole.sizes['point']} orbits are proved."
-    )
+    assert proof_answer(whole).lead == f"All {whole.sizes['point']} orbits are proved."
 
 
 def test_bifurcations_of_a_branch_are_enclosed(tmp_path):
@@ -263,12 +260,12 @@ def test_rows_and_points_of_a_study_with_units_are_proved_within_tolerances(tmp_
     study = study_in(tmp_path, UNITS)
     rows, curve = (solve_scene(study, name) for name in ("rows", "curve"))
     assert proof_answer(rows).lead == (
-        "3 of 3 orbits are proved, of all exciters within R₁ ± 0.005 and δ ± 1 × 10⁻⁵ m."
+        "All 3 orbits are proved, of all exciters within R₁ ± 0.005 and δ ± 1 × 10⁻⁵ m."
     )
     n = curve.sizes["point"]
     assert (
         proof_answer(curve).lead
-        == f"{n} of {n} orbits are proved, of all exciters within δ ± 1 × 10⁻⁵ m."
+        == f"All {n} orbits are proved, of all exciters within δ ± 1 × 10⁻⁵ m."
     )
     assert curve.attrs["proof_within"] == "delta +- 1e-05"
 

@@ -15,7 +15,6 @@ from vibropipe.jobs.terminal_tables import plan_text
 from vibropipe.jobs.verify import Verdict
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.hard_cases.report import on_cases
-from vibropipe.scenes.rows import part_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
 from vibropipe.scenes.sweep.cut import row_range
 from vibropipe.store.atomic import StoreError
@@ -23,7 +22,7 @@ from vibropipe.store.shards import _check_cover
 from vibropipe.study import parse_study
 from vibropipe.words.quantities import REGIMES
 from vibropipe.words.units import DIMENSIONS, UnitError, plain_units, tidy, to_si
-from vibropipe.words.wording import aligned, count, series, share
+from vibropipe.words.wording import aligned, count, part_text, series, share
 
 LB, INCH = 0.45359237, 0.0254
 
@@ -149,7 +148,18 @@ def study_with(**scenes):
 def test_counts_and_series():
     assert [count(1, "row"), count(3, "row"), count(0, "row")] == ["1 row", "3 rows", "0 rows"]
     assert count(2, "analysis", "analyses") == "2 analyses"
-    assert [share(1, 1, "check"), share(2, 3, "check")] == ["1 of 1 check is", "2 of 3 checks are"]
+    shares = [
+        share(1, 1, "check"),
+        share(2, 3, "check"),
+        share(103, 103, "check"),
+        share(0, 1, "check"),
+    ]
+    assert shares == [
+        "the only check is",
+        "2 of 3 checks are",
+        "all 103 checks are",
+        "0 of 1 check is",
+    ]
     assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
 
 
@@ -177,7 +187,7 @@ def test_a_cut_into_one_shard_too_many():
 def test_verdicts():
     assert str(Verdict("s", faults=["x"])).startswith("s: 1 fault\n")
     assert str(Verdict("s", faults=["x", "y"])).startswith("s: 2 faults\n")
-    parts = [part_text(1, 1), part_text(3, 3), part_text(1, 12000)]
+    parts = [part_text(1, 1, "row"), part_text(3, 3, "row"), part_text(1, 12000, "row")]
     assert parts == ["the only row", "all 3 rows", "1 of 12,000 rows"]
 
 

@@ -20,6 +20,7 @@ from vibropipe.figures.canvas import (
 from vibropipe.figures.map_shapes import cell_edges, frame
 from vibropipe.figures.palette import FAILED, GREY, INK, MAGNITUDES
 from vibropipe.figures.text import axis_label
+from vibropipe.words.wording import part_text
 
 if TYPE_CHECKING:
     import xarray as xr
@@ -32,7 +33,7 @@ LEFT, BOTTOM, HIGH, BAR = 1.5, 1.2, 5.6, 0.25
 def laws_title(changed: xr.DataArray, rows: int) -> str:
     """Return in how many rows laws differ."""
     if amount := int(changed.sum()):
-        return f"Another law of motion in {amount:,} of {rows:,} rows"
+        return f"Another law of motion in {part_text(amount, rows, 'row')}"
     return "All laws of motion are equal"
 
 

@@ -5,7 +5,7 @@ from __future__ import annotations
 from contextlib import suppress
 from pathlib import Path
 
-from vibropipe.scenes.rows import part_text
+from vibropipe.words.wording import part_text
 
 # Entries of sidecars: how many rows are those of the earlier result, or why none is.
 TAKEN, NOT_TAKEN = "taken", "not_taken"
@@ -14,7 +14,7 @@ NONE_TAKEN = "no row taken from the earlier result"
 
 def taken_text(taken: int, rows: int) -> str:
     """Write how many rows of a scene are those of its earlier dataset."""
-    return f"{part_text(taken, rows)} taken from the earlier result" if taken else NONE_TAKEN
+    return f"{part_text(taken, rows, 'row')} taken from the earlier result" if taken else NONE_TAKEN
 
 
 def earlier_file(path: Path) -> Path:

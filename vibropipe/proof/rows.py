@@ -22,7 +22,7 @@ from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.progress import Progress
 from vibropipe.words.proofs import BOXED, Proved, ProvedStable, Why, tally
 from vibropipe.words.vocabulary import describe
-from vibropipe.words.wording import count, series, share
+from vibropipe.words.wording import capitalised, count, series, share
 
 # Rows that make another process worth while, and rows that it takes at once.
 ROWS_PER_PROCESS, CHUNK = 32, 8
@@ -67,7 +67,7 @@ def prove_rows(
             if progress is not None:
                 progress(done + 1, total)
     found = tally(rows, codes["proved"], codes["why"])
-    statement = f"{share(found.proved, found.tried, 'orbit')} proved"
+    statement = f"{capitalised(share(found.proved, found.tried, 'orbit'))} proved"
     if within:
         statement += f" within {series(f'{name} +- {most:g}' for name, most in within.items())}"
     if others := found.not_tried:
@@ -77,10 +77,8 @@ def prove_rows(
         verdicts = enclosed["bifurcation_proved"][1]
         attempts = int(np.isin(rows["bifurcation_kind"], [*KINDS.values()]).sum())
         proofs = int((verdicts == Proved.PROVED).sum())
-        kinds = count(
-            attempts, "fold, flip, pitchfork or grazing", "folds, flips, pitchforks and grazings"
-        )
-        statement += f"; {proofs:,} of {kinds} are proved"
+        kinds = ("fold, flip, pitchfork or grazing", "folds, flips, pitchforks and grazings")
+        statement += f"; {share(proofs, attempts, *kinds)} proved"
     kept = {str(name): coord for name, coord in rows.coords.items() if {*coord.dims} <= {*dims}}
     variables: dict[str, Any] = {name: (dims, values) for name, values in codes.items()}
     variables |= enclosed if "bifurcation" in rows.dims else {}

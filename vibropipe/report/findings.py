@@ -65,7 +65,9 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
             mask &= dataset["regime"] != Regime.APERIODIC  # a motion that is known, in a window
             if not mask.any():
                 continue
-        number = f"{int(mask.sum()):,} of {status.size:,}" if status.ndim else DASH
+        amount = int(mask.sum())
+        which = f"all {amount:,}" if amount == status.size > 1 else f"{amount:,} of {status.size:,}"
+        number = which if status.ndim else DASH
         # numbers of attractors mean nothing to a reader
         among = mask.any("attractor_id") if "attractor_id" in mask.dims else mask
         where = extent_text(among) or DASH

@@ -25,7 +25,7 @@ from vibropipe.scenes.kind import Picture
 from vibropipe.solve.in_si import ROWS_WITHIN
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.words.proofs import REFUSED, Proved, ProvedStable, Why, tally
-from vibropipe.words.wording import count, series, share
+from vibropipe.words.wording import capitalised, count, series, share
 
 LEFT, BOTTOM, WIDTH, HIGH = 1.6, 1.1, 14.1, 4.6  # cm, of the tube
 TEXT_HIGH = 1.0  # cm, of a figure without a tube
@@ -298,7 +298,8 @@ def proof_answer(dataset: xr.Dataset) -> Answer | None:
     if not found.tried:
         return Answer("No row was tried.", rest)
     where = f", of all exciters within {within}" if within else ""
-    return Answer(f"{share(found.proved, found.tried, 'orbit')} proved{where}.", rest)
+    proved = capitalised(share(found.proved, found.tried, "orbit"))
+    return Answer(f"{proved} proved{where}.", rest)
 
 
 def rows_within_text(dataset: xr.Dataset) -> str:

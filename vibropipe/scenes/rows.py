@@ -79,10 +79,3 @@ def sample_indices(count: int, n_samples: int, generator: np.random.Generator) -
     if n_samples >= count:
         return list(range(count))
     return sorted(int(index) for index in generator.choice(count, n_samples, replace=False))
-
-
-def part_text(part: int, whole: int) -> str:
-    """Write how many rows of all: 100 of 2,000 rows."""
-    if part == whole:
-        return "the only row" if whole == 1 else f"all {whole:,} rows"
-    return f"{part:,} of {whole:,} rows"

@@ -16,9 +16,16 @@ def capitalised(text: str) -> str:
     return text[:1].upper() + text[1:]
 
 
-def share(part: int, whole: int, noun: str) -> str:
-    """Write a part of an amount with its verb: `2 of 3 checks are`, `1 of 3 checks is`, `0 of 1 check is`."""
-    return f"{part:,} of {count(whole, noun)} {'is' if 1 in (part, whole) else 'are'}"
+def part_text(part: int, whole: int, noun: str, plural: str | None = None) -> str:
+    """Write a part of an amount: `2 of 3 checks`, `all 3 checks`, `the only check`."""
+    if part == whole > 0:
+        return f"the only {noun}" if whole == 1 else f"all {count(whole, noun, plural)}"
+    return f"{part:,} of {count(whole, noun, plural)}"
+
+
+def share(part: int, whole: int, noun: str, plural: str | None = None) -> str:
+    """Write a part of an amount with its verb: `2 of 3 checks are`, `all 3 checks are`, `0 of 1 check is`."""
+    return f"{part_text(part, whole, noun, plural)} {'is' if 1 in (part, whole) else 'are'}"
 
 
 def series(words: Iterable[str], last: str = "and") -> str:

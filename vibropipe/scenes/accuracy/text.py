@@ -30,7 +30,7 @@ from vibropipe.scenes.accuracy.summary import (
 from vibropipe.words.measurements import OWN_METHODS, Outcome
 from vibropipe.words.parameters import FORCES
 from vibropipe.words.vocabulary import quantity
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import count, part_text, series
 
 # Errors of the table of times.
 WANTED = (1e-2, 1e-4, 1e-8, 1e-12)
@@ -249,8 +249,8 @@ def lost_text(dataset: xr.Dataset) -> str:
     tried = outcome != Outcome.NOT_TRIED
     has_ended = (tried & (outcome != Outcome.DID_NOT_END)).any(axis=(1, 2))
     lost = int((tried.any(axis=(1, 2)) & ~has_ended).sum())
-    amount = dataset.sizes["motion"]
-    return f"On {lost} of {amount} motions, no run of {names_text(peers)} finishes." if lost else ""
+    which = part_text(lost, dataset.sizes["motion"], "motion")
+    return f"On {which}, no run of {names_text(peers)} finishes." if lost else ""
 
 
 def packages_of(datasets: Iterable[xr.Dataset]) -> str:

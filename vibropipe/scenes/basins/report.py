@@ -36,7 +36,7 @@ from vibropipe.scenes.basins.text import (
 )
 from vibropipe.scenes.branch.stretches import united
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import count, part_text, series
 
 MAX_MAPS = 6
 MAX_NAMED = 2  # motions in words in an answer
@@ -241,6 +241,8 @@ def starts_text(dataset: xr.Dataset, share: float) -> str:
     """Write that so many of the starts settle on."""
     total = dataset.sizes["x0"] * dataset.sizes["v0"]
     settled = round(share * total)
+    if settled == total:
+        return f"{part_text(total, total, 'start')} {'settles' if total == 1 else 'settle'} on"
     amount = number_word(settled) if settled else "none"
     return f"{amount} of {count(total, 'start')} {'settles' if settled < 2 else 'settle'} on"
 

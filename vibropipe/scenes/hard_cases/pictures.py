@@ -16,7 +16,7 @@ from vibropipe.figures.text import sentences
 from vibropipe.scenes.hard_cases.failures import FAILURES
 from vibropipe.scenes.kind import Picture, showing
 from vibropipe.words.measurements import Passed
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, part_text, series
 
 LEAST = 6e-8  # share below which a deviation is drawn as none
 FIRST, STEP = 1.2e-8, 1.19  # place of the first mark without deviation, and from one to the next
@@ -133,7 +133,7 @@ def title_of_margins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     broken = int((share > 1.0).any(axis=1).sum())
     total = dataset.sizes["case"]
     if broken > 1:
-        return f"{broken} of {total} cases exceed their bounds"
+        return f"{capitalised(part_text(broken, total, 'case'))} exceed their bounds"
     return f"{'No case' if not broken else 'One case'} of {total} exceeds its bound"
 
 

@@ -22,7 +22,7 @@ from vibropipe.scenes.hard_cases.failures import asked_of, errors_of, has_failur
 from vibropipe.scenes.hard_cases.pictures import shares
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.measurements import Outcome, Passed
-from vibropipe.words.wording import count
+from vibropipe.words.wording import count, part_text
 
 # Rows beside the drawing of the exciter, by question.
 PARAMETERS = {
@@ -46,7 +46,9 @@ def on_grazing(dataset: xr.Dataset) -> Answer:
     missed = int((outcome != Outcome.OK).sum())
     lead = f"Grazing: vibropipe's exact method finds all {outcome.size} impacts."
     if missed:
-        lead = f"Grazing: vibropipe's exact method misses {missed} of {outcome.size} impacts."
+        lead = (
+            f"Grazing: vibropipe's exact method misses {part_text(missed, outcome.size, 'impact')}."
+        )
     losses = {m: n_missed(dataset, m) for m in ("DOP853", "DOP853_short", "newmark")}
     if missed or not losses["DOP853"]:
         return Answer(lead)

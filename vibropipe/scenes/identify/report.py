@@ -20,7 +20,7 @@ from vibropipe.scenes.identify.pictures import (
 )
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.designs import FitResult, FoundResult
-from vibropipe.words.wording import series
+from vibropipe.words.wording import part_text, series
 
 # Correlation above which two parameters are told apart badly.
 ALIKE = 0.95
@@ -73,7 +73,7 @@ def verdict(dataset: xr.Dataset) -> Answer:
         return Answer(lead, constant_text(dataset))
     if result == FitResult.ABSENT:
         lost = max(columns(dataset), key=missing)
-        rest = f"The nearest motion has no {lost.words} at {missing(lost)} of {lost.fitted.size} measurements."
+        rest = f"The nearest motion has no {lost.words} at {part_text(missing(lost), lost.fitted.size, 'measurement')}."
         return Answer(lead, rest)
     return Answer(
         "Whether the measurements are explained is not known.",

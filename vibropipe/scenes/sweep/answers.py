@@ -349,4 +349,4 @@ def unresolved_answer(dataset: xr.Dataset) -> Answer | None:
     if both:
         lead = series(f"{count(n, 'row')} {'is' if n == 1 else 'are'} {word}" for n, word in texts)
     reasons = re.sub(r" \([\d,]+\)", "", reasons)
-    return Answer(f"{lead}.", f"Reason: {reasons}." if reasons else "")
+    return Answer(f"{capitalised(lead)}.", f"Reason: {reasons}." if reasons else "")

@@ -57,7 +57,7 @@ from vibropipe.scenes.sweep.quantities import (
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import count, series, share
+from vibropipe.words.wording import count, part_text, series, share
 
 Floats = NDArray[np.float64]
 LOW = 0.4  # of the largest impact: where none is below, the axis does not begin at zero
@@ -212,7 +212,7 @@ def describe_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> str
     drawn = series(filter(None, [impacts, section, exponent]))
     return sentences(
         f"Bifurcation diagram over {plain_symbol_of(dataset[along])}: {drawn}",
-        f"Aperiodic rows ({aperiodic} of {dataset['regime'].size}) show a band"
+        f"Aperiodic rows ({part_text(aperiodic, dataset['regime'].size, 'row')}) show a band"
         if aperiodic and (impacts or section)
         else "",
         combinations_text(dataset, dims, MAX_MULTIPLES),

@@ -48,7 +48,7 @@ from vibropipe.scenes.sweep.quantities import (
 )
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
-from vibropipe.words.wording import count, series
+from vibropipe.words.wording import count, part_text, series
 
 
 def describe_sweep(
@@ -169,8 +169,7 @@ def unresolved_text(dataset: xr.Dataset) -> str:
     if not unresolved.any() or "status" not in dataset:
         return ""
     reasons = reasons_text(dataset["status"].values[unresolved])
-    total = count(dataset["regime"].size, "row")
-    return f"Unresolved: {int(unresolved.sum()):,} of {total}, {reasons}"
+    return f"Unresolved: {part_text(int(unresolved.sum()), unresolved.size, 'row')}, {reasons}"
 
 
 def describe_map(dataset: xr.Dataset) -> str:

@@ -13,7 +13,7 @@ from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
-from vibropipe.scenes.rows import Recomputed, part_text, rows_of_shard, sample_indices, stored_grid
+from vibropipe.scenes.rows import Recomputed, rows_of_shard, sample_indices, stored_grid
 from vibropipe.scenes.sweep.keys import SweepScene, block_rows
 from vibropipe.scenes.sweep.solve import solve_in_blocks, solve_rows
 from vibropipe.solve.sweep.blocks import effects_of_grid
@@ -28,6 +28,7 @@ from vibropipe.store import (
 from vibropipe.store import join as join_rows
 from vibropipe.store.encoding import encode
 from vibropipe.store.shards import ROWS_AT_ONCE
+from vibropipe.words.wording import part_text
 
 if TYPE_CHECKING:
     from vibropipe.words.progress import Progress
@@ -128,4 +129,4 @@ def recompute(
         differences += compare_rows(path, shard, as_stored)
         if any(item.where == "" for item in differences):
             break  # an attribute differs, and so in every row
-    return Recomputed(part_text(len(chains) * length, grid.rows), differences)
+    return Recomputed(part_text(len(chains) * length, grid.rows, "row"), differences)

@@ -15,7 +15,7 @@ from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import MAX_MAPS, draw_region_map
 from vibropipe.scenes.sweep.quantities import swept
 from vibropipe.words.proofs import Proved, ProvedStable, Why, tally
-from vibropipe.words.wording import share
+from vibropipe.words.wording import capitalised, share
 
 PROVED = "proved"
 # Codes of regions: what is proved of an orbit, or how its proof ended.
@@ -54,7 +54,7 @@ def proof_title(dataset: xr.Dataset) -> str:
         return "No row has an orbit with impacts alone, which could be proved"
     within = rows_within_text(dataset)
     where = f" within {within}" if within else ""
-    return f"{share(found.proved, found.tried, 'orbit')} proved{where}"
+    return f"{capitalised(share(found.proved, found.tried, 'orbit'))} proved{where}"
 
 
 def describe_proofs(dataset: xr.Dataset) -> str:

@@ -3,6 +3,7 @@
 import json
 import math
 from dataclasses import replace
+from pathlib import Path
 from types import SimpleNamespace
 
 import numpy as np
@@ -131,6 +132,16 @@ def test_equal_supports_share_a_row_and_absent_effects_have_none(solved):
     assert drawing_of(soft)["soft"] == [True, False]
     assert drawing_of(soft)["symbols"]["supports"] == ["k₁", "R₂"]
     assert not drawing_of(soft)["housing"]
+    both = soft["a"].assign_coords(k2=100.0, contact_1=1, contact_2=1, mass_ratio=0.5)
+    both = both.assign_coords(housing_friction_1=0.1, housing_friction_2=0.1)
+    rows = {row.symbol: row for row in side_of({"a": both}).rows}
+    assert rows["k₁, k₂"].words == "stiffness of the supports"
+    assert (rows["c₁, c₂"].value, rows["c₁, c₂"].words) == (
+        "no pull",
+        "end of a contact with the supports",
+    )
+    assert rows["d₁, d₂"].words == "housing friction, both ways"
+    assert "c₁ = no pull, c₂ = no pull" in parameters_text(both)
     assert model_line(soft).text.startswith("ẍ + hẋ + x = f sin ντ")
 
 
@@ -209,6 +220,13 @@ def test_methods_and_provenance(data):
     assert lines["Again"].startswith("`vibropipe run small.yaml`; data: 7 files in `results/small`")
     assert lines["Again"].endswith("computed in 1.2 s, compilation included")
     assert data["footer"] == "vibropipe 0.1.0 · study small · 24 November 2026"
+
+
+def test_the_command_has_the_folder_of_results(solved):
+    study, _, datasets = solved
+    elsewhere = report_data(study, datasets, {}, Path("other results"))["methods"][-1]["text"]
+    assert elsewhere.startswith("`vibropipe run small.yaml --results 'other results'`; ")
+    assert "data: 7 files in `other results/small`" in elsewhere
 
 
 def test_datasets_of_different_origin_are_told_apart(solved):

@@ -44,8 +44,13 @@ class Group:
     items: list[dict[str, Any]] = field(default_factory=list)
 
 
-def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[str, Any]:
-    """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss."""
+def report_data(
+    study: Study, datasets: Datasets, sidecars: Sidecars, results: Path = Path("results")
+) -> dict[str, Any]:
+    """Return the data of the template: strings, lists and mappings only, so that JSON holds it without loss.
+
+    results : folder of all results, as the command names it
+    """
     datasets = study.shown(datasets)
     labels, titles = scene_labels(study), scene_labels(study, math.inf)
     parts = {
@@ -100,7 +105,7 @@ def report_data(study: Study, datasets: Datasets, sidecars: Sidecars) -> dict[st
         "fixed": int(unsolved is not None),
         "methods": [
             asdict(line)
-            for line in _methods(study, parts, datasets, sidecars, unsolved_line(titled))
+            for line in _methods(study, parts, datasets, sidecars, unsolved_line(titled), results)
         ],
         "footer": footer(study.name, datasets, sidecars),
     }
@@ -277,6 +282,7 @@ def _methods(
     datasets: Datasets,
     sidecars: Sidecars,
     unsolved: Line,
+    results: Path,
 ) -> list[Line]:
     """Return the lines on methods and provenance, at most MAX_LINES; a description of the study comes first."""
     about = [
@@ -289,7 +295,7 @@ def _methods(
         unsolved,
         solved_line(datasets),
         model_line(datasets),
-        again_line(study.name, source, datasets, sidecars),
+        again_line(study.name, source, datasets, sidecars, results),
     ]
     room = max(MAX_LINES - len(about[:1]) - sum(1 for line in last if line.text), 0)
     return [line for line in (*about, *own[:room], *last) if line.text]

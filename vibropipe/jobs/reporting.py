@@ -42,7 +42,7 @@ def build_report(
     pictures = {name: folder / "figures" / f"{name}.pdf" for name in names}
     for path in pictures.values():
         _check_figure(path)
-    data = report_data(study, datasets, sidecars)
+    data = report_data(study, datasets, sidecars, results)
     data["answers"] = [*map(asdict, failures(failed)), *data["answers"]]
     pdf = typeset(data, pictures)
     with atomic_file(output) as temporary:

@@ -3,8 +3,10 @@
 from __future__ import annotations
 
 import re
+import shlex
 from collections.abc import Mapping
 from datetime import datetime
+from pathlib import Path
 from typing import Any
 
 import numpy as np
@@ -103,7 +105,9 @@ def model_line(datasets: Datasets) -> Line:
     return Line("Model", f"{'; '.join([text, *ends])}; {more}`docs/theory.md`")
 
 
-def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) -> Line:
+def again_line(
+    study: str, source: str, datasets: Datasets, sidecars: Sidecars, results: Path
+) -> Line:
     """Return the line with the command, the files of data, the version and commit of the program, and the run time.
 
     Values in which datasets differ are all named.
@@ -111,7 +115,12 @@ def again_line(study: str, source: str, datasets: Datasets, sidecars: Sidecars) 
     names = list(datasets)
     few = series(f"`{name}.nc`" for name in names)
     files = few if len(names) <= NAMED else count(len(names), "file")
-    texts = [f"`vibropipe run {source or study + '.yaml'}`", f"data: {files} in `results/{study}`"]
+    folder = results.as_posix()
+    chosen = f" --results {shlex.quote(folder)}" * (folder != "results")
+    texts = [
+        f"`vibropipe run {source or study + '.yaml'}{chosen}`",
+        f"data: {files} in `{folder}/{study}`",
+    ]
     versions = []
     for data in datasets.values():
         source, commit = (str(data.attrs.get(name, "")) for name in ("source", "git_commit"))

@@ -71,6 +71,12 @@ UNRESOLVED_TEXT = {
 }
 # Amplitudes of the force, with and without units.
 OF_FORCE = (*FORCES, *map(physical_name, FORCES))
+# Parameters whose values are words, and these.
+WORDED = {
+    each.name: [word.replace("_", " ") for word in each.range.words]
+    for each in PARAMETERS.values()
+    if each.range.words
+}
 # Restitution of each support, and the names of the stiffness without which it is rigid.
 RIGID_RESTITUTION = {f"R{n}": (f"k{n}", physical_name(f"k{n}")) for n in (1, 2)}
 # Text in place of a number of impacts where the mass comes to rest.
@@ -177,7 +183,7 @@ def value_text(array: xr.DataArray, value: float | str | None = None) -> str:
     shown = array.values.item() if value is None else value
     if isinstance(shown, str):
         return f"followed {shown}wards" if array.name == "direction" else shown
-    return f"{symbol_of(array)} = {with_units(array, format_number(float(shown)))}"
+    return f"{symbol_of(array)} = {with_units(array, number_text(array, shown))}"
 
 
 def plain_value(array: xr.DataArray) -> str:
@@ -185,7 +191,13 @@ def plain_value(array: xr.DataArray) -> str:
     value = array.values.item()
     if isinstance(value, str):
         return value_text(array)
-    return f"{plain_symbol_of(array)} = {with_units(array, format_number(float(value)))}"
+    return f"{plain_symbol_of(array)} = {with_units(array, number_text(array, value))}"
+
+
+def number_text(array: xr.DataArray, value: float) -> str:
+    """Write a value of an array, of a parameter whose values are words its word."""
+    words = WORDED.get(str(array.name))
+    return words[int(value)] if words else format_number(float(value))
 
 
 def with_units(array: xr.DataArray, number: str) -> str:

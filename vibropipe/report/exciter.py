@@ -10,8 +10,8 @@ import xarray as xr
 
 from vibropipe.figures.text import (
     CYCLES,
-    format_number,
     is_forced,
+    number_text,
     parameters_text,
     shown_parameters,
     stated,
@@ -30,6 +30,10 @@ WORDS = {"m": "mass", "C": "stiffness"} | {
     name: each.words for each in PARAMETERS for name in (each.name, physical_name(each.name))
 }
 WORDS["M"] = "mass of the housing"
+# Words of two equal parameters that are not those of the first one of both supports.
+OF_PAIRS = {"R1": "restitution"} | dict.fromkeys(
+    ("D1", "housing_friction_1"), "housing friction, both ways"
+)
 OF_FORCE = tuple(name for each in of_effect("forcing") for name in (each, physical_name(each)))
 # Constant forces, friction and a shaker, under both names: datasets without one leave it out.
 FORCES = {
@@ -58,7 +62,7 @@ def side_of(datasets: Datasets) -> Side:
             symbol += CYCLES
         if is_pair:
             symbol += f", {LETTERS.get(twin, twin)}"
-            words = words.partition(" of support")[0] + " of the supports" * (name != "R1")
+            words = OF_PAIRS.get(name, words.replace("support 1", "the supports"))
         rows.append(Row(symbol, text, words))
     return Side(rows)
 
@@ -97,7 +101,7 @@ def values_text(name: str, datasets: Datasets) -> str:
     if not values.size or (values == absent).all():
         return ""
     # values that the rounding of a damping alone tells apart are one
-    parts = [*dict.fromkeys(format_number(float(value)) for value in values)]
+    parts = [*dict.fromkeys(number_text(arrays[0], value) for value in values)]
     text = ", ".join(parts) if len(parts) <= FEW else f"{parts[0]} … {parts[-1]}"
     return with_units(arrays[0], text)
 

@@ -137,13 +137,13 @@ class OfExciter:
     )
     contact_1: float = parameter_record(
         CONTACTS, 0.0, "$c_1$", "c₁", "whether soft support 1 may pull, 0, or lets go before, 1",
-        "no pull of support 1",
+        "end of a contact with support 1",
         "Whether support 1, if soft and damped, pulls at the end of a contact, or lets go where its force is zero",
         effect="no_pull", twin="contact_2",
     )
     contact_2: float = parameter_record(
         CONTACTS, 0.0, "$c_2$", "c₂", "whether soft support 2 may pull, 0, or lets go before, 1",
-        "no pull of support 2",
+        "end of a contact with support 2",
         "Whether support 2, if soft and damped, pulls at the end of a contact, or lets go where its force is zero",
         effect="no_pull", twin="contact_1",
     )

@@ -11,6 +11,7 @@ from vibropipe.figures.claims import (
     at_most,
     between_text,
     even_digits,
+    from_to,
     only_between_text,
     outwards,
     rising_text,
@@ -32,6 +33,11 @@ def test_a_bound_is_never_inside(value: float, digits: int) -> None:
     above, below = number(at_most(value, digits)), number(at_least(value, digits))
     assert value - slack <= above <= value + unit + slack
     assert value - unit - slack <= below <= value + slack
+
+
+def test_ends_of_a_range_are_told_apart() -> None:
+    ends = [from_to(0.6, 1.6), from_to(1.0, 1.00002), from_to(1.0, 1.0)]
+    assert ends == ["0.6 to 1.6", "1 to 1.00002", "1"]
 
 
 @given(NUMBERS, st.floats(1e-6, 1.0))

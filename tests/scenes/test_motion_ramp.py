@@ -232,6 +232,20 @@ def test_title_and_caption_have_the_units_of_the_study(kept: xr.Dataset) -> None
     assert "Held at 160 rad/s after the ramp" in caption
 
 
+def test_ends_of_a_short_ramp_are_told_apart() -> None:
+    ds = solved(study("ramp: {nu: {from: 1, to: 1.00002, within: 200}}"))
+    picture = picture_of("motion", ds, "ramp")
+    caption = picture.describe(ds, None, {})
+    assert "The frequency changes linearly, ν = 1 to 1.00002 within τ = 200" in caption
+    struck = np.interp(ds["impact_tau"], ds["tau"], ds["frequency"])
+    ds = ds.drop_vars("settled_same")  # what the ramp ends in would be the title
+    several, one = (picture.title(part, None, {}) for part in (ds, ds.isel(impact=slice(1))))
+    ends = [float(text) for text in several.partition(" from ν = ")[2].split(" to ")]
+    assert ends == pytest.approx(struck[[0, -1]], abs=5e-6)
+    assert ends[0] < ends[1]
+    assert one.startswith("A support is struck once, at ν = 1")
+
+
 @pytest.mark.parametrize(
     ("keys", "told"),
     [

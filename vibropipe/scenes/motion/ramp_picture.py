@@ -10,6 +10,7 @@ from matplotlib.figure import Figure
 from numpy.lib.stride_tricks import sliding_window_view
 
 from vibropipe.figures.canvas import BODY, axes, new_canvas, panel
+from vibropipe.figures.claims import from_to
 from vibropipe.figures.palette import INK
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
@@ -98,23 +99,29 @@ def ramp_title(dataset: xr.Dataset) -> str:
         return "No support is struck on the ramp"
     time = dataset[clock(dataset)]
     at = dataset["impact_" + clock(dataset)].values[[0, -1]]
-    struck = np.interp(at, time.values, dataset["frequency"].values)
-    first, last = (format_number(float(each), 3) for each in struck)
-    return f"Supports are struck from {with_units(dataset['frequency'], f'{first} to {last}')}"
+    first, last = np.interp(at, time.values, dataset["frequency"].values).tolist()
+    ends = with_units(dataset["frequency"], from_to(first, last, 3))
+    where = f"{frequency_symbol(dataset)} = {ends}"
+    once = dataset.sizes["impact"] == 1
+    return f"A support is struck once, at {where}" if once else f"Supports are struck from {where}"
+
+
+def frequency_symbol(dataset: xr.Dataset) -> str:
+    """Return the symbol of the frequency of the ramp, over 2π if it is in cycles."""
+    symbol = plain_symbol("omega" if clock(dataset) == "time" else "nu")
+    return symbol + plain_symbol_of(dataset["frequency"]).removeprefix(plain_symbol("frequency"))
 
 
 def describe_ramp(dataset: xr.Dataset) -> str:
     """Return the caption of a ramp: its ends and length, impacts, and what it ends in."""
     frequency, time = dataset["frequency"], dataset[clock(dataset)]
-    ends = " to ".join(format_number(float(frequency[n])) for n in (0, -1))
+    ends = from_to(float(frequency[0]), float(frequency[-1]))
     length = with_units(time, format_number(float(time[-1] - time[0])))
     length = length if clock(dataset) == "time" else f"τ = {length}"
-    symbol = plain_symbol("omega" if clock(dataset) == "time" else "nu")
-    symbol += plain_symbol_of(frequency).removeprefix(plain_symbol("frequency"))
     answer = ramp_answer(dataset)
     return sentences(
         "Largest and least displacement in each forcing cycle",
-        f"The frequency changes linearly, {symbol} = {with_units(frequency, ends)} within {length}",
+        f"The frequency changes linearly, {frequency_symbol(dataset)} = {with_units(frequency, ends)} within {length}",
         impacts_text(dataset),
         rest_text(dataset, is_shaded=False),
         "" if answer is None else answer.rest.removesuffix("."),

@@ -527,7 +527,7 @@ def test_titles_say_what_the_start_decides(dataset):
         "housing_velocity_max": np.ones(n),
     }
     creeps = rare.assign({name: ("attractor_id", each) for name, each in speeds.items()})
-    assert title_basins(creeps) == "The start decides which way the housing creeps"
+    assert title_basins(creeps) == "The start decides which way the housing progresses"
 
 
 @pytest.mark.parametrize(("n_x", "n_v"), [(1, 1), (1, 3), (3, 1)])

@@ -1,4 +1,4 @@
-"""What reports say of a housing that slides: how fast it creeps and which way, and scales of one sign."""
+"""What reports say of a housing that slides: how fast it progresses and which way, and scales of one sign."""
 
 from dataclasses import replace
 
@@ -7,14 +7,15 @@ import pytest
 import xarray as xr
 
 import vibropipe as vp
-from vibropipe.figures.text import digits, format_number
+from vibropipe.figures.text import axis_label, digits, format_number
 from vibropipe.jobs.solving import solve_scene
 from vibropipe.report.exciter import bare_symbols, values_text
-from vibropipe.scenes.basins.text import basin_answers, creep_answers, safety_table
+from vibropipe.scenes.basins.text import basin_answers, progression_answers, safety_table
 from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
+from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer
@@ -60,7 +61,7 @@ def test_a_sweep_tells_the_largest_speed_and_its_way(sweep):
     told = format_number(float(speeds[2]), 3)
     assert (
         found.lead
-        == f"In the orbits reached from rest, the fastest creep of the housing is {told}, along x."
+        == f"In the orbits reached from rest, the fastest progression of the housing is {told}, along x."
     )
     assert found.rest == "Its speed still rises at the end of the range of ν."
 
@@ -71,7 +72,7 @@ def test_a_sweep_tells_both_ways(sweep):
     found = progress_answer(turned)
     assert (
         found.lead
-        == "In the orbits reached from rest, the fastest creep of the housing is 0.02, against x."
+        == "In the orbits reached from rest, the fastest progression of the housing is 0.02, against x."
     )
     assert (
         found.rest == "Its speed still rises at the end of the range of ν; along x it reaches 0.01."
@@ -80,12 +81,12 @@ def test_a_sweep_tells_both_ways(sweep):
     found = progress_answer(sweep.assign(housing_velocity_mean=inner))
     assert found.rest == "It reaches 0.01 along x."
     still = sweep.assign(housing_velocity_mean=speeds.copy(data=[1e-17, 0.0, -1e-17]))
-    between = "On the grid, the housing creeps against x only below ν = 1.2"
+    between = "On the grid, the housing progresses against x only below ν = 1.2"
     assert sweep_title(sweep.assign(housing_velocity_mean=inner)) == between
-    assert sweep_title(turned).endswith("creeps against x only below ν = 0.9")
-    assert progress_answer(still).lead == "In no orbit does the housing creep."
+    assert sweep_title(turned).endswith("progresses against x only below ν = 0.9")
+    assert progress_answer(still).lead == "In no orbit does the housing progress."
     (panel,) = (each for each in panels_of(still) if each.series[0].name == "housing_velocity_mean")
-    assert largest_title(still, panel.series[0]) == "In no orbit does the housing creep"
+    assert largest_title(still, panel.series[0]) == "In no orbit does the housing progress"
     held = replace(ROBOT, mass_ratio=0.0, housing_friction_1=0.0, housing_friction_2=0.0)
     assert progress_answer(vp.sweep(held, {"nu": [1.0]})) is None
 
@@ -99,14 +100,16 @@ def test_a_scale_has_a_negative_part_where_values_have_one(sweep):
     assert value_norm(turned, name).vmin == -value_norm(turned, name).vmax
 
 
-def test_basins_tell_how_fast_each_motion_creeps():
+def test_basins_tell_how_fast_each_motion_progresses():
     found = vp.basins(ROBOT, np.linspace(-2.7e-3, 2.7e-3, 5), np.linspace(-4e-3, 4e-3, 5))
     order = np.argsort(-found.basin_share.values)
     speeds = found.housing_velocity_mean.values[order]
     assert speeds.size == 2
     first, second = (digits(float(value)) for value in speeds)
     told = [each.lead for each in basin_answers(found)]
-    assert told[1] == f"The housing creeps at {first} along x on A and at {second} along x on B."
+    assert (
+        told[1] == f"The housing progresses at {first} along x on A and at {second} along x on B."
+    )
     table = safety_table("s", found)
     assert [row[2] for row in table.rows] == [first, second]
 
@@ -117,7 +120,10 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert first.series[0].name == "housing_velocity_mean"
     assert len(others) <= MAX_SIDE
     assert map_series(lines)[0].name == "housing_velocity_mean"
-    assert sweep_title(lines).startswith("On the grid, the housing creeps fastest at ")
+    assert sweep_title(lines).startswith("On the grid, the housing progresses fastest at ")
+    assert "Progression: mean velocity of the housing." in describe_sweep(lines)
+    assert "Progression: mean velocity of the housing." in describe_quantities(lines)
+    assert axis_label(lines["housing_velocity_mean"]).startswith("progression of the housing ")
     assert bare_symbols({"a": lines}) == "fhd"
     assert bare_symbols({"a": sweep}) == "fh"
 
@@ -127,7 +133,9 @@ def test_a_motion_shows_and_tells_how_the_housing_creeps():
     moving, held = (solve_scene(study, name) for name in ("moving", "held"))
     mean = format_number(float(moving.housing_velocity_mean), 3)
     told = {each.lead: each.rest for each in motion_answers({"m": moving})["m"]}
-    assert told["The housing creeps along x."] == f"Its mean velocity is {mean}."
+    assert (
+        told["The housing progresses along x."] == f"Its progression, the mean velocity, is {mean}."
+    )
     assert panel_names(moving)[-1] == "housing_velocity"
     figure = draw_motion(moving)
     (line,) = figure.axes[-2].lines[-1:]
@@ -156,7 +164,7 @@ def test_a_force_that_a_scene_leaves_out_is_zero_there(sweep):
     assert values_text("load", {"a": loaded, "b": sweep}) == "−0.02, 0"
 
 
-def test_a_housing_that_stays_is_not_said_to_creep():
+def test_a_housing_that_stays_is_not_said_to_progress():
     letters = np.arange(2)
     maps = xr.Dataset(
         {
@@ -167,8 +175,10 @@ def test_a_housing_that_stays_is_not_said_to_creep():
         },
         {"attractor_id": letters, "support": [1, 2]},
     )
-    assert [each.lead for each in creep_answers(maps)] == ["On A and B the housing does not creep."]
+    assert [each.lead for each in progression_answers(maps)] == [
+        "On A and B the housing does not progress."
+    ]
     moving = maps.assign(housing_velocity_mean=("attractor_id", [-1e-17, -0.02], {"units": "1"}))
     moving["housing_velocity_max"][1] = 0.4
-    (told,) = creep_answers(moving)
-    assert told.lead == "The housing creeps at 0.0200 against x on B."
+    (told,) = progression_answers(moving)
+    assert told.lead == "The housing progresses at 0.0200 against x on B."

@@ -388,7 +388,7 @@ def test_the_title_of_a_bifurcation_diagram_leaves_out_rows_without_a_result():
     assert bifurcation_title(dataset) == title
 
 
-def test_the_fastest_creep_is_told_with_its_power():
+def test_the_fastest_progression_is_told_with_its_power():
     line = one_line()
     speed = np.array([0.1, -0.3, 0.2, *([0.0] * 13)])
     creeps = describe(
@@ -399,9 +399,9 @@ def test_the_fastest_creep_is_told_with_its_power():
         )
     )
     assert said(creeps)[:2] == [
-        "In the orbits on which the starts settle, the fastest creep of the housing is 0.3, against x. "
+        "In the orbits on which the starts settle, the fastest progression of the housing is 0.3, against x. "
         "It reaches 0.2 along x.",
-        "With the fastest creep of an orbit, the mean power of the force is 1.",
+        "With the fastest progression of an orbit, the mean power of the force is 1.",
     ]
     creeps["regime"][1] = Regime.APERIODIC
     assert said(creeps)[1].endswith(" is 2.")

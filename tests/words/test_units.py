@@ -153,12 +153,14 @@ def test_counts_and_series():
         share(2, 3, "check"),
         share(103, 103, "check"),
         share(0, 1, "check"),
+        share(0, 0, "check"),
     ]
     assert shares == [
         "the only check is",
         "2 of 3 checks are",
         "all 103 checks are",
         "0 of 1 check is",
+        "0 of 0 checks are",
     ]
     assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
 

@@ -17,8 +17,11 @@ from vibropipe.words.wording import count
 NO_PROGRESS = 1e-9
 
 
+PROGRESSION = "Progression: mean velocity of the housing"
+
+
 def way_of(mean: float, largest: float) -> str | None:
-    """Return which way a housing of some mean and largest speed creeps; None if it does not, or that is not known.
+    """Return which way a housing of some mean and largest speed progresses; None if it does not, or that is not known.
 
     >>> way_of(0.1, 0.4), way_of(-0.1, 0.4), way_of(-1e-17, 0.4), way_of(0.0, 0.0)
     ('along x', 'against x', None, None)

@@ -88,11 +88,11 @@ def title_basins(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
 
 
 def decided_text(dataset: xr.Dataset) -> str:
-    """Write in what motions differ most: which way a housing creeps, whether the mass strikes, or repeats itself."""
+    """Write in what motions differ most: the way of a housing, whether the mass strikes, or repeats itself."""
     if "housing_velocity_mean" in dataset:
         speeds = dataset["housing_velocity_mean"].values, dataset["housing_velocity_max"].values
         if {"along x", "against x"} <= {way_of(*each) for each in zip(*speeds, strict=True)}:
-            return "which way the housing creeps"
+            return "which way the housing progresses"
     regime = dataset["regime"].values
     strikes = dataset["impacts_per_orbit"].sum("support").values > 0
     is_quiet = regime == Regime.NO_IMPACT

@@ -9,7 +9,13 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_least, outwards
-from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word, way_of
+from vibropipe.figures.motion_words import (
+    PROGRESSION,
+    amount_text,
+    aperiodic_text,
+    number_word,
+    way_of,
+)
 from vibropipe.figures.text import (
     digits,
     format_number,
@@ -138,7 +144,7 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
         f"{shares[first]} of the starts settle on {named(dataset, first)}, "
         f"{shares[others[0]]} on {named(dataset, others[0])}."
     )
-    answers = [Answer(lead, rest), *creep_answers(dataset), border_answer(dataset)]
+    answers = [Answer(lead, rest), *progression_answers(dataset), border_answer(dataset)]
     return [*answers, *knock_answers(dataset)][:MAX_ANSWERS]
 
 
@@ -148,8 +154,8 @@ def not_found(dataset: xr.Dataset) -> Answer:
     return Answer(f"{NOT_FOUND}.", HELD if bool((friction > 0.0).any()) else "")
 
 
-def creep_answers(dataset: xr.Dataset) -> list[Answer]:
-    """Write how fast each motion lets a housing creep, and which way; nothing where it is fixed."""
+def progression_answers(dataset: xr.Dataset) -> list[Answer]:
+    """Write how fast a housing progresses in each motion, and which way; nothing where it is fixed."""
     if "housing_velocity_mean" not in dataset:
         return []
     motions = dataset.sel(attractor_id=ordered(dataset))
@@ -162,13 +168,13 @@ def creep_answers(dataset: xr.Dataset) -> list[Answer]:
     moving = [n for n in known if ways[n] is not None]
     if not moving:
         on = series([letters[int(speeds["attractor_id"][n])] for n in known])
-        return [Answer(f"On {on} the housing does not creep.")] if known else []
+        return [Answer(f"On {on} the housing does not progress.")] if known else []
     told = [
         f"at {with_units(speeds[n], digits(abs(float(speeds[n]))))} {ways[n]} on "
         f"{letters[int(speeds['attractor_id'][n])]}"
         for n in moving
     ]
-    return [Answer(f"The housing creeps {series(told)}.")]
+    return [Answer(f"The housing progresses {series(told)}.")]
 
 
 def border_answer(dataset: xr.Dataset) -> Answer:
@@ -248,12 +254,16 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
         ends = outwards(low, high, 3)
         largest = float(np.abs(row["floquet_multiplier"].values).max())
-        creep = float(row["housing_velocity_mean"]) if has_housing else math.nan
+        progression = float(row["housing_velocity_mean"]) if has_housing else math.nan
         rows.append(
             [
                 letters_of(dataset)[index],
                 attractor_words(dataset, index),
-                *([digits(creep) if math.isfinite(creep) else DASH] if has_housing else []),
+                *(
+                    [digits(progression) if math.isfinite(progression) else DASH]
+                    if has_housing
+                    else []
+                ),
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
                 DASH if math.isnan(largest) else format_number(largest, 3),
                 largest_text(row, hardest),
@@ -279,6 +289,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
         "in a period of the motion, in the long run. "
     )
+    note = f"{PROGRESSION}. " * has_housing + note
     note = steps_text(dataset) * ("x0" in dataset.dims and len(rows) > 1) + note
     if KNOCK in dataset and has_knocks:
         note += f"Impulse{start_text(dataset)}, of those tried, rounded up."

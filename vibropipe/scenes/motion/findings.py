@@ -69,7 +69,7 @@ def answers(datasets: Datasets) -> Answers:
         ((name, dataset),) = datasets.items()
         found = [
             ramp_answer(dataset) or motion_answer(dataset),
-            creep_answer(dataset),
+            progression_answer(dataset),
             certificate_answer(dataset),
             *exponent_answers(datasets),
             hardest_answer(datasets),
@@ -102,23 +102,24 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
 
 
-def creep_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return how fast the steady state lets a housing creep, and which way; none where it is fixed or not known."""
+def progression_answer(dataset: xr.Dataset) -> Answer | None:
+    """Return how fast a housing progresses in the steady state, and which way; none where it is fixed or not known."""
     if "housing_velocity_mean" not in dataset or dataset["housing_velocity_mean"].ndim:
         return None
     if runs_away(exciter_of(dataset).parameters()):
         return Answer(
             "The housing slides away.",
-            "The constant forces exceed its friction: it becomes ever faster, and has no mean velocity.",
+            "The constant forces exceed its friction: it becomes ever faster, and has no progression.",
         )
     mean, most = (dataset[f"housing_velocity_{name}"] for name in ("mean", "max"))
     if not np.isfinite(float(mean)):
         return None
     way = way_of(float(mean), float(most))
     if way is None:
-        return Answer("The housing does not creep.")
+        return Answer("The housing does not progress.")
     return Answer(
-        f"The housing creeps {way}.", f"Its mean velocity is {value_text(mean, mean, 3)}."
+        f"The housing progresses {way}.",
+        f"Its progression, the mean velocity, is {value_text(mean, mean, 3)}.",
     )
 
 

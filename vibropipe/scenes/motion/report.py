@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.motion_words import stability_text
+from vibropipe.figures.motion_words import PROGRESSION, stability_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -97,8 +97,8 @@ def note_text(shown: Sequence[str] | dict[str, list[str]], common: dict[str, str
     soft = any(name.startswith("force") for name in shown)
     both = "Force and contact" if any(name.startswith("contact") for name in shown) else "Force"
     texts.append(f"{both}: the largest of soft supports." if soft else "")
-    creeps = any(name.startswith("progression") for name in shown)
-    texts.append("Progression: mean velocity of the housing." if creeps else "")
+    progresses = any(name.startswith("progression") for name in shown)
+    texts.append(f"{PROGRESSION}." if progresses else "")
     texts.append("Multiplier: largest modulus." if "multiplier" in shown else "")
     return " ".join(filter(None, texts))
 

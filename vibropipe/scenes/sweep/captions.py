@@ -7,7 +7,7 @@ from collections.abc import Collection, Sequence
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import aperiodic_text
+from vibropipe.figures.motion_words import PROGRESSION, aperiodic_text
 from vibropipe.figures.text import (
     NO_CURVES,
     digits,
@@ -83,6 +83,7 @@ def describe_sweep(
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
         else "",
+        PROGRESSION if "housing_velocity_mean" in quantities else "",
         row_kinds_text(dataset, are_drawn=bool(quantities)),
         aperiodic_text(dataset),
         unresolved_text(dataset),
@@ -229,6 +230,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     return sentences(
         points_text(dataset),
         starts_text(dataset),
+        PROGRESSION if any(each.name == "housing_velocity_mean" for each in found) else "",
         f"Largest{in_size} of each map{among}: {series(largest_values)}" if largest_values else "",
         "Colours end where at most 0.5\u00a0% of the values are larger (triangles)" if is_cut else "",
         f"White is 0, orange positive{sides[0] if has_side else ''}, blue negative"

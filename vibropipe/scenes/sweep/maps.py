@@ -141,7 +141,7 @@ def region_patches(regions: list[Region]) -> list[Patch]:
 def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
     """Return the quantities of the maps; of harmonics the first one.
 
-    Without `show` they are the mean velocity of a housing, the largest velocity of impacts on either support, the
+    Without `show` they are the progression of a housing, the largest velocity of impacts on either support, the
     mean displacement and the first harmonic, DEFAULT_AMOUNT of those that the data have.
     """
     found: list[Series] = []

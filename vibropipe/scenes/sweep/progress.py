@@ -1,4 +1,4 @@
-"""Answers of a sweep whose housing slides: how fast it creeps, which way, and with what power of the force."""
+"""Answers of a sweep whose housing slides: how fast it progresses, which way, and with what power of the force."""
 
 from __future__ import annotations
 
@@ -23,7 +23,7 @@ def fastest(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray | None, xr.
 
 
 def progress_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return how fast orbits let the housing creep, and which way; none where it is fixed."""
+    """Return how fast the housing progresses in orbits, and which way; none where it is fixed."""
     if "housing_velocity_mean" not in dataset:
         return None
     values, top, speed = fastest(dataset)
@@ -31,11 +31,11 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
         return None
     way, dims = way_of(float(top), float(speed)), dataset["regime"].dims
     if way is None:
-        return Answer("In no orbit does the housing creep.")
+        return Answer("In no orbit does the housing progress.")
     orbits = "reached from rest" if is_from_rest(dataset) else "on which the starts settle"
     orbits = "that are followed" if is_followed(dataset) else orbits
     most = value_text(top, abs(top), DIGITS)
-    lead = f"In the orbits {orbits}, the fastest creep of the housing is {most}, {way}."
+    lead = f"In the orbits {orbits}, the fastest progression of the housing is {most}, {way}."
     back = largest(values.where(values * float(top) < 0))
     rises = rising_text(values, top, dims)
     other = None if back is None else way_of(float(back), float(speed))
@@ -47,7 +47,7 @@ def progress_answer(dataset: xr.Dataset) -> Answer | None:
 
 
 def cost_answer(dataset: xr.Dataset) -> Answer | None:
-    """Return the power of the force in the orbit with the fastest creep; none where no housing creeps."""
+    """Return the power of the force in the orbit with the fastest progression; none where no housing progresses."""
     if "power_input" not in dataset or "housing_velocity_mean" not in dataset:
         return None
     _, top, speed = fastest(dataset)
@@ -55,4 +55,6 @@ def cost_answer(dataset: xr.Dataset) -> Answer | None:
         return None
     power = dataset["power_input"].sel({name: top[name] for name in dataset["regime"].dims})
     most = value_text(power, power, DIGITS)
-    return Answer(f"With the fastest creep of an orbit, the mean power of the force is {most}.")
+    return Answer(
+        f"With the fastest progression of an orbit, the mean power of the force is {most}."
+    )

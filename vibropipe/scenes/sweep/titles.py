@@ -41,10 +41,10 @@ MANY = 0.05  # share of the points from which the place of aperiodic motion is t
 def sweep_title(
     dataset: xr.Dataset, show: Collection[str] = (), backbone: xr.Dataset | None = None
 ) -> str:
-    """Return which way a housing creeps, that the direction of following matters, or where a quantity is largest."""
+    """Return the way of a housing, that the direction of following matters, or where a quantity is largest."""
     along, others = axis_and_others(dataset)
     panels = panels_of(with_impacts_per_period(dataset), show, joined=not others)
-    if panels and (way := creep_title(dataset, panels[0].series[0], [along])):
+    if panels and (way := progression_title(dataset, panels[0].series[0], [along])):
         return way
     if differing_rows(dataset, along):
         return f"Which motion settles depends on the direction in which {plain_symbol_of(dataset[along])} changes"
@@ -62,9 +62,9 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if own.name == "lyapunov_exponent":
         exponent = own.of(dataset)
         return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
-    is_creep = own.name == "housing_velocity_mean"
-    if is_creep and way_of(float(top), float(dataset["housing_velocity_max"].max())) is None:
-        return "In no orbit does the housing creep"
+    is_progression = own.name == "housing_velocity_mean"
+    if is_progression and way_of(float(top), float(dataset["housing_velocity_max"].max())) is None:
+        return "In no orbit does the housing progress"
     alike = abs(abs(values) - abs(float(top))) <= SAME_VALUE * abs(float(top))
     places = {*dataset["regime"].dims} - {DIRECTION}
     alike = alike.any(dim=[dim for dim in values.dims if dim not in places])
@@ -82,7 +82,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
         on = "" if own.position is None else f" support {own.position + 1}"
         found = [f"orbits strike{on} hardest"]
     if own.name == "housing_velocity_mean":
-        found = [f"{among}the housing creeps fastest"]
+        found = [f"{among}the housing progresses fastest"]
     # between its points a quantity may be larger
     texts = [
         f"On the grid, {seen.replace('The ', 'the ', 1)} at {where}"
@@ -188,20 +188,20 @@ def tongue_title(dataset: xr.Dataset) -> str:
 
 
 def quantities_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
-    """Return which way a housing creeps, that values beside aperiodic motion are largest, or where the first one is."""
+    """Return the way of a housing, that values beside aperiodic motion are largest, or where the first one is."""
     found, _ = drawn_panels(dataset, show)
     if not found:
         return ""
     axes = [name for name in map_axes(dataset)[:2] if dataset[name].dtype.kind == "f"]
     return (
-        creep_title(dataset, found[0], axes)
+        progression_title(dataset, found[0], axes)
         or beside_title(dataset, found)
         or largest_title(dataset, found[0])
     )
 
 
-def creep_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> str:
-    """Return between which rows alone a housing creeps one way; empty where this is everywhere or not known."""
+def progression_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> str:
+    """Return between which rows alone a housing progresses one way; empty where this is everywhere or not known."""
     if own.name != "housing_velocity_mean":
         return ""
     speed, fastest = dataset[own.name], float(dataset["housing_velocity_max"].max())
@@ -214,7 +214,7 @@ def creep_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> str:
             others = [dim for dim in goes.dims if dim != axis]
             line = goes.any(others).sortby(axis)
             where = only_between_text(line[axis], line.values)
-            title = f"On the grid, the housing creeps {way} {where}"
+            title = f"On the grid, the housing progresses {way} {where}"
             if where and len(title) <= MAX_TITLE:
                 return title
     return ""

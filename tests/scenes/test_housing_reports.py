@@ -15,13 +15,16 @@ from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
+from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
+from vibropipe.scenes.sweep.laws import regions_of, slides_away
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer
 from vibropipe.scenes.sweep.quantities import panels_of
 from vibropipe.scenes.sweep.titles import largest_title, sweep_title
 from vibropipe.study import study_of_text
+from vibropipe.words.regimes import Regime
 
 ROBOT = vp.Exciter.from_physical(
     m="0.2 kg", M="0.5 kg", C="8 N/mm", H="4 N s/m", l="3 mm", F="20 N", omega="60 Hz",
@@ -126,6 +129,32 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert axis_label(lines["housing_velocity_mean"]).startswith("progression of the housing ")
     assert bare_symbols({"a": lines}) == "fhd"
     assert bare_symbols({"a": sweep}) == "fh"
+
+
+def test_of_a_housing_that_slides_away_no_panel_is_empty():
+    away = replace(ROBOT, housing_load=2 * ROBOT.housing_friction_1)
+    lines, held = (
+        vp.sweep(away, {"nu": [0.6, 0.9]}),
+        vp.sweep(away, {"nu": [0.6], "housing_load": [-9, 0]}),
+    )
+    assert (lines.regime == Regime.UNBOUNDED).all()
+    assert not any(panel.series[0].name == "housing_velocity_mean" for panel in panels_of(lines))
+    assert map_series(lines)[0].name == "impact_velocity_max"
+    for caption in (describe_sweep(lines), describe_sweep(lines, ["housing_velocity_mean"])):
+        assert "Not drawn, since no row has a value: progression of the housing." in caption
+        assert "Of 2 rows, all have no periodic orbit" in caption
+        assert "outputs include neither" not in caption
+    assert (
+        sweep_answers(lines)[0].lead == "The mass slides away with its housing in all rows along ν."
+    )
+    assert panels_of(held)[0].series[0].name == "housing_velocity_mean"
+    assert "Not drawn" not in describe_sweep(held)
+    in_si = vp.to_physical(lines, 0.2, 8000.0, units={"force": "kN"})
+    assert slides_away(in_si).all()
+    assert slides_away(held).values.ravel().tolist() == [True, False]
+    # an undamped mass that a force at its frequency drives moves without bound itself
+    driven = vp.sweep(vp.Exciter(l=1e9, nu=1.0, f=1.0), {"nu": [1.0]})
+    assert [region.does for region in regions_of(driven)[1]] == ["moves without bound"]
 
 
 def test_a_motion_shows_and_tells_how_the_housing_creeps():

@@ -62,7 +62,8 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
             continue
         mask = status == code
         if "regime" in dataset and code == Status.MAX_PERIODS:
-            mask &= dataset["regime"] != Regime.APERIODIC  # a motion that is known, in a window
+            # motions that are known, in a window
+            mask &= ~dataset["regime"].isin([Regime.APERIODIC, Regime.UNBOUNDED])
             if not mask.any():
                 continue
         amount = int(mask.sum())

@@ -194,7 +194,7 @@ class OfExciter:
         Physical("D2", "$D_2$", "D₂"), effect="housing", twin="housing_friction_1",
     )
     housing_load: float = parameter_record(
-        FINITE, 0.0, "$q_h$", "q_h", "constant force on the housing", "force on the housing",
+        FINITE, 0.0, "$q_h$", "qₕ", "constant force on the housing", "force on the housing",
         "Constant force on the housing, for mass_ratio > 0", "force",
         Physical("P", "$P$", "P"), effect="housing", sign=-1,
     )

@@ -35,7 +35,9 @@ from vibropipe.scenes.sweep.maps import (
 from vibropipe.scenes.sweep.neighbours import LEFT_EARLY
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
+    DEFAULT_SHOW,
     Panel,
+    Series,
     axis_and_others,
     combinations,
     directions,
@@ -63,6 +65,7 @@ def describe_sweep(
     wanted = panels_of(dataset, show, joined=not others)
     panels = fitting_panels(dataset, others[1:], wanted)
     quantities = {each.name for panel in panels for each in panel.series}
+    left_out = without_value_text(dataset, show, quantities)
     seen = f"Steady states against {plain_symbol_of(dataset[along])}"
     if lines:
         seen += (
@@ -79,7 +82,8 @@ def describe_sweep(
         combinations_text(dataset, others[1:], MAX_MULTIPLES),
         left_out_text(dataset, others[1:], wanted),
         starts_text(dataset, arrows=_has_arrows(dataset, panels, along, others)),
-        "" if quantities else NO_CURVES,
+        left_out,
+        "" if quantities or left_out else NO_CURVES,
         "Energies are per forcing period"
         if any(name.startswith("energy") for name in quantities)
         else "",
@@ -125,6 +129,17 @@ def left_out_text(dataset: xr.Dataset, dims: list[str], panels: Sequence[Panel])
     return f"Not drawn, {reason}: {names}" if left_out else ""
 
 
+def without_value_text(dataset: xr.Dataset, show: Collection[str], drawn: Collection[str]) -> str:
+    """Write which quantities have no value in any row and are left out, as that of a housing that slides away."""
+    left_out = [
+        name
+        for name in show or DEFAULT_SHOW
+        if name in dataset and name not in drawn and not np.isfinite(dataset[name].values).any()
+    ]
+    names = series(series_words(dataset, Series(name)) for name in left_out)
+    return f"Not drawn, since no row has a value: {names}" if names else ""
+
+
 def starts_text(dataset: xr.Dataset, arrows: bool = False) -> str:
     """Write where rows start: from neighbours that were followed, or at rest; empty for other starts.
 
@@ -150,7 +165,8 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     ]
     amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
     texts = [
-        f"{amounts[kind]} {'has' if amounts[kind] == 1 else 'have'} {what}{mark if are_drawn else ''}"
+        f"{'all' if amounts[kind] == dataset['regime'].size > 1 else amounts[kind]} "
+        f"{'has' if amounts[kind] == 1 else 'have'} {what}{mark if are_drawn else ''}"
         for kind, what, mark in descriptions
         if amounts[kind]
     ]
@@ -237,6 +253,7 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
         f"{sides[1] if has_side else ''} (dashed: from {100 * CONTOUR:.0f}\u00a0% of the scale on)"
         if signed
         else "",
+        without_value_text(dataset, show, {each.name for each in found}),
         *without_orbit_texts(dataset, found),
         combinations_text(dataset, further, most),
     )  # fmt: skip

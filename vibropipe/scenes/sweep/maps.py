@@ -37,6 +37,7 @@ from vibropipe.scenes.sweep.quantities import SIGNED as WITH_SIGN
 from vibropipe.scenes.sweep.quantities import (
     Series,
     fitted_title,
+    is_shown,
     series_of,
     with_impacts_per_period,
     wrapped,
@@ -145,9 +146,8 @@ def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
     mean displacement and the first harmonic, DEFAULT_AMOUNT of those that the data have.
     """
     found: list[Series] = []
-    for name in show or DEFAULT_SHOW:
-        if name not in dataset:
-            continue
+    held = [name for name in show or DEFAULT_SHOW if name in dataset]
+    for name in [name for name in held if is_shown(dataset, name)] or held:
         series = series_of(dataset, name)
         if not show and series[0].dim == "support":
             series = [Series(name, "support", None)]

@@ -202,9 +202,11 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
 
 
 def is_shown(dataset: xr.Dataset, name: str) -> bool:
-    """Return whether a dataset has a quantity; a loss by friction of 0 in all rows is none, as with soft supports."""
+    """Return whether a row has a value of a quantity; losses by friction that are all 0 are none (soft supports)."""
+    if name not in dataset or not np.isfinite(dataset[name].values).any():
+        return False
     needs_effect = name in STEADY and STEADY[name].is_loss and STEADY[name].effect
-    return name in dataset and not (needs_effect and not np.nan_to_num(dataset[name].values).any())
+    return not (needs_effect and not np.nan_to_num(dataset[name].values).any())
 
 
 def series_words(dataset: xr.Dataset, series: Series) -> str:

@@ -5,8 +5,10 @@ from dataclasses import replace
 import numpy as np
 import pytest
 import xarray as xr
+from figures.figure_text import texts
 
 import vibropipe as vp
+from vibropipe.figures.style import house_style
 from vibropipe.figures.text import axis_label, digits, format_number
 from vibropipe.jobs.solving import solve_scene
 from vibropipe.report.exciter import bare_symbols, values_text
@@ -129,6 +131,21 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert axis_label(lines["housing_velocity_mean"]).startswith("progression of the housing ")
     assert bare_symbols({"a": lines}) == "fhd"
     assert bare_symbols({"a": sweep}) == "fh"
+
+
+def test_the_label_of_the_velocity_of_a_housing_stays_on_the_page():
+    record = solve_scene(study_of_text(TWO_MOTIONS, "two"), "moving")
+    for factor in (0.02, 200.0):
+        scaled = record.assign(housing_velocity=factor * record.housing_velocity)
+        scaled["housing_velocity"].attrs = {**record.housing_velocity.attrs, "units": "mm/s"}
+        with house_style():
+            figure = draw_motion(scaled)
+        labels = [text for text in texts(figure) if "housing" in text.get_text()]
+        assert [text.get_text().count("\n") for text in labels] == [1]
+        edges = labels[0].get_window_extent()
+        assert edges.x0 >= 0.0
+        panel = max(figure.axes[:-1], key=lambda ax: ax.get_ylabel().count("housing"))
+        assert edges.height <= panel.get_window_extent().height + 1.0
 
 
 def test_of_a_housing_that_slides_away_no_panel_is_empty():

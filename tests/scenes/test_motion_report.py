@@ -35,7 +35,7 @@ def test_steady_states_stand_below_each_other(datasets):
     (table,) = (part.as_data() for part in steady_tables(datasets))
     assert table["title"] == "Steady states of the motions"
     assert table["note"].startswith(
-        "All motions are two-sided, of period multiple m = 1 and stable."
+        "All motions are two-sided, repeat after 1 forcing period and are stable."
     )
     rows = {row[0]: dict(zip(table["head"][1:], row[1:], strict=True)) for row in table["rows"]}
     assert list(rows) == ["symmetric", "offset", "very_unequal_scene"]
@@ -141,8 +141,12 @@ def test_a_motion_without_a_force_has_no_forcing_period():
     }
     still = describe(xr.Dataset(values, {"nu": 1.0, "f": 0.0, "h": 0.1, "l": 0.5}))
     forced = describe(xr.Dataset(values, {"nu": 1.0, "f": 0.1, "h": 0.1, "l": 0.5}))
-    assert orbit_text(still) == orbit_text(forced) == "The steady state is no impact"
-    assert steady_text(still) == "The steady state is no impact"
+    assert orbit_text(still) == orbit_text(forced) == "The steady state has no impact"
+    assert steady_text(still) == "The steady state has no impact"
+    resting = forced.assign(regime=4, period_multiple=2, stable=1)
+    assert steady_text(resting).startswith(
+        "The steady state comes to rest on a support, repeats after 2 forcing periods and is "
+    )
     assert [row.symbol for row in side_of({"still": still}).rows] == ["h", "l"]
     (exponent,) = exponent_answers({"s": still})
     assert exponent.lead == "The Lyapunov exponent is −0.05."

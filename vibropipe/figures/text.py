@@ -91,6 +91,19 @@ CYCLES = "/2π"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
 
 
+def regime_clause(text: str, plural: bool = False) -> str:
+    """Write a regime, given as in REGIME_TEXT, as what motions do: `is two-sided`, `has no impact`.
+
+    >>> regime_clause("two-sided"), regime_clause("no impact"), regime_clause("with rest", plural=True)
+    ('is two-sided', 'has no impact', 'come to rest on a support')
+    """
+    if text == REGIME_TEXT["no_impact"]:
+        return f"{'have' if plural else 'has'} {text}"
+    if text == REGIME_TEXT["with_rest"]:
+        return f"{'come' if plural else 'comes'} to rest on a support"
+    return f"{'are' if plural else 'is'} {text}"
+
+
 def regime_name(code: int) -> str:
     """Return the name of a regime's integer value; raises KeyError for an unknown value."""
     for name, value in REGIMES.items():

@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     is_forced,
     parameters_text,
     plain_symbol,
+    regime_clause,
     regime_name,
     scalar_parameters,
     sentences,
@@ -200,11 +201,12 @@ def steady_text(dataset: xr.Dataset) -> str:
     if multiple == 0:
         window = window_text(dataset)
         return f"No periodic steady state was found: the motion is {regime} {window}".rstrip()
-    stability = ""
+    parts = [regime_clause(regime)]
+    if is_forced(dataset):
+        parts.append(f"repeats after {count(multiple, 'forcing period')}")
     if "stable" in dataset:
-        stability = f", and {stability_text(dataset)}"
-    period = f", of period multiple {multiple}" if is_forced(dataset) else ""
-    return f"The steady state is {regime}{period}{stability}"
+        parts.append(f"is {stability_text(dataset)}")
+    return f"The steady state {series(parts)}"
 
 
 def exact_text(dataset: xr.Dataset) -> str:

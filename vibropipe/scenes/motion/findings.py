@@ -10,7 +10,15 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import stability_text, way_of
 from vibropipe.figures.style import ROUNDING
-from vibropipe.figures.text import REGIME_TEXT, REST, format_number, is_forced, regime_name, times
+from vibropipe.figures.text import (
+    REGIME_TEXT,
+    REST,
+    format_number,
+    is_forced,
+    regime_clause,
+    regime_name,
+    times,
+)
 from vibropipe.physics.housing import runs_away
 from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
@@ -184,7 +192,7 @@ def orbit_text(dataset: xr.Dataset) -> str:
         where = "both supports" if len(rests) == 2 else f"support {rests[0]}"
         return f"In the steady state the mass comes to rest on {where}"
     if "impacts_per_orbit" not in dataset:
-        return f"The steady state is {REGIME_TEXT[regime_name(code)]}"
+        return f"The steady state {regime_clause(REGIME_TEXT[regime_name(code)])}"
     struck = {s: round(float(dataset["impacts_per_orbit"].sel(support=s))) for s in (1, 2)}
     numbers = [n for n in struck.values() if n]
     if not numbers:

@@ -39,10 +39,10 @@ from vibropipe.figures.style import EXACT_COLOUR, rasterise_many
 from vibropipe.figures.text import axis_label, clock, is_forced, times_of
 from vibropipe.scenes.motion.curves import curve, forcing_period, jumps, velocities_at_impacts
 
-HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8, "housing_velocity": 1.8}  # cm
-LABEL_LETTERS = 14  # of a line of the label of an axis
-LEFT, BOTTOM, TOP, GAP = 1.6, 1.1, 0.55, 0.45  # cm
-TIME_CM, PLANE_LEFT, PLANE_CM = 8.3, 11.75, 4.05
+HEIGHTS = {"force": 1.6, "displacement": 2.8, "velocity": 2.8, "housing_velocity": 2.4}  # cm
+LABEL_LETTERS = 18  # of a line of the label of an axis
+LEFT, BOTTOM, TOP, GAP = 1.8, 1.1, 0.55, 0.45  # cm
+TIME_CM, PLANE_LEFT, PLANE_CM = 8.1, 11.75, 4.05
 WALL_SHARE = 0.16  # of the range of displacements, on each side
 REST = REGIME_STYLES["with_rest"]
 GRAZING_STYLE: dict[str, Any] = {

@@ -18,6 +18,7 @@ from vibropipe.figures.text import (
     in_brackets,
     is_soft_without_restitution,
     plain_symbol_of,
+    regime_clause,
     regime_name,
     scalar_parameters,
     with_units,
@@ -34,7 +35,7 @@ from vibropipe.scenes.motion.findings import (
 )
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import or_default
-from vibropipe.words.wording import series
+from vibropipe.words.wording import count, series
 
 # Columns that are left out and said below the table if all rows are the same.
 COMMON = ("regime", "multiple", "stability", "rests")
@@ -85,13 +86,13 @@ def fitting(columns: dict[str, list[str]], n_parameters: int) -> dict[str, list[
 def note_text(shown: Sequence[str] | dict[str, list[str]], common: dict[str, str]) -> str:
     """Write what all motions share, and what the columns are."""
     told = {
-        "regime": "{}",
-        "multiple": "of period multiple m = {}",
-        "stability": "{}",
-        "rests": "with {} rests per orbit",
+        "regime": lambda text: regime_clause(text, plural=True),
+        "multiple": lambda m: f"repeat after {count(int(m), 'forcing period')}",
+        "stability": "are {}".format,
+        "rests": lambda n: f"have {n} rest{'s' * (n != '1')} per orbit",
     }
-    same = [told[name].format(value) for name, value in common.items() if value not in (DASH, "0")]
-    texts = [f"All motions are {series(same)}." if same else ""]
+    same = [told[name](value) for name, value in common.items() if value not in (DASH, "0")]
+    texts = [f"All motions {series(same)}." if same else ""]
     struck = any(name.startswith("impacts_") for name in shown)
     texts.append("Struck: velocities before the impacts of the orbit." if struck else "")
     soft = any(name.startswith("force") for name in shown)

@@ -375,7 +375,7 @@ def test_columns_that_all_lines_share_stand_in_the_note():
     )
     told = told_once(table, "all lines")
     assert told.head == ["line", "hardest"]
-    assert told.note == "Of all lines: rows 100 %. Note."
+    assert told.note == "Of all lines, rows: 100 %. Note."
     same = replace(table, rows=[["a", "100 %", "1.2"], ["b", "100 %", "1.2"]])
     assert told_once(same, "all lines") is same  # its lines would have no cells
 

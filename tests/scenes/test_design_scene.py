@@ -365,8 +365,8 @@ def test_what_is_reached_from_rest_is_said(dataset):
     # Both settle, so the note of the table says it, not a column.
     designs = tables({"shifted": dataset})[0]
     assert "from rest" not in designs.head
-    assert designs.note.startswith("Of all designs: mean displacement −0.100,")
-    assert ", from rest yes. " in designs.note
+    assert designs.note.startswith("Of all designs, mean displacement: −0.100; ")
+    assert "; from rest: yes. " in designs.note
     first = answers({"shifted": dataset})["shifted"][0]
     assert first.rest.endswith(" The mass settles on this motion from rest.")
     scene = study_of_text(TWO_MOTIONS, "wanted").scenes["struck"]
@@ -396,7 +396,7 @@ def test_what_is_reached_from_rest_is_said(dataset):
     for each in (older, unknown):
         told = answers({"struck": each})["struck"]
         assert not any("From rest" in f"{answer.lead}{answer.rest}" for answer in told)
-    assert "from rest unknown" in tables({"struck": unknown})[0].note
+    assert "from rest: unknown" in tables({"struck": unknown})[0].note
 
 
 @pytest.mark.parametrize(
@@ -484,6 +484,29 @@ def test_a_parameter_has_as_many_digits_wherever_it_is_told():
     designs = xr.Dataset(values, {"R1": ("design", [0.676054, 0.587321])})
     assert nominal_numbers(designs, "R1") == ["0.67605", "0.58732"]
     assert [nominal_text(designs, "R1", row) for row in (0, 1)] == nominal_numbers(designs, "R1")
+
+
+def test_a_value_near_zero_has_no_more_decimals_than_the_others_need(dataset):
+    near = dataset.copy(deep=True)
+    for name, values in (("delta", [0.20412, -0.0024078]), ("delta_tolerance", [0.0094, 0.0094])):
+        near[name].values[:] = values
+    assert nominal_numbers(near, "delta") == ["0.20412", "−0.00241"]
+    near["delta_tolerance"].values[:] = np.nan
+    assert nominal_numbers(near, "delta") == ["0.2041", "−0.002408"]
+
+
+def test_yields_alone_are_no_table_beside_the_picture_that_has_them(dataset):
+    some = dataset.assign(**{"yield": dataset["yield"] * [0.999, 0.998]})
+    table = next(t for t in tables({"s": some}) if t.title.startswith("How many sampled"))
+    assert table.head == ["design", "yield"]
+    assert beside_pictures(table, ("sketch",)) is table
+    assert beside_pictures(table, ("designs",)) is None
+
+
+def test_margins_are_told_as_in_captions(dataset):
+    close = dataset.assign(law_margin=("design", [0.0257, 3.9e-7]))
+    table = next(t for t in tables({"s": close}) if "margin (%)" in t.head)
+    assert [row[table.head.index("margin (%)")] for row in table.rows] == ["2.5", "< 0.01"]
 
 
 def test_design_1_is_shown_in_units(dataset):

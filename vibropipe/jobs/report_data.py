@@ -207,9 +207,10 @@ def _groups(
         own_figures = _by_heading([e for e in figures if e["scene"] == scene], hero, told)
         pictures = {entry["picture"] for entry in own_figures}
         own_tables = [
-            beside_pictures(table, pictures)
+            kept
             for heading, table in placed
             if table.scene == label and not heading
+            if (kept := beside_pictures(table, pictures)) is not None
         ]
         for figure in own_figures:
             if figure is not hero:

@@ -95,16 +95,17 @@ def told_once(table: Table, whose: str) -> Table:
     ]
     if len(equal) in (0, len(table.head) - 1):
         return table
-    told = ", ".join(f"{symbol(table.head[n])} {table.rows[0][n]}" for n in equal)
-    return replace(without_columns(table, equal), note=f"Of {whose}: {told}. {table.note}".strip())
+    told = "; ".join(f"{symbol(table.head[n])}: {table.rows[0][n]}" for n in equal)
+    return replace(without_columns(table, equal), note=f"Of {whose}, {told}. {table.note}".strip())
 
 
-def beside_pictures(table: Table, drawn: Collection[str]) -> Table:
-    """Return a table without the columns that one of the pictures that are drawn has as well."""
+def beside_pictures(table: Table, drawn: Collection[str]) -> Table | None:
+    """Return a table without the columns that one of the pictures that are drawn has as well; None without another."""
     heads, picture = table.repeated
     if picture not in drawn:
         return table
-    return without_columns(table, [n for n, head in enumerate(table.head) if head in heads])
+    kept = without_columns(table, [n for n, head in enumerate(table.head) if head in heads])
+    return kept if len(kept.head) > 1 else None
 
 
 def without_columns(table: Table, left_out: Collection[int]) -> Table:

@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+import math
+
 import numpy as np
 import xarray as xr
 
@@ -17,19 +19,32 @@ MOST_DIGITS, USUAL_DIGITS, DIGITS, UNSEEN = 5, 4, 2, 1e-3
 def nominal_text(dataset: xr.Dataset, name: str, row: int = 0) -> str:
     """Write the nominal value of a design with its unit."""
     write = measured if dataset[name].ndim else format_number
-    number = write(nominal(dataset, name, row), nominal_digits(dataset, name))
+    number = write(nominal(dataset, name, row), nominal_digits(dataset, name, row))
     return with_units(dataset[name], number)
 
 
 def nominal_numbers(dataset: xr.Dataset, name: str) -> list[str]:
     """Write the values of a parameter of all designs."""
-    digits = nominal_digits(dataset, name)
-    return [measured(nominal(dataset, name, row), digits) for row in range(dataset.sizes["design"])]
+    return [
+        measured(nominal(dataset, name, row), nominal_digits(dataset, name, row))
+        for row in range(dataset.sizes["design"])
+    ]
 
 
-def nominal_digits(dataset: xr.Dataset, name: str) -> int:
-    """Return the significant digits of a parameter wherever it is told: as many as one of the designs needs."""
-    return max(digits_needed(dataset, name, row) for row in range(dataset.sizes["design"]))
+def nominal_digits(dataset: xr.Dataset, name: str, row: int) -> int:
+    """Return the significant digits of a parameter wherever it is told: as many as one of the designs needs.
+
+    A value near 0 has no more decimals than any other one needs.
+    """
+    needed = [digits_needed(dataset, name, n) for n in range(dataset.sizes["design"])]
+    value = nominal(dataset, name, row)
+    if not (dataset[name].ndim and value and tolerance_of(dataset, name, row) > 0.0):
+        return max(needed)
+    whole = [
+        math.floor(math.log10(abs(nominal(dataset, name, n) or 1.0))) for n in range(len(needed))
+    ]
+    decimals = max(digits - 1 - places for digits, places in zip(needed, whole, strict=True))
+    return max(DIGITS, min(max(needed), decimals + 1 + whole[row]))
 
 
 def digits_needed(dataset: xr.Dataset, name: str, row: int) -> int:
@@ -56,7 +71,7 @@ def tolerance_of(dataset: xr.Dataset, name: str, row: int) -> float:
 def kept_tolerance(dataset: xr.Dataset, name: str, row: int) -> float:
     """Return a tolerance, less what the nominal value is rounded by where it is shown."""
     value, tolerance = nominal(dataset, name, row), tolerance_of(dataset, name, row)
-    rounding = abs(value - float(f"{value:.{nominal_digits(dataset, name)}g}"))
+    rounding = abs(value - float(f"{value:.{nominal_digits(dataset, name, row)}g}"))
     # Else a tolerance of 0.01 is 0.0099 beside a deviation of 0.01.
     return tolerance if rounding < UNSEEN * tolerance else max(tolerance - rounding, 0.0)
 

@@ -50,7 +50,7 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
-from vibropipe.scenes.design.ranking import MOST_PARAMETERS, least_miss, shown_parts
+from vibropipe.scenes.design.ranking import MOST_PARAMETERS, NEAREST, least_miss, shown_parts
 from vibropipe.scenes.design.workshop import (
     limit_cells,
     lost_answer,
@@ -141,7 +141,9 @@ def units_table(scene: str, dataset: xr.Dataset) -> Table | None:
 def margin_text(dataset: xr.Dataset, row: int) -> str:
     """Write the margin of a design in per cent."""
     margin = float(dataset["law_margin"].values[row])
-    return at_least(100 * margin, 2) if np.isfinite(margin) else DASH
+    if not np.isfinite(margin):
+        return DASH
+    return at_least(100 * margin, 2) if margin >= NEAREST else f"< {100 * NEAREST:g}"
 
 
 def answers_of_scene(dataset: xr.Dataset) -> list[Answer]:

@@ -215,6 +215,7 @@ def sorting_table(scene: str, dataset: xr.Dataset) -> Table | None:
         ("auto", "auto", *("1fr", "auto", "auto")[: len(sorting)]),
         title=title,
         scene=scene,
+        repeated=(["yield"] * (not has_rule and yields_differ(dataset)), "designs"),
     )
     return told_once(table, "all designs")
 

@@ -225,7 +225,7 @@ def test_the_table_has_the_rule_and_the_nearest_limit_of_each_design():
         if "nearest limit" in own:
             assert own["nearest limit"] == nearest
         else:
-            assert f"nearest limit {nearest}" in designs.note
+            assert f"nearest limit: {nearest}" in designs.note
         assert float(own["away"]) == pytest.approx(float(away[nearest]), rel=0.1)
 
 

@@ -17,7 +17,13 @@ from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
-from vibropipe.scenes.sweep.report import answers, tables
+from vibropipe.scenes.sweep.report import (
+    answers,
+    motions_table,
+    tables,
+    together_table,
+    together_text,
+)
 from vibropipe.scenes.sweep.titles import energy_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
@@ -234,6 +240,24 @@ def test_rows_on_two_motions_are_told_of_a_sweep_followed_both_ways():
     assert "at least two" not in " ".join(said(unstable))
 
 
+def test_ranges_of_two_motions_stand_below_the_table_of_both_directions():
+    both = followed_both_ways()
+    assert together_text(both) == ""  # one range, which the answer tells
+    for name in ("regime", "displacement_amplitude", "displacement_mean", "impact_velocity_max"):
+        both[name][1, 9] = both[name][0, 9]  # of nu = 1.4
+    both["nu"].attrs["units"] = "rad/s"
+    told = (
+        "In two ranges of ν the two directions are on different stable motions, the widest first: "
+        "1.5 … 1.6 and 1.3 rad/s."
+    )
+    assert together_text(both) == told
+    assert motions_table("s", both).note.endswith(told)
+    assert together_table("s", both) is None
+    lines = both.expand_dims(f=[0.1, 0.2])
+    assert together_text(lines) == ""
+    assert together_table("s", lines).head[0] == "line"
+
+
 def test_a_step_without_steps_on_both_sides_is_no_jump():
     line = one_line()
     assert len(jumps_of(line, "nu")) == 1
@@ -343,8 +367,8 @@ def test_lines_and_coexisting_motions_are_tables():
     assert lines.rows[1][:2] == ["downwards", "0.9 … 1.2"]
     twice = both.copy(deep=True)
     twice["displacement_amplitude"][1, 4] = 0.3
-    together = tables({"response": twice})[1]
-    assert together.rows == [["1.3", "1.6"], ["0.9", "0.9"]]  # of one line, which has no name
+    (lines,) = tables({"response": twice})
+    assert lines.note.endswith(", the widest first: 1.3 … 1.6 and 0.9.")
 
 
 def test_a_row_without_a_result_is_not_counted_as_one_without_impacts():

@@ -5,13 +5,15 @@ from __future__ import annotations
 import math
 from collections import Counter
 from collections.abc import Iterable
+from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import RANGE, even_digits
-from vibropipe.figures.text import format_number, in_brackets, is_forced
+from vibropipe.figures.motion_words import number_word
+from vibropipe.figures.text import format_number, in_brackets, is_forced, with_units
 from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each, told_once
@@ -31,7 +33,11 @@ from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series
 
-MAX_ROWS, MAX_ORBITS = 8, 5  # rows of a table, of that of the orbits of a map
+MAX_ROWS, MAX_ORBITS, MAX_TOLD = (
+    8,
+    5,
+    4,
+)  # rows of a table, of that of the orbits of a map; ranges in a note
 DIGITS, GRID_DIGITS = 3, 5
 MAX_QUESTION = 110  # letters, a line of the report
 OF_OWN = {"its phase": "phase of the second harmonic"}  # words of a parameter by itself
@@ -45,7 +51,10 @@ def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
         return orbits_table(label, dataset)
     if doubles := doublings_of(dataset, axis_of(dataset)):
         return doublings_table(label, dataset, doubles)
-    return (ranges_table if n_lines(dataset) == 1 else lines_table)(label, dataset)
+    if n_lines(dataset) == 1:
+        return ranges_table(label, dataset)
+    table = lines_table(label, dataset)
+    return replace(table, note=f"{table.note} {together_text(dataset)}".strip())
 
 
 def orbits_table(label: str, dataset: xr.Dataset) -> Table | None:
@@ -184,24 +193,34 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     return told_once(Table(head, rows, title=title, scene=label), "all lines")
 
 
-def together_table(label: str, dataset: xr.Dataset) -> Table | None:
-    """Return the ranges of rows in which both directions are on different stable orbits, if there are several."""
+def together_text(dataset: xr.Dataset) -> str:
+    """Write the ranges in which both directions of one line are on different stable orbits, if there are several."""
     axis = axis_of(dataset)
     found = differing_rows(dataset, axis)
-    if len(found) < 2:
+    if len(found) < 2 or any(each.point for each in found):
+        return ""
+    ends = [np.array([each.low, each.high]) for each in found]
+    spans = even_digits([ends_text(each) for each in ends], are_round(np.concatenate(ends)))
+    which = "the widest first" if len(found) <= MAX_TOLD else f"the {number_word(MAX_TOLD)} widest"
+    shown = with_units(dataset[axis], series(spans[:MAX_TOLD]))
+    where = f"In {number_word(len(found))} ranges of {symbol_text(dataset[axis])}"
+    return f"{where} the two directions are on different stable motions, {which}: {shown}."
+
+
+def together_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the ranges of `together_text` of several lines, each with its line."""
+    axis = axis_of(dataset)
+    found = differing_rows(dataset, axis)
+    if len(found) < 2 or not any(each.point for each in found):
         return None
-    has_lines = any(each.point for each in found)
     rows = [
-        [each.point] * has_lines + [format_number(each.low, 5), format_number(each.high, 5)]
-        for each in found
+        [each.point, *(format_number(end, 5) for end in (each.low, each.high))] for each in found
     ]
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
     note = "The widest ranges first. A followed motion may be left before it ends."
     title = "Rows in which the two directions are on different stable motions"
-    return Table(
-        ["line"] * has_lines + [f"from {symbol}", f"to {symbol}"], rows[:MAX_ROWS], note, title=title, scene=label,
-        left=int(has_lines),
-    )  # fmt: skip
+    head = ["line", f"from {symbol}", f"to {symbol}"]
+    return Table(head, rows[:MAX_ROWS], note, title=title, scene=label)
 
 
 def energy_table(label: str, dataset: xr.Dataset) -> Table | None:

@@ -14,6 +14,7 @@ from figures.figure_text import words
 import vibropipe as vp
 from vibropipe.jobs.solving import solve_to_file
 from vibropipe.scenes.motion.findings import answers
+from vibropipe.scenes.motion.ramp_picture import NAME_SHARE, widest
 from vibropipe.scenes.registry import kinds
 from vibropipe.study import Study, StudyError, study_of_text
 from vibropipe.words.regimes import Regime
@@ -230,6 +231,19 @@ def test_title_and_caption_have_the_units_of_the_study(kept: xr.Dataset) -> None
     caption = picture.describe(ds, None, {})
     assert "The frequency changes linearly, ω = 60 to 160 rad/s within 6 s" in caption
     assert "Held at 160 rad/s after the ramp" in caption
+
+
+@pytest.mark.parametrize("falls", [False, True])
+def test_names_of_lines_stay_within_the_frame(falls: bool) -> None:
+    nu = np.sqrt(np.linspace(0.01, 4.0, 101))  # cycles of a linear ramp: most lie at its fast end
+    largest = 1.0 + nu  # where there is most room
+    if falls:
+        nu, largest = nu[::-1], largest[::-1]
+    x, top, bottom = widest(nu, -np.ones(101), largest)
+    half = 0.5 * NAME_SHARE * 1.9  # of the range of frequencies
+    assert 2.0 - 2.0 * half < x < 2.0 - 0.97 * half
+    assert top == pytest.approx(1.0 + x - half, abs=0.02)
+    assert bottom == -1.0
 
 
 def test_ends_of_a_short_ramp_are_told_apart() -> None:

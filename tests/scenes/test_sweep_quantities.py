@@ -5,7 +5,7 @@ from itertools import combinations
 import numpy as np
 import pytest
 import xarray as xr
-from drawing import draw
+from drawing import draw, picture_of
 from figures.figure_text import texts, words
 from figures.sample_datasets import sweep
 from matplotlib.collections import QuadMesh
@@ -15,6 +15,7 @@ from sampling import sampled
 from vibropipe.figures.canvas import CM_PER_INCH, SMALL, WIDE
 from vibropipe.figures.map_shapes import borders
 from vibropipe.figures.palette import lightness
+from vibropipe.figures.style import house_style
 from vibropipe.report.findings import place_texts
 from vibropipe.scenes.sweep.captions import describe_map, describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
@@ -384,3 +385,20 @@ def test_one_row_of_each_law_is_chosen():
 def test_numbers_of_impacts_in_words_do_not_run_into_the_number_of_a_support() -> None:
     assert Law(Regime.TWO_SIDED, 1, 2, 3).words == "support 1 twice, support 2 three times a period"
     assert Law(Regime.ONE_SIDED_2, 3, 0, 4).words == "support 2 four times in three periods"
+
+
+def test_energies_of_a_map_are_maps():
+    grid = sweep(9, f=np.linspace(0.1, 0.9, 8))
+    for name in ("energy_input", "energy_damping"):
+        grid[name] = (grid["displacement_mean"].dims, np.ones(grid["displacement_mean"].shape))
+    few = grid.isel(f=slice(3))
+    for dataset, amount in ((grid, 2), (few, 0)):
+        picture = picture_of("sweep", describe(dataset), "energy")
+        with house_style():
+            figure = picture.draw(describe(dataset), None, {})
+        meshes = [m for ax in figure.axes for m in ax.collections if isinstance(m, QuadMesh)]
+        assert len([mesh for mesh in meshes if mesh.axes.get_xlabel().startswith("freq")]) == amount
+        caption = picture.describe(describe(dataset), None, {})
+        assert caption.startswith(
+            "Steady state at 9 × 8 points" if amount else "Steady states against"
+        )

@@ -32,7 +32,7 @@ from vibropipe.scenes.motion.panels import draw_supports, limits_of
 from vibropipe.solve.shown_units import in_si
 
 LEFT, BOTTOM, HIGH = 1.7, 1.1, 6.0  # cm
-NAME_SHARE = 0.3  # of the width, for the name of a line
+NAME_SHARE, PLACES = 0.3, 200  # of the width, for the name of a line; places along it
 MOTION = "#dce6f2"  # between the lines; darker than it is what lies beyond the supports
 
 
@@ -82,11 +82,14 @@ def draw_ramp(dataset: xr.Dataset) -> Figure:
 
 def widest(nu: Floats, least: Floats, largest: Floats) -> tuple[float, float, float]:
     """Return where names fit best between two lines: the frequency, and how far up and down there is room."""
-    room = max(1, int(NAME_SHARE * nu.size))
+    # evenly over the axis: more cycles lie at a high frequency
+    even = np.linspace(float(nu.min()), float(nu.max()), PLACES)
+    order, room = np.argsort(nu), int(NAME_SHARE * PLACES)
+    largest, least = (np.interp(even, nu[order], line[order]) for line in (largest, least))
     tops = sliding_window_view(largest, room).min(axis=1)
     bottoms = sliding_window_view(least, room).max(axis=1)
     at = int(np.argmax(tops - bottoms))
-    return float(nu[at : at + room].mean()), float(tops[at]), float(bottoms[at])
+    return float(even[at : at + room].mean()), float(tops[at]), float(bottoms[at])
 
 
 def ramp_title(dataset: xr.Dataset) -> str:

@@ -217,6 +217,16 @@ def curve_options(options: SweepFigure | None, others: Mapping[str, xr.Dataset])
     return {**showing_rows(options, others), "backbone": backbone}
 
 
+def draw_energies(dataset: xr.Dataset, show: Collection[str]) -> Figure:
+    """Draw the energies of a sweep: curves or, of more lines than can be told apart, maps."""
+    return (draw_quantity_maps if is_map(dataset) else draw_sweep)(dataset, show)
+
+
+def describe_energies(dataset: xr.Dataset, show: Collection[str]) -> str:
+    """Return the caption of the energies."""
+    return (describe_quantities if is_map(dataset) else describe_sweep)(dataset, show)
+
+
 PICTURES = (
     Picture("map", draw_regime_map, describe_map, is_map, titled=map_title),
     Picture("curves", draw_sweep, describe_sweep, keywords=curve_options, titled=sweep_title),
@@ -254,8 +264,8 @@ PICTURES = (
     ),
     Picture(
         "energy",
-        draw_sweep,
-        describe_sweep,
+        draw_energies,
+        describe_energies,
         lambda dataset: "energy_input" in dataset,
         lambda options, others: {"show": ENERGY_SHOW},
         energy_title,

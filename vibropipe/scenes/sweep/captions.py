@@ -41,6 +41,7 @@ from vibropipe.scenes.sweep.quantities import (
     axis_and_others,
     combinations,
     directions,
+    has_no_value,
     is_from_rest,
     of_orbits,
     panels_of,
@@ -134,7 +135,7 @@ def without_value_text(dataset: xr.Dataset, show: Collection[str], drawn: Collec
     left_out = [
         name
         for name in show or DEFAULT_SHOW
-        if name in dataset and name not in drawn and not np.isfinite(dataset[name].values).any()
+        if name in dataset and name not in drawn and has_no_value(dataset, name)
     ]
     names = series(series_words(dataset, Series(name)) for name in left_out)
     return f"Not drawn, since no row has a value: {names}" if names else ""

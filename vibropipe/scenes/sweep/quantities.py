@@ -18,7 +18,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import ENERGIES, STEADY, drawn_by
+from vibropipe.words.vocabulary import ENERGIES, OF_SOFT, STEADY, drawn_by
 
 DEFAULT_SHOW = (
     "housing_velocity_mean",
@@ -203,10 +203,16 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
 
 def is_shown(dataset: xr.Dataset, name: str) -> bool:
     """Return whether a row has a value of a quantity; losses by friction that are all 0 are none (soft supports)."""
-    if name not in dataset or not np.isfinite(dataset[name].values).any():
+    if name not in dataset or has_no_value(dataset, name):
         return False
     needs_effect = name in STEADY and STEADY[name].is_loss and STEADY[name].effect
     return not (needs_effect and not np.nan_to_num(dataset[name].values).any())
+
+
+def has_no_value(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether no row has a value of a quantity; a panel of impacts says that there are none."""
+    of_impacts = name in ("impact_velocity_max", *OF_SOFT)
+    return not of_impacts and not np.isfinite(dataset[name].values).any()
 
 
 def series_words(dataset: xr.Dataset, series: Series) -> str:

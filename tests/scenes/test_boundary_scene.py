@@ -170,8 +170,8 @@ def test_the_answers_count_curves_and_meetings(datasets):
     dataset = datasets["borders"]
     curves, meet = answers({"borders": dataset})["borders"]
     number = np.unique(dataset["curve_id"]).size
-    assert curves.lead == f"Motions change along {amount_text(number, 'curve')}."
-    assert curves.rest.startswith(("Among them are ", "They are "))
+    assert curves.lead == f"Motions change along at least {amount_text(number, 'curve')}."
+    assert curves.rest.startswith("Among those found are ")
     assert re.fullmatch(r"Curves meet in at least [a-z-]+ points?\.", meet.lead)
     assert re.fullmatch(
         r"(At [a-z-]+ of them|There) .* (meet|twice|begins|rest|direction)\.", meet.rest

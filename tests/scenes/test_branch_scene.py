@@ -190,7 +190,7 @@ def test_lines_of_both_supports_are_alike_in_a_symmetric_exciter(dataset):
     ("start", "to", "title"),
     [
         (1.05, (0.8, 3), "Orbits along ν pass one fold, one pitchfork and one grazing"),
-        (1.05, 1.1, "All orbits along ν are stable"),
+        (1.05, 1.1, "All orbits followed along ν are stable"),
     ],
 )
 def test_a_branch_without_a_title_says_what_it_shows(start, to, title):

@@ -360,7 +360,7 @@ def test_what_a_change_is_is_told():
     # right at a change those beside it tell whether an orbit is stable
     found["bifurcation_point"] = ("bifurcation", [2, 3])
     whole = alone.assign(found)
-    assert title_branches(whole, []) == "All orbits along ν are stable"
+    assert title_branches(whole, []) == "All orbits followed along ν are stable"
     assert describe_branches(whole, []).startswith("Orbits along ν; solid: stable, wide: ")
     assert stable_table("s", whole) is None
     (only,) = stretches_of(whole)

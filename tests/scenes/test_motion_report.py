@@ -80,7 +80,7 @@ def test_answers_name_orbits_velocities_and_means(datasets):
     assert orbits.rest == "It was computed for “symmetric”, “offset” and “very_unequal_scene”."
     assert hardest.lead.startswith("The hardest impact recorded is on support ")
     assert (means.lead, means.rest) == (
-        "The mean displacement is largest in size in the motion “offset”.",
+        "Where computed, the mean displacement is largest in size in the motion “offset”.",
         "It is −0.035.",
     )
     (alone,) = answers({"offset": datasets["offset"]}).values()
@@ -155,6 +155,13 @@ def test_a_motion_without_a_force_has_no_forcing_period():
     assert exponent.lead == "The Lyapunov exponent is largest in the motion “b”."
     assert exponent.rest == "It is 0.12, with an error of 0.004."
     assert steady_columns({"a": still, "b": chaotic})["exponent"] == ["−0.05", "0.12 ± 0.004"]
+    near = chaotic.assign(lyapunov_exponent=0.116, lyapunov_exponent_error=0.001)
+    (exponent,) = exponent_answers({"a": still, "b": chaotic, "c": near})
+    assert exponent.lead == "The Lyapunov exponent is largest in “b” and “c”."
+    assert exponent.rest == "In the motion “b” it is 0.12, with an error of 0.004."
+    unasked = still.drop_vars(["lyapunov_exponent", "lyapunov_exponent_error"])
+    (exponent,) = exponent_answers({"a": still, "b": chaotic, "c": unasked})
+    assert exponent.lead == "Where computed, the Lyapunov exponent is largest in the motion “b”."
     unknown = still.assign(lyapunov_exponent=np.nan)
     assert exponent_answers({"s": unknown})[0].lead == "The Lyapunov exponent is not known."
 

@@ -208,6 +208,11 @@ def test_a_sweep_without_curves_has_no_legend_of_them(tmp_path):
     assert "outputs include neither harmonics nor impacts" in text
     assert "a stable orbit of several forcing periods" in text
     assert "(circles)" not in text
+    dataset["stable"][0] = 0  # two rows, neutral as without damping
+    dataset["floquet_multiplier"][0] = 1.0
+    text = caption(study.scenes[name], dataset, datasets)
+    assert "an orbit of several forcing periods" in text
+    assert "2 are neutral" in text
 
 
 def test_a_sweep_of_impacts_alone_is_described_by_the_largest_velocities(tmp_path):

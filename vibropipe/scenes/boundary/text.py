@@ -138,11 +138,10 @@ def boundary_answers(dataset: xr.Dataset) -> list[Answer]:
     lead, _, kinds = curves_text(dataset).partition(": ")
     if not kinds:
         return [Answer(f"{lead} within the ranges that were searched.")]
-    they = "It is" if lead.startswith("One ") else "They are"
     first = kinds.partition(",")[0]
-    are = "is" if first.startswith("one ") else "are"
-    rest = f"{they} {kinds}." if "," not in kinds else f"Among them {are} {first}."
-    answers = [Answer(f"Motions change along {lead.lower()}.", rest)]
+    are = "is" if first.startswith("one ") and " and " not in first else "are"
+    rest = f"Among those found {are} {first}."
+    answers = [Answer(f"Motions change along at least {lead.lower()}.", rest)]
     met, rest = meetings_text(dataset)
     if met:
         answers.append(Answer(f"Curves meet in at least {met}.", rest))
@@ -157,8 +156,8 @@ def _level_answers(dataset: xr.Dataset) -> list[Answer]:
         curves = amount_text(len(joined_curves(dataset, number, *plane(dataset))), "curve")
         stable = of_level["stable"].values != 0
         share = "All" if stable.all() else "Some" if stable.any() else "None"
-        lead = f"Along {curves} the {level.words} is {level.value}."
-        answers.append(Answer(lead, f"{share} of the motions there are stable."))
+        lead = f"Along at least {curves} the {level.words} is {level.value}."
+        answers.append(Answer(lead, f"{share} of the motions found there are stable."))
     found = {number for number, _level in level_numbers(dataset)}
     absent = [level.text for n, level in enumerate(shown_levels(dataset)) if n not in found]
     if absent and dataset.sizes["point"]:

@@ -56,9 +56,9 @@ def _alone(dataset: xr.Dataset, symbol: str) -> str:
     kinds = {"stable": stable, "neutral": neutral, "unstable": ~(stable | neutral)}
     for name, of_kind in kinds.items():
         if of_kind.all():
-            return f"All orbits along {symbol} are {name}"
+            return f"All orbits followed along {symbol} are {name}"
     if not stable.any():
-        return f"No orbit along {symbol} is stable"
+        return f"No orbit followed along {symbol} is stable"
     passed = f"Orbits along {symbol} pass {bifurcations_text(dataset)}"
     if {*(places := places_of(dataset))} == {"change"}:
         values = amount_text(places["change"].size, "value")

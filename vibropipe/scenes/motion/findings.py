@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterable, Mapping
+from collections.abc import Collection, Iterable, Mapping
 
 import numpy as np
 import xarray as xr
@@ -268,16 +268,23 @@ def mean_answer(datasets: Datasets) -> Answer | None:
     texts = {name: text for name, data in datasets.items() if (text := mean_text(data)) is not None}
     if not texts:
         return None
+    mean = of_computed("mean displacement", texts, datasets)
     if set(texts.values()) == {ZERO}:
-        return Answer("The mean displacement is zero.")
+        return Answer(f"{mean} is zero.")
     sizes = {key: abs(float(datasets[key]["displacement_mean"])) for key in texts}
     name = max(sizes, key=lambda key: sizes[key])
     alike = [key for key, size in sizes.items() if size >= (1 - 1e-6) * sizes[name]]
     if len(alike) > 1:
-        return Answer(f"The mean displacement is largest in size in {names_text(alike)}.")
-    seen = "not zero" if len(texts) == 1 else "largest in size"
-    lead = f"The mean displacement is {seen} in {motion_text(name)}."
+        return Answer(f"{mean} is largest in size in {names_text(alike)}.")
+    lead = f"{mean} is largest in size in {motion_text(name)}."
+    if len(texts) == 1:
+        lead = f"The mean displacement is not zero in {motion_text(name)}."
     return Answer(lead, f"It is {texts[name]}.")
+
+
+def of_computed(quantity: str, known: Collection[str], datasets: Datasets) -> str:
+    """Write a quantity as the subject of a sentence on all motions that have it: of the others nothing is known."""
+    return f"The {quantity}" if len(known) == len(datasets) else f"Where computed, the {quantity}"
 
 
 ZERO = "zero"
@@ -312,7 +319,14 @@ def exponent_answers(datasets: Datasets) -> list[Answer]:
     if len(known) == 1:
         where = f" of {motion_text(name)}" if len(datasets) > 1 else ""
         return [Answer(f"The Lyapunov exponent{where} {size}.")]
-    return [Answer(f"The Lyapunov exponent is largest in {motion_text(name)}.", f"It {size}.")]
+    exponent = of_computed("Lyapunov exponent", finite, datasets)
+    errors = {key: float(datasets[key]["lyapunov_exponent_error"].fillna(0.0)) for key in finite}
+    below = {key: float(value - each) - errors[key] - errors[name] for key, each in finite.items()}
+    alike = [key for key, distance in below.items() if distance <= 1e-6 * abs(float(value))]
+    if len(alike) > 1:  # within their errors, and rounding
+        rest = f"In {motion_text(name)} it {size}."
+        return [Answer(f"{exponent} is largest in {names_text(alike)}.", rest)]
+    return [Answer(f"{exponent} is largest in {motion_text(name)}.", f"It {size}.")]
 
 
 def names_text(names: Iterable[str] | Mapping[str, object]) -> str:

@@ -159,8 +159,10 @@ def starts_text(dataset: xr.Dataset, arrows: bool = False) -> str:
 def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     """Write the numbers of rows that are drawn as marks, if any are, or not at all."""
     kinds = row_kinds(dataset)
+    is_stable = "stable" in dataset and (dataset["stable"].values[kinds["multiple"]] == 1).all()
+    orbit = "a stable orbit" if is_stable else "an orbit"  # neutral ones are drawn alike
     descriptions = [
-        ("multiple", "a stable orbit of several forcing periods", " (circles)"),
+        ("multiple", f"{orbit} of several forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),
         ("no_orbit", "no periodic orbit that was found", " (dots: averages)"),
     ]

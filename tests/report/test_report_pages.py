@@ -62,7 +62,7 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     }
     entries = report_data(study, bad, {})
     group = entries["groups"][-1]
-    assert group["heading"] == "Which rows and motions have no orbit, or no result?"
+    assert group["heading"] == "Which rows and motions did not end as asked?"
     assert entries["fixed"] == 1
     rows = {row[0]: row[1:] for row in group["items"][0]["rows"]}
     number = int((status == Status.MAX_IMPACTS).sum())
@@ -74,11 +74,18 @@ def test_motions_and_rows_that_did_not_end_as_asked_are_named_last(solved, data)
     assert (status == Status.MAX_PERIODS).any()
     chaos = datasets | {"response": datasets["response"].assign(status=status)}
     assert report_data(study, chaos, {})["fixed"] == 0
+    # one that grows without bound has no orbit, and is not unresolved
+    grows = chaos["response"].assign(
+        regime=regime.copy(data=np.where(status, Regime.UNBOUNDED, regime))
+    )
+    entries = report_data(study, datasets | {"response": grows}, {})
+    (line,) = [line for line in entries["methods"] if line["name"] == "To look at"]
+    assert line["text"].endswith(", unbounded")
     # one line tells what is one row of the table
     few = datasets | {"response": bad["response"]}
     entries = report_data(study, few, {})
     assert entries["fixed"] == 0
-    (line,) = [line for line in entries["methods"] if line["name"] == "Unresolved"]
+    (line,) = [line for line in entries["methods"] if line["name"] == "To look at"]
     where = "ν = 2.415 … 2.595, f = 0.1 … 0.5"
     remedy = Status.MAX_IMPACTS.remedy.replace("`", "")  # a report has no marks of code
     assert (

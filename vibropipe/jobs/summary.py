@@ -60,7 +60,7 @@ def summarise(run: Run) -> Summary:
                 notes.append(f"  {scene}: {sidecar[NOT_TAKEN]}")
             if rows := int(sidecar.get("unresolved", 0)):
                 part = share(rows, all_rows, "row")
-                notes.append(f"  {scene}: {part} unresolved; `status` gives the reason")
+                notes.append(f"  {scene}: {part} unresolved")
         texts = [f"made {_listed(made)}"] if made else []
         texts += [f"not made: {_listed(failed)}"] if failed else []
         texts += [f"up to date: {_listed(kept)}" if texts else "up to date"] if kept else []

@@ -5,7 +5,7 @@ Symbols and units are those of the dataset's own variables, so that the sentence
 
 from __future__ import annotations
 
-from collections.abc import Hashable, Iterable
+from collections.abc import Hashable, Iterable, Iterator
 from typing import Any
 
 import numpy as np
@@ -19,8 +19,10 @@ from vibropipe.words.status import Status
 from vibropipe.words.vocabulary import VOCABULARY
 from vibropipe.words.wording import series
 
-UNSOLVED_HEADING = "Which rows and motions have no orbit, or no result?"
+UNSOLVED_HEADING = "Which rows and motions did not end as asked?"
 TITLE = "Rows and motions to look at"
+LINE = "To look at"  # an inaccurate row has a result, and an unbounded one is known
+UNBOUNDED, REMEDY = "unbounded", "There is no steady state: the motion grows without bound."
 NOTE = "With the ranges of the parameters in which they lie."
 DASHES = " A dash: one motion, or no range."
 WIDTHS = ("2.7cm", "auto", "auto", "3.9cm", "1fr")
@@ -38,13 +40,14 @@ def unsolved_line(datasets: Datasets) -> Line:
     """Return the line on the rows of one status, or the motion, without a result; empty without or with several."""
     rows = _all_unsolved(datasets)
     if len(rows) != 1:
-        return Line("Unresolved", "")
+        return Line(LINE, "")
     ((name, status, number, where, remedy),) = rows
     amount = f" {number} rows," if number != DASH else ""
     place = f" at {where}," if where != DASH else ""
-    # of what is still changing nothing is to be done
-    todo = "" if status == status_words(Status.MAX_PERIODS) else f". {remedy.replace('`', '')}"
-    return Line("Unresolved", f"“{name}”:{amount}{place} {status}{todo}", plain=True)
+    # of what is still changing, or grows, nothing is to be done
+    is_left = status in (status_words(Status.MAX_PERIODS), UNBOUNDED)
+    todo = "" if is_left else f". {remedy.replace('`', '')}"
+    return Line(LINE, f"“{name}”:{amount}{place} {status}{todo}", plain=True)
 
 
 def _all_unsolved(datasets: Datasets) -> list[list[str]]:
@@ -57,23 +60,30 @@ def unsolved_rows(name: str, dataset: xr.Dataset) -> list[list[str]]:
         return []
     status = dataset["status"]
     rows = []
-    for code in np.unique(status.values).tolist():
-        if code == Status.OK:
-            continue
-        mask = status == code
-        if "regime" in dataset and code == Status.MAX_PERIODS:
-            # motions that are known, in a window
-            mask &= ~dataset["regime"].isin([Regime.APERIODIC, Regime.UNBOUNDED])
-            if not mask.any():
-                continue
+    for mask, words, remedy in _not_as_asked(dataset):
         amount = int(mask.sum())
         which = f"all {amount:,}" if amount == status.size > 1 else f"{amount:,} of {status.size:,}"
         number = which if status.ndim else DASH
         # numbers of attractors mean nothing to a reader
         among = mask.any("attractor_id") if "attractor_id" in mask.dims else mask
         where = extent_text(among) or DASH
-        rows.append([name, status_words(code), number, where, Status(code).remedy])
+        rows.append([name, words, number, where, remedy])
     return rows
+
+
+def _not_as_asked(dataset: xr.Dataset) -> Iterator[tuple[xr.DataArray, str, str]]:
+    """Yield the mask, the words and the remedy of each status other than ok; unbounded motions apart."""
+    status = dataset["status"]
+    for code in np.unique(status.values[status.values != Status.OK]).tolist():
+        mask = status == code
+        if "regime" in dataset and code == Status.MAX_PERIODS:
+            mask &= dataset["regime"] != Regime.APERIODIC  # a motion that is known, in a window
+            grows = mask & (dataset["regime"] == Regime.UNBOUNDED)
+            if grows.any():
+                yield grows, UNBOUNDED, REMEDY
+            mask &= ~grows
+        if mask.any():
+            yield mask, status_words(code), Status(code).remedy
 
 
 # Symbol in mathtext -> the same in plain text.

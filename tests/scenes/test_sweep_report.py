@@ -439,7 +439,10 @@ def cascade(*multiples: int) -> xr.Dataset:
     regime = np.select([m == 0, m < 0], [Regime.APERIODIC, Regime.UNRESOLVED], Regime.TWO_SIDED)
     nu = np.round(1.0 + 0.1 * np.arange(m.size), 10)
     data = {"regime": ("nu", regime.astype(np.int8)), "period_multiple": ("nu", np.maximum(m, 0))}
-    return describe(xr.Dataset(data, {"nu": nu}))
+    impacts = np.stack([1.0 * m, 3.0 * m], axis=1)
+    return describe(
+        xr.Dataset(data | {"impacts_per_orbit": (("nu", "support"), impacts)}, {"nu": nu})
+    )
 
 
 @pytest.mark.parametrize(
@@ -457,6 +460,17 @@ def test_a_way_to_chaos_is_told(multiples, told):
         assert "doubles" not in bifurcation_title(cascade(*multiples))
     answer = doubling_answer(cascade(*multiples), "nu")
     assert ("" if answer is None else f"{answer.lead} {answer.rest}") == told
+
+
+def test_other_laws_of_twice_the_periods_are_no_doublings():
+    # (1; 1, 1), (2; 0, 1), (4; 0, 2): a flip of the first would strike twice as often in two periods
+    line = cascade(1, 2, 4, 0)
+    line["impacts_per_orbit"].values[:] = np.repeat([[1, 1], [0, 1], [0, 2], [0, 0.5]], 2, axis=0)
+    assert doubling_answer(line, "nu") is None
+    line["impacts_per_orbit"].values[:2] = [0, 0.5]
+    answer = doubling_answer(line, "nu")
+    assert answer is not None
+    assert answer.lead == "With rising ν the period doubles twice before aperiodic motion."
 
 
 def test_the_rows_of_each_period_of_a_way_to_chaos_are_a_table():

@@ -12,7 +12,6 @@ import math
 from collections.abc import Iterator, Mapping
 from dataclasses import dataclass
 from itertools import groupby
-from operator import itemgetter
 from typing import NamedTuple
 
 import numpy as np
@@ -246,9 +245,10 @@ class Doublings(NamedTuple):
 def doublings_of(dataset: xr.Dataset, axis: str) -> Doublings | None:
     """Return the longest way of doublings along one line to aperiodic motion; None with fewer than two.
 
-    Rows without a result are passed over.
+    A flip doubles the impacts, too: other laws of twice the periods are other motions, to which a row may jump. Rows
+    without a result are passed over.
     """
-    if dataset["regime"].ndim > 1 or "period_multiple" not in dataset:
+    if dataset["regime"].ndim > 1 or not {"period_multiple", "impacts_per_orbit"} <= {*dataset}:
         return None
     best: Doublings | None = None
     for falls in (False, True):
@@ -256,14 +256,16 @@ def doublings_of(dataset: xr.Dataset, axis: str) -> Doublings | None:
         regime, values = line["regime"].values, line[axis].values
         known = np.flatnonzero(regime <= Regime.APERIODIC)
         multiples = np.where(regime < Regime.APERIODIC, line["period_multiple"].values, 0)[known]
+        impacts = line["impacts_per_orbit"].transpose(axis, ...).values[known]
         runs: list[tuple[int, float, float]] = []  # period, first and last value
-        for m, found in groupby(
-            zip(multiples.tolist(), values[known].tolist(), strict=True), key=itemgetter(0)
-        ):
-            inside = [value for _, value in found]
+        for m, found in groupby(range(known.size), key=multiples.tolist().__getitem__):
+            rows = [*found]
+            first, last = values[known[rows[0]]].item(), values[known[rows[-1]]].item()
             if not m and len(runs) > max(MIN_DOUBLINGS, len(best.runs) if best else 0):
-                best = Doublings(runs, inside[0], falls)
-            runs = [*(runs if runs and m == 2 * runs[-1][0] else []), (m, inside[0], inside[-1])]
+                best = Doublings(runs, first, falls)
+            doubles = bool(runs) and m == 2 * runs[-1][0]
+            doubles &= np.array_equal(impacts[rows[0]], 2.0 * impacts[rows[0] - 1])
+            runs = [*(runs if doubles else []), (m, first, last)]
     return best
 
 

@@ -264,6 +264,9 @@ def test_titles_of_maps_say_what_is_seen():
     tongue["regime"][10:20, 30:] = Regime.APERIODIC
     where = "between ν = 0.7118 and 1.216 and above f = 1.204"  # rounded outwards
     assert map_title(tongue) == f"The largest aperiodic region lies {where}"
+    tongue["regime"][25:35, 30:] = Regime.APERIODIC  # another one of as many points
+    where = "between ν = 0.7118 and 1.216 and above f = 1.204"
+    assert map_title(tongue) == f"An aperiodic region lies {where}"
     corner = kept.where(kept["f"] < at["f"], 0.9 * kept)
     corner["regime"] = kept["regime"]
     corner["impact_velocity_max"][0, 0, 0] = 9.0

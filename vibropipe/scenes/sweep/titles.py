@@ -177,13 +177,16 @@ def tongue_title(dataset: xr.Dataset) -> str:
     if further or chaos.mean() < MANY:
         return ""
     labels, _ = label(chaos)
-    own = labels == np.bincount(labels[chaos]).argmax()
+    sizes = np.bincount(labels[chaos])
+    own = labels == sizes.argmax()
+    is_one = int((sizes == sizes.max()).sum()) == 1  # mirror images are equally large
     ends = [
         only_between_text(dataset[name].sortby(name), own.any(axis=n))
         for n, name in enumerate((x, y))
     ]
     where = " and ".join(each.removeprefix("only ") for each in ends if each)
-    title = f"The largest aperiodic region lies {where}"
+    region = "The largest aperiodic region" if is_one else "An aperiodic region"
+    title = f"{region} lies {where}"
     return title if where and len(title) <= MAX_TITLE else ""
 
 

@@ -33,6 +33,7 @@ from vibropipe.scenes.branch.report import cascade_table, stable_table
 from vibropipe.scenes.branch.stretches import (
     Stretch,
     arrows_of,
+    image_groups,
     jumps_of,
     stable_words,
     stretches_of,
@@ -60,6 +61,7 @@ def stretch(
         np.zeros(2),
         np.full(2, mean),
         np.arange(2),
+        has_image=True,
     )
 
 
@@ -273,6 +275,34 @@ def test_motions_of_an_interval_are_told_in_few_words():
         stable_words([*pair, part], 1.0, 2.0) == f"{first} (mirror images); one more in parts of it"
     )
     assert stable_words([part, part], 1.0, 2.0) == "two motions, each in a part of it"
+
+
+@pytest.mark.parametrize("name", ["delta", "load", "f2", "R1", "k2"])
+def test_other_exciters_than_symmetric_ones_have_no_mirror_images(name):
+    # two motions of one law, both stable over all of the range
+    pair = with_a_fold(mirrored())
+    assert "mirror images" in str(branch_answers(pair))
+    pair[name] = 0.003
+    assert "mirror" not in str(branch_answers(pair))
+    table = stable_table("s", pair)
+    assert len(table.rows) == 2
+    assert "irror" not in str(table)
+
+
+def test_a_further_parameter_may_end_the_symmetry():
+    pair = mirrored()
+    both = {name: values for name, values in pair.items() if "bifurcation" in values.dims}
+    points = pair.drop_vars(["delta", *both])
+    two = [points.assign(delta=("point", np.full(points.sizes["point"], d))) for d in (0, 0.003)]
+    dataset = xr.concat(two, "point", data_vars="minimal").assign(both)
+    dataset["branch_id"][points.sizes["point"] :] += 2
+    alike = [(each[0].over, len(each)) for each in image_groups([*stretches_of(dataset)])]
+    assert alike == [(0.0, 2), (0.003, 1), (0.003, 1)]
+
+
+def test_two_symmetric_motions_of_one_law_are_no_mirror_images():
+    pair = [stretch(1.0, 2.0, height, "both", "", "") for height in (0.4, 0.1)]
+    assert stable_words(pair, 1.0, 2.0) == "both (two motions)"
 
 
 def test_steps_of_a_cascade_are_seen_in_its_places():

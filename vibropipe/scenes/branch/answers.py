@@ -12,7 +12,7 @@ from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
-from vibropipe.scenes.branch.lines import cascade_of, followed, places_of, swept
+from vibropipe.scenes.branch.lines import cascade_of, followed, is_symmetric, places_of, swept
 from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.branch.stretches import (
     SAME,
@@ -142,7 +142,7 @@ def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
 def lopsided_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     """Write where lopsided motions are stable; None unless these pairs of mirror images are all that coexists."""
     together = common_intervals(stretches)
-    if swept(dataset) or not together:
+    if swept(dataset) or not together or not is_symmetric(dataset):
         return None
     found = []
     for low, high in together:

@@ -13,6 +13,7 @@ from vibropipe.figures.motion_words import orbit_texts
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
 from vibropipe.solve.rebuild import ties_of
 from vibropipe.words.bifurcations import Bifurcation
+from vibropipe.words.parameters import TWINS
 from vibropipe.words.vocabulary import held_name, quantity
 
 SAME_VALUES = 1e-6  # relative difference of parameters of mirror images
@@ -49,6 +50,19 @@ def colour_of(colours: Mapping[Any, str], law: str, value: float) -> str:
 def followed(dataset: xr.Dataset) -> str:
     """Return the parameter along which the branches were followed."""
     return str(dataset.attrs["follow"]).split()[0]
+
+
+def is_symmetric(dataset: xr.Dataset) -> bool:
+    """Return whether the exciter is its own mirror image, half a forcing period later, all along the branches."""
+
+    def values(name: str) -> np.ndarray:
+        held = held_name(dataset, name)
+        return np.asarray(dataset[held].values if held in dataset else 0.0)
+
+    is_even = all(np.array_equal(values(one), values(two)) for one, two in TWINS)
+    return is_even and not any(
+        values(name).any() for name in ("delta", "load", "f2", "housing_load")
+    )
 
 
 def has_points(dataset: xr.Dataset) -> bool:

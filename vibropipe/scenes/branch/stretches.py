@@ -13,7 +13,14 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.text import format_number
-from vibropipe.scenes.branch.lines import KINDS, followed, pieces_of, stable_points, swept
+from vibropipe.scenes.branch.lines import (
+    KINDS,
+    followed,
+    is_symmetric,
+    pieces_of,
+    stable_points,
+    swept,
+)
 from vibropipe.words.quantities import FLAGS
 
 UNKNOWN, NOT_STABLE = "unknown", -2
@@ -33,6 +40,7 @@ class Stretch:
     """Stable orbits of one law between two values of the parameter, and the bifurcation at either end, if any.
 
     points : indices of the points, with increasing parameter
+    has_image : whether the exciter is its own mirror image, and the orbits have mirror images
     """
 
     values: np.ndarray
@@ -45,6 +53,7 @@ class Stretch:
     from_rest: np.ndarray
     means: np.ndarray
     points: np.ndarray
+    has_image: bool
 
     def reaches(self, value: float) -> bool:
         """Return whether a value of the parameter lies on the stretch or at its ends."""
@@ -107,6 +116,7 @@ def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
     moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
     over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
     gap = SAME * float(along.max() - along.min())
+    has_image = {v: is_symmetric(dataset.isel(point=over == v)) for v in np.unique(over).tolist()}
 
     def beside(index: int) -> str:
         """Return the bifurcation of another branch at which this one ends: a grazing is stored with one of them."""
@@ -156,6 +166,7 @@ def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
             from_rest_of(dataset, slice(first, last + 1))[order],
             mean[first : last + 1][order],
             np.arange(first, last + 1)[order],
+            has_image[piece.value],
         )
 
 
@@ -196,14 +207,31 @@ def rest_text(alike: Sequence[Stretch]) -> str:
 
 
 def image_groups(stretches: Sequence[Stretch]) -> list[list[Stretch]]:
-    """Return stretches with their mirror images: of the same ends but for rounding, with supports exchanged."""
-    groups: dict[tuple[object, ...], list[Stretch]] = {}
+    """Return stretches with their mirror images."""
+    groups: list[list[Stretch]] = []
     for each in stretches:
-        first, last = (format_number(float(value), 8) for value in each.values[[0, -1]])
-        multiple, _, contacts = each.law.partition(";")
-        law = (multiple, *sorted(re.findall(r"\w+", contacts)))
-        groups.setdefault((each.over, law, first, last), []).append(each)
-    return list(groups.values())
+        own = (group for group in groups if len(group) == 1 and are_images(group[0], each))
+        if (group := next(own, None)) is None:
+            groups.append([each])
+        else:
+            group.append(each)
+    return groups
+
+
+def are_images(*both: Stretch) -> bool:
+    """Return whether two stretches are mirror images: of one law and the same ends, with the opposite mean."""
+    ends, laws = [], []
+    for each in both:
+        (m, *contacts) = re.findall(r"\w+", each.law)
+        laws.append((each.over, m, sorted(contacts)))
+        ends.append([format_number(float(value), 8) for value in each.values[[0, -1]]])
+    if not all(each.has_image for each in both) or laws[0] != laws[1] or ends[0] != ends[1]:
+        return False
+    middle = both[0].values.mean()
+    size, other = (each.amplitude(middle) for each in both)
+    mean, opposite = (float(np.interp(middle, each.values, each.means)) for each in both)
+    near = [abs(size - other), abs(mean + opposite)]
+    return max(near) <= SAME_ORBIT * max(size, abs(mean))
 
 
 def group_words(alike: Sequence[Stretch]) -> str:
@@ -216,7 +244,9 @@ def stable_words(stretches: Sequence[Stretch], low: float, high: float) -> str:
     near = SAME_END * (high - low)
     inside = [s for s in stretches if s.values[0] < high and s.values[-1] > low]
     whole = [s for s in inside if s.values[0] <= low + near and s.values[-1] >= high - near]
-    texts = [group_words(alike) for alike in image_groups(whole)]
+    words = [group_words(alike) for alike in image_groups(whole)]
+    amounts = {text: words.count(text) for text in words}
+    texts = [text + f" ({number_word(n)} motions)" * (n > 1) for text, n in amounts.items()]
     left_out = len(texts[MAX_WORDS:])
     texts = texts[:MAX_WORDS] + ([f"{number_word(left_out)} more"] if left_out else [])
     parts = len(inside) - len(whole)

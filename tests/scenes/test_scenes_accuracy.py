@@ -125,6 +125,13 @@ def test_none_is_told_where_there_is_no_such_form() -> None:
     assert first_touch(line.assign_coords(friction=0.1), "f", low, high) is None
     assert first_touch(line.assign_coords(f2=0.1), "f", low, high) is None
     assert first_touch(line.drop_vars("nu"), "f", low, high) is None
+    assert first_touch(line.assign_coords(mass_ratio=0.0), "f", low, high) is not None
+    assert first_touch(line.assign_coords(mass_ratio=0.5), "f", low, high) is None
+    # from rest and undamped the motion is f (sin(nu tau) - nu sin(tau)) / (1 - nu^2): it touches at f / |1 - nu| = l
+    exciter = vp.Exciter(l=0.5, f=0.05, h=0.0, R1=0.6, R2=0.6)
+    undamped = vp.sweep(exciter, over={"nu": [0.75, 0.85, 0.96]}, outputs=("impacts",))
+    assert (undamped.regime.values != 0).tolist() == [False, False, True]
+    assert first_touch(undamped, "nu", 0.85, 0.96) is None
 
 
 def test_a_finding_tells_it_with_more_digits_than_the_step() -> None:

@@ -98,7 +98,8 @@ def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float |
     """Return the value of a parameter between two rows at which the linear motion touches a support.
 
     There |f + shaker nu^2| / sqrt((1 - nu^2)^2 + h^2 nu^2) = l - |delta - load|. None if it does not between these
-    rows, if a parameter is not known, or under a second harmonic or friction, for which there is no such form.
+    rows, if a parameter is not known, or under a second harmonic, friction, a housing that may slide or no damping,
+    with which a free vibration of the start remains: there is no such form.
 
     line : rows along a parameter, the others as scalar coordinates, in any units that are shown
     low, high : its values in the two rows
@@ -111,6 +112,11 @@ def first_touch(line: xr.Dataset, axis: str, low: float, high: float) -> float |
     numbers = ABSENT | {n: float(line[held[n]]) / factors[n] for n in known if held[n] != axis}
     swept = next((name for name in known if held[name] == axis), None)
     if swept is None or numbers["f2"] or numbers["friction"] or swept in ("f2", "friction"):
+        return None
+    ratio = held_name(line.coords, "mass_ratio")
+    if (swept != "h" and numbers["h"] == 0.0) or (
+        ratio in line.coords and line[ratio].values.any()
+    ):
         return None
 
     from scipy.optimize import brentq  # slow to import, and no picture has a use for it

@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 from figures.sample_datasets import sweep
 
+import vibropipe as vp
 from vibropipe.scenes.sweep.answers import (
     hardest_answer,
     impacts_answer,
@@ -17,6 +18,7 @@ from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
+from vibropipe.scenes.sweep.quantities import exponent_ends
 from vibropipe.scenes.sweep.report import (
     answers,
     motions_table,
@@ -24,7 +26,7 @@ from vibropipe.scenes.sweep.report import (
     together_table,
     together_text,
 )
-from vibropipe.scenes.sweep.titles import energy_title
+from vibropipe.scenes.sweep.titles import energy_title, exponent_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 
@@ -171,6 +173,24 @@ def test_exponents_count_beyond_their_error():
     )
     quiet = line.assign(lyapunov_exponent=-abs(line["lyapunov_exponent"]))
     assert said(quiet)[0].startswith("No Lyapunov exponent is positive")
+    # the standard error of a motion on a torus is often less than its exponent
+    near = line.assign(lyapunov_exponent=0.002 * np.sign(line["lyapunov_exponent"]))
+    assert said(near)[0] == "No Lyapunov exponent is positive beyond 3 times its error."
+
+
+def test_undamped_motions_without_impacts_are_not_chaotic():
+    line = vp.sweep(
+        vp.Exciter(l=0.5, f=0.05, h=0.0),
+        {"nu": np.sqrt(np.linspace(0.3, 3.0, 40)[:8])},
+        outputs=("harmonics", "lyapunov"),
+    )
+    assert (line["regime"] == Regime.APERIODIC).all()
+    assert (line["lyapunov_exponent"] > line["lyapunov_exponent_error"]).any()  # rounding
+    assert said(line)[0] == (
+        "No Lyapunov exponent is positive beyond 3 times its error. "
+        "Perturbations grow exponentially in no row."
+    )
+    assert exponent_title(*exponent_ends(line)) == ""
 
 
 def test_a_coarse_grid_shows_no_jump():

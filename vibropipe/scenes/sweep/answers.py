@@ -27,9 +27,11 @@ from vibropipe.scenes.sweep.neighbours import (
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
 from vibropipe.scenes.sweep.quantities import (
+    SURE,
     Series,
     combinations,
     directions,
+    exponent_ends,
     is_from_rest,
     is_map,
     of_orbits,
@@ -211,15 +213,13 @@ def exponent_answer(dataset: xr.Dataset) -> Answer | None:
     """Return at how many rows perturbations grow exponentially, and the largest Lyapunov exponent."""
     if "lyapunov_exponent" not in dataset:
         return None
-    exponent = dataset["lyapunov_exponent"]
-    error = dataset.get("lyapunov_exponent_error", xr.zeros_like(exponent)).fillna(0.0)
-    grows = exponent > error
+    exponent, (low, high) = dataset["lyapunov_exponent"], exponent_ends(dataset)
+    grows = low > 0.0
     if not bool(exponent.notnull().any()):
         return None
     if not bool(grows.any()):
-        decays = bool((exponent + error <= 0.0).all())
-        rest = "Perturbations grow exponentially in no row." if decays else ""
-        return Answer("No Lyapunov exponent is positive beyond its error.", rest)
+        rest = "Perturbations grow exponentially in no row." if bool((high <= 0.0).all()) else ""
+        return Answer(f"No Lyapunov exponent is positive beyond {SURE} times its error.", rest)
     top = largest(exponent.where(grows))
     assert top is not None
     return Answer(

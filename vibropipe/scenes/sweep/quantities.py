@@ -18,7 +18,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import ENERGIES, OF_SOFT, STEADY, drawn_by
+from vibropipe.words.vocabulary import ENERGIES, OF_SOFT, STEADY, drawn_by, held_name
 
 DEFAULT_SHOW = (
     "housing_velocity_mean",
@@ -37,6 +37,8 @@ SIGNED = {name for name, entry in STEADY.items() if entry.is_signed and not entr
 COUNTED = {name for name, entry in STEADY.items() if entry.goal == "law"}
 # Quantities whose sign matters: a line marks their zero.
 WITH_ZERO_LINE = {"lyapunov_exponent"}
+# Standard errors by which an exponent is surely not 0, and rounding of exponents of neutral motions, of the frequency.
+SURE, ROUNDING = 3, 1e-9
 
 
 @dataclass(frozen=True)
@@ -283,6 +285,15 @@ def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:
         "unstable": orbit & ~stable,
         "no_orbit": ~orbit,
     }
+
+
+def exponent_ends(dataset: xr.Dataset) -> tuple[xr.DataArray, xr.DataArray]:
+    """Return the ends within which the largest Lyapunov exponent of a row surely lies; 0 where they are rounding."""
+    exponent = dataset["lyapunov_exponent"].where(dataset["regime"] < Regime.UNBOUNDED)
+    error = SURE * dataset.get("lyapunov_exponent_error", xr.zeros_like(exponent)).fillna(0.0)
+    least = ROUNDING * abs(dataset.get(held_name(dataset, "nu"), xr.DataArray(1.0)))
+    low, high = exponent - error, exponent + error
+    return low.where(abs(low) > least, 0.0), high.where(abs(high) > least, 0.0)
 
 
 def combinations(dataset: xr.Dataset, dims: list[str]) -> list[dict[str, int]]:

@@ -21,6 +21,7 @@ from vibropipe.scenes.sweep.quantities import (
     DEFAULT_SHOW,
     Series,
     axis_and_others,
+    exponent_ends,
     is_map,
     of_orbits,
     panels_of,
@@ -60,8 +61,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     if top is None or dataset["regime"].size == 1 or is_rounding(dataset, own, float(top)):
         return plain
     if own.name == "lyapunov_exponent":
-        exponent = own.of(dataset)
-        return exponent_title(exponent.where(dataset["regime"] < Regime.UNBOUNDED))
+        return exponent_title(*exponent_ends(dataset))
     is_progression = own.name == "housing_velocity_mean"
     if is_progression and way_of(float(top), float(dataset["housing_velocity_max"].max())) is None:
         return "In no orbit does the housing progress"
@@ -122,13 +122,16 @@ def fixed_dims(alike: xr.DataArray) -> list[str] | None:
     return fixed if fixed and int(alike.sum()) == others else None
 
 
-def exponent_title(exponent: xr.DataArray) -> str:
-    """Return whether rows in which perturbations decay lie between rows in which they grow, along a line."""
-    if exponent.ndim != 1:
+def exponent_title(low: xr.DataArray, high: xr.DataArray) -> str:
+    """Return whether rows in which perturbations decay lie between rows in which they grow, along a line.
+
+    low, high : `exponent_ends`
+    """
+    if low.ndim != 1:
         return ""
-    signs = np.sign(exponent.sortby(str(exponent.dims[0])).values)
-    growing = np.flatnonzero(signs > 0)
-    if growing.size and (signs[growing[0] : growing[-1]] < 0).any():
+    low, high = (each.sortby(str(low.dims[0])) for each in (low, high))
+    growing = np.flatnonzero(low.values > 0)
+    if growing.size and (high.values[growing[0] : growing[-1]] < 0).any():
         return "Between rows in which perturbations grow lie some in which they decay"
     return ""
 

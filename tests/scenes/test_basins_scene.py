@@ -225,6 +225,11 @@ def test_the_answers_are_shares_rest_and_the_smallest_knock(dataset):
         "Of the impulses tried, the least that ended it is "
     ).removesuffix(".")
     assert least <= float(told) < 1.1 * least
+    # they act at the section, at whatever phase the motions of the map start
+    late = dataset.assign_coords(start_phase=0.25)
+    assert basin_answers(late)[2] == knock
+    assert "Impulse at the beginning of a period" in safety_table("s", late).note
+    assert "at 0.25 of a forcing period" in describe_basins(late)
     dataset = dataset.drop_vars("knock_impulse")
     knock = basin_answers(dataset)[2]
     assert knock.lead == "Knocked at the beginning of a period, motion C is lost most easily."

@@ -97,6 +97,11 @@ def start_text(dataset: xr.Dataset) -> str:
     return f" at {when}"
 
 
+def knock_when(dataset: xr.Dataset) -> str:
+    """Write when in the forcing period a knock acts: at the section, whenever the motions start."""
+    return start_text(dataset.assign(start_phase=0.0))
+
+
 def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
     """Write what the marks on a map are."""
     if float(dataset["start_phase"]) or not dataset.sizes["attractor_id"]:
@@ -217,7 +222,7 @@ def knock_answers(dataset: xr.Dataset) -> list[Answer]:
     # Up to the end of the map a motion may survive more than it shows.
     are_known = len(knocks) == n and all(knocks[index] >= limit for index in knocks.keys() - ended)
     who, are = (f"motion {lost[0]}", "is") if len(lost) == 1 else (f"motions {series(lost)}", "are")
-    when = start_text(dataset)
+    when = knock_when(dataset)
     lead = f"A knock{when} may end {who}."
     if are_known:
         how = "about equally" if len(lost) == n else "most"
@@ -292,10 +297,10 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     note = f"{PROGRESSION}. " * has_housing + note
     note = steps_text(dataset) * ("x0" in dataset.dims and len(rows) > 1) + note
     if KNOCK in dataset and has_knocks:
-        note += f"Impulse{start_text(dataset)}, of those tried, rounded up."
+        note += f"Impulse{knock_when(dataset)}, of those tried, rounded up."
     elif has_knocks:
         note += (
-            f"Knock: change of velocity{start_text(dataset)} within which all starts of the map beside the states of "
+            f"Knock: change of velocity{knock_when(dataset)} within which all starts of the map beside the states of "
             "the motion lead back, rounded down, 0 for less than a step of the map, "
             f"{with_units(speed, format_number(step_of(dataset), 3))}."
         )

@@ -123,10 +123,7 @@ def test_only_the_proof_stands_under_its_question() -> None:
         (each["heading"], each["follows"], [i["picture"] for i in each["items"] if "picture" in i])
         for each in groups
         if any("picture" in item for item in each["items"])
-    ] == [
-        ("Second", False, ["panels", "portrait"]),
-        ("What is certain?", True, ["certificate"]),
-    ]
+    ] == [("Second", False, ["panels", "portrait"]), ("What is certain?", True, ["certificate"])]
 
 
 def test_limits_have_the_units_of_their_parameters() -> None:

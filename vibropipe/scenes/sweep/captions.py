@@ -6,6 +6,7 @@ from collections.abc import Collection, Sequence
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import PROGRESSION, aperiodic_text
 from vibropipe.figures.text import (
@@ -165,7 +166,10 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
         ("multiple", f"{orbit} of several forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),
         ("no_orbit", "no periodic orbit that was found", " (dots: averages)"),
+        ("missing", "no result", ""),
     ]
+    kinds["missing"] = kinds["no_orbit"] & ~has_averages(dataset)
+    kinds["no_orbit"] = kinds["no_orbit"] & ~kinds["missing"]
     amounts = {kind: int(mask.sum()) for kind, mask in kinds.items()}
     texts = [
         f"{'all' if amounts[kind] == dataset['regime'].size > 1 else amounts[kind]} "
@@ -181,6 +185,15 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     text = series(texts)
     total = dataset["regime"].size
     return f"Of {count(total, 'row')}, {text}; bars: regime of each row" if text else ""
+
+
+def has_averages(dataset: xr.Dataset) -> NDArray[np.bool_]:
+    """Return which rows have values that can be drawn, or are known: unresolved ones may have none."""
+    known: NDArray[np.bool_] = dataset["regime"].values != Regime.UNRESOLVED
+    for name in (name for name in DEFAULT_SHOW if name in dataset):
+        values = dataset[name].transpose(*dataset["regime"].dims, ...).values
+        known = known | np.isfinite(values.reshape(*known.shape, -1)).any(axis=-1)
+    return known
 
 
 def unresolved_text(dataset: xr.Dataset) -> str:

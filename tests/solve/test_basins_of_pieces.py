@@ -160,6 +160,14 @@ def test_places_where_friction_holds_the_mass_attract_nothing() -> None:
     assert (ds.attractor == -1).all()
 
 
+def test_a_motion_appears_where_friction_no_longer_holds_the_mass() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.4, h=0.1, R1=0.7, R2=0.7, friction=0.3)
+    start, over = np.linspace(-0.4, 0.4, 3), {"f": [0.2, 0.4]}
+    found = vp.basins(exciter, start, start, starts=64, over=over)
+    # Carried down it went on as the mass that is held, to the last value.
+    assert found.bifurcation_f.values == pytest.approx([0.3], abs=2e-4)
+
+
 def test_a_start_beyond_a_soft_support_stays_there() -> None:
     exciter = vp.Exciter(l=0.5, nu=1.0, f=0.0, k1=300.0, friction=200.0)
     assert float(vp.steady_state(exciter, x0=0.6).displacement_strobe) == 0.6

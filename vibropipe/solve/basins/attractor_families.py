@@ -11,6 +11,7 @@ import numpy as np
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import within_room
 from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet
+from vibropipe.solve.basins.neighbourhood import MAX_RADIUS, spectral_radius
 from vibropipe.solve.basins.section_map import SectionMap
 from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.words.regimes import Regime
@@ -147,14 +148,20 @@ def _within(exciter: Exciter, state: np.ndarray) -> np.ndarray:
 
 
 def _settled(exciter: Exciter, state: np.ndarray) -> np.ndarray | None:
-    """Return the states (n, 2) of the attractor that a motion settles on; None if none is found."""
+    """Return the states (n, 2) of the attractor that a motion settles on; None if it settles on none."""
     section = SectionMap(exciter)
     rows = section.steady_states(_within(exciter, state)[None], MAX_PERIODS)
     m = int(rows.period_multiple[0])
     if m == 0 and rows.regime[0] != Regime.APERIODIC:
         return None
     states = section.sections(rows.section[0], m or STATES)
-    return states if len(states) == (m or STATES) else None
+    if len(states) < (m or STATES):
+        return None
+    if m == 0 or exciter.friction == 0.0:
+        return states
+    # A mass that friction holds stays wherever it is: such places attract nothing.
+    radius = spectral_radius(section.jacobian(rows.section[0], m))
+    return states if radius < MAX_RADIUS else None
 
 
 def _number(

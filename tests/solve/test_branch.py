@@ -296,6 +296,17 @@ def test_a_narrow_resonance_is_not_stepped_over() -> None:
     assert nu == pytest.approx(1 - 1e-4, abs=1e-5)
 
 
+@pytest.mark.parametrize("R2", [0.7, 0.700001])
+def test_an_exciter_that_is_nearly_symmetric_has_folds(R2: float) -> None:
+    """At its folds the orbit is nearly its mirror image: that was taken for a pitchfork, and the branch ended."""
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.4, h=0.15, R1=0.7, R2=R2)
+    (fold, nu, _reason), (grazing, at, _reason) = bifurcations(vp.branch(exciter, "nu", (1, 3)))
+    assert (fold, grazing) == (FOLD, GRAZING)
+    assert nu == pytest.approx(2.400784, abs=2e-6)
+    # The linear motion touches both supports there, whatever their restitution: f^2 = l^2 |1 - nu^2 + i h nu|^2.
+    assert abs(complex(1 - at * at, 0.15 * at)) == pytest.approx(0.4 / 0.5, rel=1e-12)
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

@@ -214,6 +214,9 @@ def test_the_forcing_frequency_may_be_a_multiple_of_the_largest_line():
     assert float(found.nu) == pytest.approx(3.6, abs=5 * float(found.nu_std))
     assert distance(found, true) < CHI_SQUARE_4
     assert float(found.phase.max()) > 1.0
+    assert (
+        found.phase.attrs["long_name"] == "phase in forcing periods"
+    )  # of no fraction of the orbit
 
 
 def test_soft_supports_are_found_from_a_record():

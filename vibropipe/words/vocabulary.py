@@ -295,8 +295,9 @@ def describe(dataset: Described) -> Described:
     """Set the attributes of every variable of a dataset in place, and return it.
 
     Other attributes stay. `flag_values` get the type of the variable, as the CF conventions require. Energies of one
-    motion are from its start to its end, all others per forcing period. Names that stand in the attribute `ties` may be
-    those of a user; coordinates that were taken over with their words keep them.
+    motion are from its start to its end, all others per forcing period; a measured phase counts forcing periods. Names
+    that stand in the attribute `ties` may be those of a user; coordinates that were taken over with their words keep
+    them.
 
     Raises KeyError if the table has no quantity of the name of a variable.
     """
@@ -317,5 +318,7 @@ def describe(dataset: Described) -> Described:
             attrs["flag_values"] = attrs["flag_values"].astype(dtype)
         if str(name).startswith("energy_") and END_OF_MOTION in dataset:
             attrs["long_name"] = attrs["long_name"].replace(PER_PERIOD, "")
+        if name == "phase" and "measurement" in variable.dims:
+            attrs |= {"long_name": "phase in forcing periods", "symbol": r"$\tau/T$"}
         variable.attrs.update(attrs)
     return dataset

@@ -135,7 +135,7 @@ def draw_fit(dataset: xr.Dataset) -> Figure:
     figure = new_canvas(height)
     rest = axes(figure, LEFT, FOOT, WIDTH, REST)
     draw_rest(rest, parts, x)
-    rest.set_xlabel("phase in forcing periods" if x.name == "phase" else axis_label(x))
+    rest.set_xlabel(axis_label(x))
     for n, part in enumerate(parts):
         bottom = FOOT + REST + GAP + (len(parts) - 1 - n) * (PANEL + GAP)
         ax = axes(figure, LEFT, bottom, WIDTH, PANEL, sharex=rest)

@@ -307,6 +307,19 @@ def test_an_exciter_that_is_nearly_symmetric_has_folds(R2: float) -> None:
     assert abs(complex(1 - at * at, 0.15 * at)) == pytest.approx(0.4 / 0.5, rel=1e-12)
 
 
+@pytest.mark.parametrize("delta", [1e-3, 1e-5, 1e-7])
+def test_a_branch_does_not_change_to_one_that_is_next_to_it(delta: float) -> None:
+    """Of an exciter that is nearly symmetric a branch goes past a pitchfork on one side, next to two others."""
+    exciter = vp.Exciter(l=0.5, nu=1.26, f=1.0, h=0.2, delta=delta, R1=0.7, R2=0.7)
+    branch = vp.branch(exciter, "nu", (0.9, 1.6))
+    assert (branch.branch_id == 0).all()
+    assert (np.diff(branch.nu) > 0).all()
+    # The others are one closed branch with two folds, stable between them on one side.
+    both = vp.branch(exciter, "nu", (0.9, 1.6), law=(1, 1, 1))
+    assert np.unique(both.branch_id).size == 2
+    assert [kind for kind, *_ in bifurcations(both) if kind != END] == [FOLD, FOLD]
+
+
 @pytest.mark.parametrize(
     ("arguments", "text"),
     [

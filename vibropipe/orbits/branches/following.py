@@ -22,6 +22,9 @@ PARENT_LENGTH = 1e-6
 FLAT, FLAT_LENGTH = 1e-10, 1e-5
 # The least impact speed may fall to this share in a step, unless it is below a bound: tests vary with its inverse.
 SPEED_SHARE, SLOW = 0.4, 1e-5
+# Shortest step of which is asked whether it leads onto another branch; components of the tangent along the parameter,
+# and det(I - M), below which their signs may be rounding.
+LEAST_GAP, STEEP, AT_FOLD = 1e-7, 1e-4, 1e-8
 
 
 class Seed(NamedTuple):
@@ -141,4 +144,20 @@ class BranchFollower(Follower):
     def is_too_far(self, point: Point, new: Point) -> bool:  # noqa: D102 - as Follower
         speed = point.tests[SPEED]
         is_slower = speed > SLOW and new.tests[SPEED] < SPEED_SHARE * speed
-        return super().is_too_far(point, new) or bool(is_slower)
+        return super().is_too_far(point, new) or bool(is_slower) or self._leaves(point, new)
+
+    def _leaves(self, point: Point, new: Point) -> bool:
+        """Return whether a step seems to lead onto another branch, as next to a pitchfork that is not quite one.
+
+        Along a branch det(I - M) changes its sign with the direction of the parameter: at folds.
+        """
+        if self.curve.effects.housing is not None or self.length < LEAST_GAP:
+            return False
+        # At an end of its law the derivative is infinite, or the tangent lies across the parameter.
+        if not (self.is_inside(point) and self.is_inside(new)):
+            return False
+        before, after = (1.0 - each.tests[TRACE] + each.tests[DETERMINANT] for each in (point, new))
+        way, way_after = point.tests[FOLD], new.tests[FOLD]
+        if min(abs(way), abs(way_after)) < STEEP or min(abs(before), abs(after)) < AT_FOLD:
+            return False
+        return bool(before * way * after * way_after < 0.0)

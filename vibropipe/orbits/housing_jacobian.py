@@ -6,7 +6,6 @@ instant at which the housing stops does.
 
 from __future__ import annotations
 
-import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit
@@ -40,6 +39,7 @@ from vibropipe.orbits.piece_terms import terms_of
 from vibropipe.physics.contact import frame_at
 from vibropipe.physics.housing import STANDS, momentum_rate, momentum_share
 from vibropipe.physics.load import force_at, force_value
+from vibropipe.physics.saltation import eigenvalues_of
 from vibropipe.physics.stiffness import piece_flow
 
 # Steps of Newton's method for an eigenvalue.
@@ -253,14 +253,7 @@ def eigenvalues_of_three(derivative, coupling):
         root -= change
         if abs(change) <= 2.0**-52 * abs(root):
             break
-    half, product = 0.5 * (trace - root), minors - root * (trace - root)
-    discriminant = half * half - product
-    if discriminant < 0.0:
-        imaginary = math.sqrt(-discriminant)
-        one, two = complex(half, imaginary), complex(half, -imaginary)
-    else:
-        large = half + math.copysign(math.sqrt(discriminant), half)
-        one, two = complex(large, 0.0), complex(product / large if large != 0.0 else 0.0, 0.0)
+    one, two = eigenvalues_of(trace - root, minors - root * (trace - root))
     three = complex(root, 0.0)
     if abs(three) > abs(one):
         return three, one, two

@@ -1,6 +1,8 @@
-"""The saltation matrix: the jump of the linearised motion at an impact."""
+"""The saltation matrix: the jump of the linearised motion at an impact; products and eigenvalues of 2 x 2 matrices."""
 
 from __future__ import annotations
+
+import math
 
 from vibropipe.compiler import jit
 
@@ -32,3 +34,16 @@ def product(a11, a12, a21, a22, b11, b12, b21, b22):
         a21 * b11 + a22 * b21,
         a21 * b12 + a22 * b22,
     )
+
+
+@jit
+def eigenvalues_of(trace, determinant):
+    """Return the eigenvalues of a matrix, the larger modulus first, of a conjugate pair the upper one."""
+    half = 0.5 * trace
+    discriminant = half * half - determinant
+    if discriminant < 0.0:
+        root = math.sqrt(-discriminant)
+        return complex(half, root), complex(half, -root)
+    large = half + math.copysign(math.sqrt(discriminant), half)
+    # The other one from the product, which does not cancel.
+    return complex(large, 0.0), complex(determinant / large if large != 0.0 else 0.0, 0.0)

@@ -34,6 +34,31 @@ def n_variations(second):
 
 
 @jit
+def flight_from(p, support, sine, cosine, turns, second=None):
+    """Return the `Flight` of some turns that leaves a rigid support at the phase of a sine and a cosine."""
+    sigma = -1.0 if support == 1 else 1.0
+    load = constant_load(sigma, support_position(p, support))
+    force = force_of_angle(p, sigma, sine, cosine, second)
+    return flight_over(1.0, p.h, load, force, p.nu, turns, second)
+
+
+@jit
+def by_force(p, flight, unit, k):
+    """Return the derivative of the end of a piece by f, f2 or phi2, its start and its time held.
+
+    unit : `unit_force` at its start
+    """
+    if k == F:
+        return harmonic_response(flight, flight.first, p.nu, unit.sine, unit.cosine)
+    sine, cosine = unit.sine_2, unit.cosine_2
+    if k == PHI2:
+        sine, cosine = force_by_phase(p, unit), -p.f2 * unit.sine_2
+    return harmonic_response(
+        flight, flight.second, 2.0 * p.nu, sine, cosine, flight.second_harmonic
+    )
+
+
+@jit
 def vary_flight(p, support, sine, cosine, turns, w, ends, second=None):
     """Fill the variations at the end of a flight that leaves a support.
 
@@ -47,10 +72,7 @@ def vary_flight(p, support, sine, cosine, turns, w, ends, second=None):
 
     Returns distance and rate at the end.
     """
-    sigma = -1.0 if support == 1 else 1.0
-    load = constant_load(sigma, support_position(p, support))
-    force = force_of_angle(p, sigma, sine, cosine, second)
-    flight = flight_over(1.0, p.h, load, force, p.nu, turns, second)
+    flight = flight_from(p, support, sine, cosine, turns, second)
     free, per_nu = flight.free, flight.t / p.nu
     ends[0, BY_Y], ends[0, BY_W], ends[1, BY_Y], ends[1, BY_W] = free.c, free.s, -free.s, free.ds
     ends[0, BY_LOAD], ends[1, BY_LOAD] = free.g, free.s
@@ -59,18 +81,11 @@ def vary_flight(p, support, sine, cosine, turns, w, ends, second=None):
     later, faster = by_frequency(flight)
     ends[0, BY_NU] = later - per_nu * rate
     ends[1, BY_NU] = faster - per_nu * acceleration_of(flight, force_at_end(flight), end, rate)
-    unit = unit_force(p, sigma, sine, cosine, second)
-    ends[0, BY_F], ends[1, BY_F] = harmonic_response(
-        flight, flight.first, p.nu, unit.sine, unit.cosine
-    )
+    unit = unit_force(p, -1.0 if support == 1 else 1.0, sine, cosine, second)
+    ends[0, BY_F], ends[1, BY_F] = by_force(p, flight, unit, F)
     if second is not None:
-        twice, ahead = 2.0 * p.nu, -p.f2 * unit.sine_2
-        ends[0, BY_F2], ends[1, BY_F2] = harmonic_response(
-            flight, flight.second, twice, unit.sine_2, unit.cosine_2
-        )
-        ends[0, BY_PHI2], ends[1, BY_PHI2] = harmonic_response(
-            flight, flight.second, twice, force_by_phase(p, unit), ahead
-        )
+        ends[0, BY_F2], ends[1, BY_F2] = by_force(p, flight, unit, F2)
+        ends[0, BY_PHI2], ends[1, BY_PHI2] = by_force(p, flight, unit, PHI2)
     return end, rate
 
 

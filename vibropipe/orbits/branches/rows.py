@@ -28,9 +28,12 @@ from vibropipe.orbits.row import FIRST, UNRESOLVED, row_parameters, write_closin
 from vibropipe.orbits.settling import NO_CHAOS, SteadyState
 from vibropipe.orbits.shooting import motion_norm
 from vibropipe.orbits.verdict import PERIODIC
-from vibropipe.physics.contact import restitution_at, support_position, to_displacement, to_velocity
-from vibropipe.physics.load import constant_load, force_at, forcing_period
-from vibropipe.physics.piece import flight_over, flown
+from vibropipe.physics.contact import restitution_at, to_displacement, to_velocity
+from vibropipe.physics.load import forcing_period
+from vibropipe.physics.piece import flown
+from vibropipe.physics.saltation import eigenvalues_of
+from vibropipe.physics.turns import sincos_turns
+from vibropipe.physics.variation import flight_from
 
 
 @jit
@@ -60,10 +63,7 @@ def log_impacts(p, m, supports, u, log) -> None:
 def flown_from(e, p, log, i, until):
     """Return (y, w) at a time, in forcing periods, of the mass that left impact i of a log, in the frame of that."""
     home, start = log.support[i], log.position[i]
-    sigma = -1.0 if home == 1 else 1.0
-    load = constant_load(sigma, support_position(p, home))
-    force = force_at(p, sigma, start, e.second_harmonic)
-    flight = flight_over(1.0, p.h, load, force, p.nu, until - start, e.second_harmonic)
+    flight = flight_from(p, home, *sincos_turns(start), until - start, e.second_harmonic)
     return flown(flight, 0.0, -restitution_at(p, home) * to_velocity(home, log.velocity[i]))
 
 
@@ -91,13 +91,7 @@ def orbit_multipliers(e, p, m, log, start):
     determinant = math.exp(-p.h * m * forcing_period(p))
     for i in range(log.counts[IMPACTS]):
         determinant *= restitution_at(p, log.support[i]) ** 2
-    half = 0.5 * (j11 + j22)
-    discriminant = half * half - determinant
-    if discriminant < 0.0:
-        root = math.sqrt(-discriminant)
-        return complex(half, root), complex(half, -root)
-    large = half + math.copysign(math.sqrt(discriminant), half)
-    return complex(large, 0.0), complex(determinant / large if large != 0.0 else 0.0, 0.0)
+    return eigenvalues_of(j11 + j22, determinant)
 
 
 @jit_allocating

@@ -11,7 +11,6 @@ from vibropipe.orbits.law.sliding import carried, carried_by, pull_of, way_of
 from vibropipe.orbits.law.states import departure, momentum_after, reference_of, sign_of
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.derivatives import (
-    F2,
     FRICTION,
     H1,
     H2,
@@ -25,13 +24,7 @@ from vibropipe.physics.derivatives import (
     load_derivative,
 )
 from vibropipe.physics.housing import times_force
-from vibropipe.physics.load import (
-    constant_load,
-    force_at,
-    force_by_phase,
-    forcing_period,
-    unit_force,
-)
+from vibropipe.physics.load import constant_load, force_at, forcing_period, unit_force
 from vibropipe.physics.piece import (
     Flight,
     acceleration_of,
@@ -42,10 +35,10 @@ from vibropipe.physics.piece import (
     flown,
     force_at_end,
     forced_response,
-    harmonic_response,
 )
 from vibropipe.physics.stiffness import damping_of, stiffness_of
 from vibropipe.physics.turns import sincos_turns
+from vibropipe.physics.variation import by_force
 
 # Newton's iterations for the time of a turning point, and its last change, relative to 1 forcing period and the time.
 MAX_ITERATIONS, SAME_TIME = 30, 1e-15
@@ -121,14 +114,7 @@ def flown_held(e, p, law, i, flight, start, t, k):
         return by_stiffness(flight, *start)
     if k == F or is_of_second(k):
         unit = unit_force(p, sign_of(home), *sincos_turns(t), e.second_harmonic)
-        if k == F:
-            return harmonic_response(flight, flight.first, p.nu, unit.sine, unit.cosine)
-        sine, cosine = unit.sine_2, unit.cosine_2
-        if k != F2:
-            sine, cosine = force_by_phase(p, unit), -p.f2 * unit.sine_2
-        return harmonic_response(
-            flight, flight.second, 2.0 * p.nu, sine, cosine, flight.second_harmonic
-        )
+        return by_force(p, flight, unit, k)
     change = 0.0
     if home > 0:
         change = load_derivative(home, k)

@@ -21,7 +21,7 @@ from vibropipe.physics.derivatives import (
 from vibropipe.physics.impulse import free_flow_by_h
 from vibropipe.physics.load import forcing_period
 from vibropipe.physics.quotient import divide
-from vibropipe.physics.saltation import product
+from vibropipe.physics.saltation import eigenvalues_of, product
 from vibropipe.physics.variation import BY_W, BY_Y
 
 # Share of the larger multiplier below which the difference of both is rounding: their derivative is infinite there.
@@ -128,14 +128,9 @@ def fill_multipliers(p, m, flights, slopes, values, derivatives, second) -> None
             values[:] = 0.0
             derivatives[:] = 0.0
             return
-    half = 0.5 * fill_trace_derivatives(p, flights, slopes, second)
+    trace = fill_trace_derivatives(p, flights, slopes, second)
     determinant, _slope = determinant_and_derivative(p, m, flights, 0)
-    square = half * half - determinant
-    first = complex(half, math.sqrt(max(-square, 0.0)))
-    other = first.conjugate()
-    if square >= 0.0:
-        first = complex(half + math.copysign(math.sqrt(square), half), 0.0)
-        other = divide(complex(determinant, 0.0), first)
+    first, other = eigenvalues_of(trace, determinant)
     values[0], values[1] = first, other
     difference = first - other
     if not abs(difference) > DOUBLE * abs(first):

@@ -25,9 +25,7 @@ from vibropipe.orbits.law.flights import fill_gap_slopes, gap_of_piece
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
-from vibropipe.orbits.law.steps import DETERMINANT, GAP, MARGIN, N_TESTS, SLOW_EVENT, SPEED, TRACE
-from vibropipe.physics.contact import to_velocity
-from vibropipe.physics.derivatives import gap_acceleration
+from vibropipe.orbits.law.steps import DETERMINANT, GAP, MARGIN, N_TESTS, SPEED, TRACE
 
 # Number of a point beside its tests: the time at which its orbit touches a support.
 TOUCHED = N_TESTS
@@ -178,11 +176,7 @@ class LawBoundary(LawZeros):
             return "change" if self.effects.has_pieces else "rest"
         if self.effects.has_pieces:
             return TOUCHES[self.kind]
-        n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
-        p, support = self.parameters_of(point.u), int(self.sequence.codes[i, HOME])
-        second, w = self.effects.second_harmonic, to_velocity(support, point.u[n + i])
-        is_pressed = gap_acceleration(p, support, point.u[i], 0.0, w, second) < 0.0
-        return "chatter" if is_pressed else TOUCHES[self.kind]
+        return "chatter" if self.is_pressed(point) else TOUCHES[self.kind]
 
     def near_end(self, point: Point) -> str:
         """Return what a boundary meets next to a point from which no step succeeds, or ""."""
@@ -190,17 +184,13 @@ class LawBoundary(LawZeros):
             return TOUCHES[self.kind]
         if point.tests[GAP] < NEAR_END and self.touch[0] != of.ANY:
             return self.meeting_of(GAP, point)
-        half = halves_agree(self.sequence, point.u, self.weights, NEAR_HALVES)
-        return f"degenerate_{half}" if half and self._may_halve(half) else ""
+        symmetric = self.box.symmetric
+        half = halves_agree(self.sequence, point.u, self.weights, symmetric, NEAR_HALVES)
+        return f"degenerate_{half}" if half else ""
 
     def halves_at(self, point: Point) -> str:
         """Return how both halves of an orbit agree: as `halves_agree`."""
-        half = halves_agree(self.sequence, point.u, self.weights)
-        return half if self._may_halve(half) else ""
-
-    def _may_halve(self, half: str) -> bool:
-        """Return whether the exciter has orbits that are their own mirror image, if that is asked."""
-        return half != "pitchfork" or self.box.symmetric
+        return halves_agree(self.sequence, point.u, self.weights, self.box.symmetric)
 
     def passes(self, points: list[Point], point: Point) -> bool:
         """Return whether the boundary through some points passes through another, of the same events."""

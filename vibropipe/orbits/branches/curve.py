@@ -3,15 +3,12 @@
 from __future__ import annotations
 
 from vibropipe.continuation.curve import Point
-from vibropipe.march.piece_log import HOME
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawCurve
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Problem, Scales
-from vibropipe.orbits.law.steps import GAP, MARGIN, SLOW_EVENT, SPEED
-from vibropipe.physics.contact import to_velocity
-from vibropipe.physics.derivatives import gap_acceleration
+from vibropipe.orbits.law.steps import GAP, MARGIN, SPEED
 
 # Index of l, the scale of displacements, among the parameters.
 L = 3
@@ -35,12 +32,7 @@ class ImpactCurve(LawCurve):
     def end_of(self, test: int, point: Point) -> tuple[str, str]:  # noqa: D102 - as LawZeros
         if test == GAP:
             return ("grazing", "gap") if int(point.tests[MARGIN]) == of.GAP else ("end", "rest")
-        n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
-        support = int(self.sequence.codes[i, HOME])
-        p = self.parameters(point.value)
-        second, w = self.problem.effects.second_harmonic, to_velocity(support, point.u[n + i])
-        is_pressed = gap_acceleration(p, support, point.u[i], 0.0, w, second) < 0.0
-        return ("end", "chatter") if is_pressed else ("grazing", "speed")
+        return ("end", "chatter") if self.is_pressed(point) else ("grazing", "speed")
 
 
 def is_no_motion(point: Point) -> bool:

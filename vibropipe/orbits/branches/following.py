@@ -103,11 +103,10 @@ class BranchFollower(Follower):
         if test == DOUBLING:
             return ("pitchfork" if curve.sequence.mirrored else "flip"), ""
         if test == FOLD:
-            kind = halves_agree(curve.sequence, point.u, curve.weights)
-            # Of an exciter that is nearly symmetric an orbit is nearly its mirror image, at a fold.
-            if kind and (kind == "flip" or curve.problem.symmetric):
-                return kind, "doubled"
-            return "fold", "fold" if curve.problem.until_fold else ""
+            kind = halves_agree(curve.sequence, point.u, curve.weights, curve.problem.symmetric)
+            return (
+                (kind, "doubled") if kind else ("fold", "fold" if curve.problem.until_fold else "")
+            )
         return curve.end_of(test, point)
 
     def looks_ahead(self) -> bool:  # noqa: D102 - as Follower

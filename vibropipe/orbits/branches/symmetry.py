@@ -53,15 +53,22 @@ def halves_difference(
 
 
 def halves_agree(
-    sequence: Law, u: np.ndarray, weights: np.ndarray, tolerance: float = EQUAL_HALVES
+    sequence: Law,
+    u: np.ndarray,
+    weights: np.ndarray,
+    symmetric: bool,
+    tolerance: float = EQUAL_HALVES,
 ) -> str:
     """Return how the halves of an orbit agree: "flip" if it repeats, "pitchfork" if it mirrors itself, "" if not.
 
     sequence, u, weights : as for `halves_difference`
+    symmetric : whether the exciter is its own mirror image; an orbit of another may nearly mirror itself
     tolerance : largest weighted difference of the halves
     """
     # The force repeats after whole periods and mirrors itself after odd halves.
     kind = "pitchfork" if sequence.m % 2 else "flip"
+    if kind == "pitchfork" and not symmetric:
+        return ""
     difference = halves_difference(sequence, u, weights, kind)
     return kind if difference is not None and np.abs(difference).max() < tolerance else ""
 
@@ -129,7 +136,7 @@ def primitive(
             )
             u, weights = u[kept], weights[kept]
             break
-    if symmetric and halves_agree(sequence, u, weights, SAME_PARTS) == "pitchfork":
+    if halves_agree(sequence, u, weights, symmetric, SAME_PARTS) == "pitchfork":
         return halved(sequence, u, "pitchfork")
     return sequence, u
 

@@ -65,8 +65,8 @@ def seed_of_orbit(
     speed = max(least, float(np.abs(u[n : 2 * n]).max()))
     sequence = law_of_impacts(m, 0, supports)
     curve = ImpactCurve(problem, sequence, speed)
-    kind = halves_agree(sequence, u, curve.weights, SETTLED_HALVES)
-    if problem.symmetric and kind == "pitchfork":
+    kind = halves_agree(sequence, u, curve.weights, problem.symmetric, SETTLED_HALVES)
+    if kind == "pitchfork":
         sequence, u = halved(sequence, u, kind)
         curve = ImpactCurve(problem, sequence, speed)
     point = curve.settle(u)

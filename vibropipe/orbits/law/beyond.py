@@ -297,9 +297,8 @@ def _speed_beside(curve: LawCurve, u: np.ndarray, event: int, pieces: int) -> fl
 def _repeats(point: Point) -> bool:
     """Return whether an orbit repeats its half, or mirrors it: another law solves the same equations."""
     curve = point.curve
-    if curve.sequence.m % 2 and not curve.problem.symmetric:
-        return False
-    return bool(halves_agree(curve.sequence, point.u, curve.weights, SAME))
+    symmetric = curve.problem.symmetric
+    return bool(halves_agree(curve.sequence, point.u, curve.weights, symmetric, SAME))
 
 
 def is_kept(point: Point) -> bool:

@@ -30,6 +30,7 @@ from vibropipe.orbits.law.steps import (
     GAP,
     N_TESTS,
     PAIR,
+    SLOW_EVENT,
     SPEED,
     System,
     fill_at,
@@ -40,7 +41,7 @@ from vibropipe.orbits.law.steps import (
 from vibropipe.orbits.law.tied import Tied
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.derivatives import ALL_DIFFERENTIATED
+from vibropipe.physics.derivatives import ALL_DIFFERENTIATED, gap_acceleration
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.housing import momentum_share
 from vibropipe.physics.load import forcing_period
@@ -136,6 +137,13 @@ class LawZeros(Curve):
     def point(self, u: np.ndarray, tangent: np.ndarray, tests: np.ndarray) -> Point:
         """Return a point of this branch."""
         return Point(u, tangent, tests, self)
+
+    def is_pressed(self, point: Point) -> bool:
+        """Return whether the slowest impact on a rigid support is pressed on it, and rests where it has no speed."""
+        n, i = len(self.sequence.codes), int(point.tests[SLOW_EVENT])
+        p, support = self.parameters_of(point.u), int(self.sequence.codes[i, HOME])
+        w, second = to_velocity(support, point.u[n + i]), self.effects.second_harmonic
+        return bool(gap_acceleration(p, support, point.u[i], 0.0, w, second) < 0.0)
 
     def parameters_of(self, u: np.ndarray) -> Any:
         """Return the `Parameters` at some unknowns."""

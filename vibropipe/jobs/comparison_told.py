@@ -34,7 +34,7 @@ def as_lines(found: Comparison) -> list[str]:
     rows = f"{count(found.rows, 'row')}{over} in both"
     lines += ["", f"{rows}, {found.only[0]:,} in A alone, {found.only[1]:,} in B alone"]
     if found.laws is not None:
-        differ = "differs" if len(found.laws) == 1 else "differ"
+        differ = "differs" if 1 in (len(found.laws), found.rows) else "differ"
         lines.append(f"law of motion: {len(found.laws):,} of {count(found.rows, 'row')} {differ}")
         lines += cut([f"  {law}" for law in found.laws])
     if found.changes:

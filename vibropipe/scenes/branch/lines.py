@@ -11,9 +11,9 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import orbit_texts
 from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
-from vibropipe.solve.rebuild import ties_of
+from vibropipe.solve.branch import problem
+from vibropipe.solve.rebuild import exciter_of, ties_of
 from vibropipe.words.bifurcations import Bifurcation
-from vibropipe.words.parameters import TWINS
 from vibropipe.words.vocabulary import held_name, quantity
 
 SAME_VALUES = 1e-6  # relative difference of parameters of mirror images
@@ -54,15 +54,9 @@ def followed(dataset: xr.Dataset) -> str:
 
 def is_symmetric(dataset: xr.Dataset) -> bool:
     """Return whether the exciter is its own mirror image, half a forcing period later, all along the branches."""
-
-    def values(name: str) -> np.ndarray:
-        held = held_name(dataset, name)
-        return np.asarray(dataset[held].values if held in dataset else 0.0)
-
-    is_even = all(np.array_equal(values(one), values(two)) for one, two in TWINS)
-    return is_even and not any(
-        values(name).any() for name in ("delta", "load", "f2", "housing_load")
-    )
+    along = dataset[followed(dataset)].values
+    ends = (int(along.argmin()), int(along.argmax()))
+    return all(problem.is_symmetric(exciter_of(dataset.isel(point=n))) for n in ends)
 
 
 def has_points(dataset: xr.Dataset) -> bool:

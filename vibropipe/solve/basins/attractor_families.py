@@ -157,11 +157,9 @@ def _settled(exciter: Exciter, state: np.ndarray) -> np.ndarray | None:
     states = section.sections(rows.section[0], m or STATES)
     if len(states) < (m or STATES):
         return None
-    if m == 0 or exciter.friction == 0.0:
-        return states
     # A mass that friction holds stays wherever it is: such places attract nothing.
-    radius = spectral_radius(section.jacobian(rows.section[0], m))
-    return states if radius < MAX_RADIUS else None
+    attracts = m == 0 or spectral_radius(section.jacobian(states[0], m)) < MAX_RADIUS
+    return states if attracts else None
 
 
 def _number(

@@ -68,12 +68,14 @@ def label_rows(
         Dimensions and values by name, over `row` (and `support`, `harmonic`, `multiplier`, `phase`, `subharmonic`,
         `visit`) or `impact`.
     """
-    values = _values(rows, parameters, outputs)
+    # An orbit of m = 1 is one of the forcing period, or a conservative one of its own.
+    nu = np.where(rows.period_multiple == 1, rows.frequency, parameters[:, 0])
+    values = _values(rows, nu, parameters, outputs)
     variables: Variables = {name: (row_dims(name), array) for name, array in values.items()}
     if rows.exponent.size > 0:
         variables["lyapunov_exponent_error"] = (("row",), rows.exponent[:, 1])
     if rows.e_row.size > 0:
-        variables |= label_errors(rows, _own_frequency(rows, parameters), parameters)
+        variables |= label_errors(rows, nu, parameters)
     if rows.multipliers.size > 0:
         error = variables.get("floquet_multiplier" + ERROR_SUFFIX)
         is_stable = decay(rows.multipliers, error and error[1]) > 0.0
@@ -88,17 +90,11 @@ def label_rows(
     }
 
 
-def _own_frequency(rows: RowResults, parameters: np.ndarray) -> np.ndarray:
-    """Return the frequency of harmonics: nu, or that of a conservative orbit of its own."""
-    return np.where(rows.period_multiple == 1, rows.frequency, parameters[:, 0])
-
-
 def _values(
-    rows: RowResults, parameters: np.ndarray, outputs: Collection[str]
+    rows: RowResults, nu: np.ndarray, parameters: np.ndarray, outputs: Collection[str]
 ) -> dict[str, np.ndarray]:
-    """Return the quantities of rows by their names, without errors and derivatives."""
+    """Return the quantities of rows by their names, without errors and derivatives; nu : (rows,), of harmonics."""
     m, solved = rows.period_multiple, is_solved(rows.status)[:, None]
-    nu = _own_frequency(rows, parameters)
     # The section of an unsolved row is its start, not a result.
     section = np.where(solved, rows.section, np.nan)
     values = {

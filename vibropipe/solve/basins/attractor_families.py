@@ -10,7 +10,7 @@ import numpy as np
 
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import within_room
-from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet
+from vibropipe.solve.basins.attractor_set import SAME_ORBIT, AttractorSet, loses
 from vibropipe.solve.basins.neighbourhood import MAX_RADIUS, spectral_radius
 from vibropipe.solve.basins.section_map import SectionMap
 from vibropipe.solve.sweep.blocks import MAX_PERIODS
@@ -20,6 +20,8 @@ from vibropipe.words.regimes import Regime
 # along which an attractor goes on. Steps are halved until it holds, down to a share of the step between two values:
 # an attractor whose states still lie apart has jumped.
 CONTINUOUS, MIN_STEP = 0.05, 2.0**-10
+# Share of what is left up to the next value by which a step may fall short of it and still be the last.
+ROUNDING = 1e-9
 # States at the section by which an attractor without an orbit is compared.
 STATES = 512
 
@@ -83,7 +85,7 @@ def carry(source: AttractorSet, index: int, target: AttractorSet, name: str) -> 
     begin, end = (getattr(each.numbers(), name) for each in (exciter, target.section.exciter))
     value, step = begin, end - begin
     while True:
-        is_last = abs(step) >= abs(end - value)
+        is_last = abs(step) >= (1.0 - ROUNDING) * abs(end - value)
         ahead = target.section.exciter if is_last else replace(exciter, **{name: value + step})
         owner = target.attractor_of(_within(ahead, states[0])) if is_last else -1
         settled = _settled(ahead, states[0]) if not is_last else None
@@ -152,7 +154,7 @@ def _settled(exciter: Exciter, state: np.ndarray) -> np.ndarray | None:
     section = SectionMap(exciter)
     rows = section.steady_states(_within(exciter, state)[None], MAX_PERIODS)
     m = int(rows.period_multiple[0])
-    if m == 0 and rows.regime[0] != Regime.APERIODIC:
+    if m == 0 and not (rows.regime[0] == Regime.APERIODIC and loses(exciter, rows.impacts[0])):
         return None
     states = section.sections(rows.section[0], m or STATES)
     if len(states) < (m or STATES):

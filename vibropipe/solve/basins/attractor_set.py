@@ -155,16 +155,13 @@ class AttractorSet:
         for i, (m, regime) in enumerate(zip(rows.period_multiple, rows.regime, strict=True)):
             if m > 0:
                 owner[i] = self._orbit(rows.section[i], int(m))
-            elif regime == Regime.APERIODIC and not orbits_only and self._loses(rows.impacts[i]):
+            elif (
+                regime == Regime.APERIODIC
+                and not orbits_only
+                and loses(self.section.exciter, rows.impacts[i])
+            ):
                 owner[i] = self._aperiodic(rows.section[i])
         return owner
-
-    def _loses(self, impacts: np.ndarray) -> bool:
-        """Return whether a motion with impacts (2,) on the supports loses energy: without loss nothing attracts."""
-        exciter = self.section.exciter
-        soft = np.array([exciter.k1, exciter.k2]) > 0
-        loses = np.where(soft, [exciter.h1 > 0, exciter.h2 > 0], [exciter.R1 < 1, exciter.R2 < 1])
-        return exciter.h > 0 or exciter.friction > 0 or bool(loses[impacts > 0].any())
 
     def _captured(self, start: np.ndarray) -> int:
         """Return the index of the known attractor that a state at the section settles on, or UNDECIDED."""
@@ -267,3 +264,10 @@ def visited_cells(sections: np.ndarray) -> tuple[np.ndarray, np.ndarray, np.ndar
             break
         cells, scale, n = finer, n / extent, 2 * n
     return cells, corner, scale
+
+
+def loses(exciter: Exciter, impacts: np.ndarray) -> bool:
+    """Return whether a motion with impacts (2,) on the supports loses energy: without loss nothing attracts."""
+    soft = np.array([exciter.k1, exciter.k2]) > 0
+    at = np.where(soft, [exciter.h1 > 0, exciter.h2 > 0], [exciter.R1 < 1, exciter.R2 < 1])
+    return exciter.h > 0 or exciter.friction > 0 or bool(at[impacts > 0].any())

@@ -25,11 +25,11 @@ from vibropipe.lab.timing import (
     time_in_rounds,
 )
 from vibropipe.lab.work_precision import motion_coordinates
-from vibropipe.lab.work_precision_methods import BenchmarkMotion, March, effects_of_motion
+from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
-from vibropipe.physics.effects import Effects, all_effects, effect_names, effects_of
+from vibropipe.physics.effects import Effects, all_effects, effect_names, effects_of, grid_effects
 from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.run import run_motion
@@ -130,7 +130,7 @@ def samples_of(outputs: Collection[str]) -> int:
 def march_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> TimedWork:
     """Return the work of marching a motion over its periods, sampled if its outputs include the motion."""
     motion = motion.about_equilibrium()
-    grid = exact_grid(effects_of_motion(motion), motion.exciter.parameters())
+    grid = exact_grid(grid_effects(effects), motion.exciter.parameters())
     march = March(motion, grid, effects, samples_of(case.outputs))
     march.repeat(1)
     impacts, rests = (float(march.log.counts[k]) / motion.periods for k in (IMPACTS, RESTS))

@@ -17,7 +17,7 @@ from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.physics.conservative import is_conservative
-from vibropipe.physics.effects import Effects, all_effects
+from vibropipe.physics.effects import Effects, all_effects, grid_effects, start_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.equilibrium import about_equilibrium, from_equilibrium
@@ -103,13 +103,15 @@ def exact(motion: BenchmarkMotion) -> Candidate:
     if is_conservative(p, motion.x0, motion.v0):
         solve = partial(run_motion, motion.exciter, motion.request())
         return Candidate(partial(solve_once, motion, None), repeated(solve))
-    return marching_candidate(motion, exact_grid(effects_of_motion(motion), p))
+    return marching_candidate(motion, exact_grid(grid_effects(effects_of_motion(motion)), p))
 
 
 def newmark(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Return Newmark's method with event location."""
     p = motion.exciter.parameters()
-    return marching_candidate(motion, newmark_grid(effects_of_motion(motion), p, steps))
+    return marching_candidate(
+        motion, newmark_grid(grid_effects(effects_of_motion(motion)), p, steps)
+    )
 
 
 def marching_candidate(motion: BenchmarkMotion, grid: StepGrid) -> Candidate:
@@ -135,8 +137,7 @@ class March:
         self.parameters = motion.exciter.parameters()
         self.log = self.new_log(MARCH_LOG_CAPACITY)
         start = 0.0, motion.x0, motion.v0, 0.0
-        # One kernel finds the starts of all motions, whatever effects theirs have.
-        problem = effects_of_motion(motion), self.parameters, grid
+        problem = start_effects(self.effects), self.parameters, grid
         self.start = start_state(self.log.pieces, *problem, *start)
         self.end = grid_time(float(motion.periods), grid.steps)
         self.samples = None
@@ -194,7 +195,7 @@ def newmark_crude(motion: BenchmarkMotion, steps: int) -> Candidate:
     """Return Newmark's method with impacts applied at the end of the step."""
     p = motion.exciter.parameters()
     effects = effects_of_motion(motion)
-    grid = newmark_grid(effects, p, steps)
+    grid = newmark_grid(grid_effects(effects), p, steps)
     arguments = effects, p, grid, motion.periods, motion.x0, motion.v0
     capacity = MARCH_LOG_CAPACITY
 

@@ -96,7 +96,7 @@ def all_effects(
 
     pieces : whether the caller computes soft supports and friction; both are then added where the parameters have one,
     so that one kernel serves all such exciters. housing : whether it computes a housing that slides, too, which is
-    added, with both, where the parameters have one.
+    added where the parameters have one.
 
     Raises ParameterError if the parameters have an effect that is not computed.
     """
@@ -110,10 +110,21 @@ def all_effects(
     further = ALL_EFFECTS._replace(
         **{each.name: 1 if has_effect(each, values) else None for each in ALWAYS_COMPUTED}
     )
-    if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES):
-        has_housing = occurs(values.get("mass_ratio", 0.0))
-        return further._replace(soft=1, friction=1, housing=1 if has_housing else None)
-    return further
+    if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES if name not in OF_HOUSING):
+        further = further._replace(soft=1, friction=1)
+    return further._replace(housing=1) if occurs(values.get("mass_ratio", 0.0)) else further
+
+
+def grid_effects(effects: Effects) -> Effects:
+    """Return the effects of the kernel that makes a grid, for marches with some effects: few kernels for all."""
+    return ALL_EFFECTS._replace(second_harmonic=effects.second_harmonic)
+
+
+def start_effects(effects: Effects) -> Effects:
+    """Return the effects of the kernel that begins a march with some effects: few kernels for all."""
+    fields = {name: getattr(effects, name) for name in ("second_harmonic", "housing", "no_pull")}
+    by_pieces = {"soft": 1, "friction": 1} if effects.has_pieces else {}
+    return ALL_EFFECTS._replace(**fields, **by_pieces)
 
 
 def check_first_harmonic(values: Mapping[str, Any]) -> None:

@@ -15,6 +15,7 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.grid import newmark_grid
 from vibropipe.march.log import EVALUATIONS, POLYNOMIALS, STEPS
+from vibropipe.physics.effects import grid_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.flow import steps_for_exact
 from vibropipe.physics.limits import ACCURACY, STEPS_PER_PERIOD, within_text
@@ -116,7 +117,7 @@ def choose_method(
         return best, exact, variables, errors
     steps = MIN_STEPS
     while least_cost(steps, periods, exact) < nanoseconds and steps <= STEPS_PER_PERIOD[1]:
-        grid = newmark_grid(request.effects, exciter.parameters(), steps)
+        grid = newmark_grid(grid_effects(request.effects), exciter.parameters(), steps)
         run = run_motion(exciter, unsampled, grid)
         trial_cost = cost(NEWMARK_PRICES, steps, run)
         if trial_cost < nanoseconds and run.status == Status.OK:

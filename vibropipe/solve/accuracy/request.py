@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 import numpy as np
 
 from vibropipe.march.grid import newmark_grid
+from vibropipe.physics.effects import grid_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.limits import ACCURACY
 from vibropipe.solve.accuracy.method_choice import check_accuracy, choose_method
@@ -32,7 +33,9 @@ def simulate_to_accuracy(exciter: Exciter, request: MotionRequest, accuracy: Any
     requested_error = check_accuracy(accuracy)
     choice, run, variables, errors = choose_method(exciter, request, requested_error)
     if choice.steps_per_period is not None:
-        grid = newmark_grid(request.effects, exciter.parameters(), choice.steps_per_period)
+        grid = newmark_grid(
+            grid_effects(request.effects), exciter.parameters(), choice.steps_per_period
+        )
         run = run_motion(exciter, request, grid)
         exact, variables = variables, to_variables(exciter, request, run)
         errors = deviation(variables, exact, errors)

@@ -18,7 +18,7 @@ from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, grid_effects, start_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import (
@@ -149,13 +149,14 @@ def _run(exciter: Exciter, request: MotionRequest, grid: StepGrid | None) -> Mot
     check_whole("samples_per_period", request.samples_per_period, SAMPLES_PER_PERIOD)
     solve_closed_form = closed_form_solver(exciter, request) if grid is None else None
     if solve_closed_form is None:
-        grid = exact_grid(request.effects, exciter.parameters()) if grid is None else grid
+        if grid is None:
+            grid = exact_grid(grid_effects(request.effects), exciter.parameters())
         _check_steps(request, turns[1] - turns[0], grid.steps)
         run = _march(exciter, request, grid, turns)
     else:
         if request.energy:
             # Energies are integrated step by step, also of a motion in closed form.
-            steps = exact_steps(request.effects, exciter.parameters())
+            steps = exact_steps(grid_effects(request.effects), exciter.parameters())
             _check_steps(request, turns[1] - turns[0], steps)
         after = sample_times(turns, request.samples_per_period)
         columns, xs, vs = solve_closed_form(exciter, request, turns, after)
@@ -230,7 +231,7 @@ def _march(
     degree = 2 if grid.exact is None else DEGREE
     pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
     start = request.x, request.v, request.housing_v0
-    state = start_state(pieces, e, p, grid, turns[0], *start)
+    state = start_state(pieces, start_effects(e), p, grid, turns[0], *start)
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)

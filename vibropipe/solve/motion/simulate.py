@@ -6,7 +6,7 @@ from collections.abc import Sequence
 from typing import TYPE_CHECKING, Any
 
 from vibropipe.march.grid import StepGrid, newmark_grid
-from vibropipe.physics.effects import Effects, resolve_effects
+from vibropipe.physics.effects import Effects, grid_effects, resolve_effects
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.limits import STEPS_PER_PERIOD, within_text
 from vibropipe.solve.accuracy.request import simulate_to_accuracy
@@ -232,7 +232,9 @@ def _grid(
     if method not in METHODS:
         raise ParameterError("method", method, " or ".join(METHODS))
     if method == "newmark":
-        return newmark_grid(effects, exciter.parameters(), check_steps(steps_per_period))
+        return newmark_grid(
+            grid_effects(effects), exciter.parameters(), check_steps(steps_per_period)
+        )
     if steps_per_period is not None:
         must = "must be left out unless method is newmark; the exact method has no step"
         raise ParameterError("steps_per_period", steps_per_period, must=must)

@@ -20,7 +20,13 @@ from vibropipe.march.grid import Instant, exact_grid
 from vibropipe.march.log import new_log
 from vibropipe.march.loop import march
 from vibropipe.march.state import State, departure_mode, initial_state
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, effects_from_names
+from vibropipe.physics.effects import (
+    ALL_EFFECTS,
+    Effects,
+    effects_from_names,
+    effects_of,
+    kernel_effects,
+)
 from vibropipe.physics.flow import DEGREE
 from vibropipe.words.parameters import COMMON_EFFECTS
 
@@ -29,14 +35,7 @@ FORCED = {"l": 0.5, "nu": 1.1, "f": 0.45, "h": 0.1, "delta": 0.01, "R1": 0.6, "R
 FREE = {**FORCED, "f": 0.0}
 CASES: dict[str, tuple[dict[str, float], tuple[float, float], tuple[str, ...]]] = {
     "forcing": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution", "rest")),
-    "forcing and rest": (FREE, (0.1, 3.0), ("damping", "support_1", "support_2", "restitution")),
     "damping": ({**FORCED, "h": 0.0}, (0.0, 0.3), tuple(set(COMMON_EFFECTS) - {"damping"})),
-    "restitution": (
-        {**FORCED, "R1": 1.0, "R2": 1.0},
-        (0.0, 0.5),
-        tuple(set(COMMON_EFFECTS) - {"restitution"}),
-    ),
-    "rest": (FORCED, (0.0, 0.5), tuple(set(COMMON_EFFECTS) - {"rest"})),
     "support 1": (
         {**FORCED, "l": 60.0, "delta": 59.8},
         (0.0, 1.0),
@@ -81,7 +80,7 @@ def test_null_effects_change_no_bit_of_the_formulas() -> None:
     assert printed(code, PYTHONPATH=path, NUMBA_DISABLE_JIT="1") == "same\n"
 
 
-@pytest.mark.parametrize("absent", sampled(["forcing and rest", "support 1", "support 2"]))
+@pytest.mark.parametrize("absent", sampled(["forcing", "support 1", "support 2"]))
 def test_null_effects_change_no_bit_of_compiled_kernels(absent: str) -> None:
     full, without = motions(absent, {}, samples=4)
     assert full.impact_tau.size > 2
@@ -103,7 +102,7 @@ def test_unforced_motions_are_those_of_the_full_kernel(
     exciter = vp.Exciter(l=width, f=0.0, h=h, delta=share * width, R1=R1, R2=R2)
     options = {"tau_end": tau_end, "x0": (share + x) * width, "v0": v, "samples_per_period": 0}
     full = vp.simulate(exciter, **options)
-    without = vp.simulate(exciter, effects=CASES["forcing and rest"][2], **options)
+    without = vp.simulate(exciter, effects=CASES["forcing"][2], **options)
     # Nearly grazing impacts amplify rounding; others by no more than the ratio of speeds.
     speeds = np.abs(full.impact_velocity.values)
     assume(speeds.size == 0 or speeds.min() > 1e-3)
@@ -153,6 +152,25 @@ def holds_a_sine(kernel: Any, e: Effects, f: float, *arguments: Any) -> bool:
     coefficient = np.float64(1.58969099521155010221e-10).tobytes()
     called = re.search(rb"\0(sin|cos|sincos)\0|_ZN9vibropipe7physics4load12sincos_turns", code)
     return coefficient in code or called is not None
+
+
+def test_one_kernel_serves_all_losses_at_supports() -> None:
+    """With a support, restitution and rest are in every kernel; without one, in none that does not call for them."""
+    calls = {
+        "strong": {"f": 1.5}, "weak": {"f": 0.3}, "lossless": {"R1": 1.0, "R2": 1.0},
+        "rubbed": {"friction": 0.1}, "soft": {"k1": 100.0, "h1": 1.0, "R1": 1.0}, "free": {"l": 50.0},
+    }  # fmt: skip
+    called = {
+        name: effects_of({**FORCED, "delta": 0.0, **given}, 0.0, 0.0)
+        for name, given in calls.items()
+    }
+    assert len({*called.values()}) == 6
+    kernels = {name: kernel_effects(each) for name, each in called.items()}
+    assert kernels["strong"] == kernels["weak"] == kernels["lossless"] == ALL_EFFECTS
+    assert kernels["rubbed"] == ALL_EFFECTS._replace(friction=1)
+    assert kernels["soft"] == ALL_EFFECTS._replace(soft=1)
+    assert kernels["free"] == called["free"]
+    assert called["free"].rest is None
 
 
 def test_an_unforced_kernel_holds_no_sine() -> None:

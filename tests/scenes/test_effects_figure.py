@@ -78,7 +78,7 @@ def test_the_answers_are_of_the_same_motion(costs):
     assert physics.lead == "Physics, at equal impacts: 39 times as long with dry friction."
     assert physics.rest == "Offset costs nothing."
     assert outputs.lead == "Outputs: 1.6 times as long with energy."
-    told = "What a motion or a sweep does not call for costs no time: its code is left out."
+    told = "What a motion or a sweep does not call for costs hardly any time: its code is left out, or idle."
     assert left_out.lead == told
     assert title_of(costs) == "Price list: at equal impacts, dry friction and energy cost most"
     few = costs.isel(motion=costs["time_ratio"].values < 50)

@@ -29,7 +29,14 @@ from vibropipe.lab.work_precision_methods import BenchmarkMotion, March
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.log import IMPACTS, RESTS
 from vibropipe.march.piece_log import piece_log_of
-from vibropipe.physics.effects import Effects, all_effects, effect_names, effects_of, grid_effects
+from vibropipe.physics.effects import (
+    Effects,
+    all_effects,
+    effect_names,
+    effects_of,
+    grid_effects,
+    kernel_effects,
+)
 from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.run import run_motion
@@ -100,7 +107,7 @@ class TimedWork(NamedTuple):
 
 def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> TimedWork:
     """Return the work of a steady state as a sweep solves it: one row of as many periods as its transient takes."""
-    motion = motion.about_equilibrium()
+    motion, effects = motion.about_equilibrium(), kernel_effects(effects)
     row = np.tile(motion.exciter.parameters(), (ROWS_PER_CALL, 1))
     starts = np.tile((motion.x0, motion.v0), (ROWS_PER_CALL, 1))
     buffer = new_impact_buffer(ROWS_PER_CALL)

@@ -17,7 +17,13 @@ from vibropipe.march.loop import march_repeatedly
 from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.physics.conservative import is_conservative
-from vibropipe.physics.effects import Effects, all_effects, grid_effects, start_effects
+from vibropipe.physics.effects import (
+    Effects,
+    all_effects,
+    grid_effects,
+    kernel_effects,
+    shared_effects,
+)
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.solve.equilibrium import about_equilibrium, from_equilibrium
@@ -133,11 +139,11 @@ class March:
         samples_per_period: int = 0,
     ) -> None:
         self.grid, self.scratch = grid, np.empty(3 if grid.exact is None else DEGREE + 1)
-        self.effects = effects_of_motion(motion) if effects is None else effects
+        self.effects = kernel_effects(effects or effects_of_motion(motion))
         self.parameters = motion.exciter.parameters()
         self.log = self.new_log(MARCH_LOG_CAPACITY)
         start = 0.0, motion.x0, motion.v0, 0.0
-        problem = start_effects(self.effects), self.parameters, grid
+        problem = shared_effects(self.effects), self.parameters, grid
         self.start = start_state(self.log.pieces, *problem, *start)
         self.end = grid_time(float(motion.periods), grid.steps)
         self.samples = None

@@ -50,7 +50,7 @@ from vibropipe.orbits.sensitivity.law_multipliers import write_multiplier_deriva
 from vibropipe.orbits.sensitivity.law_orbit import columns_of, ends_of_piece, vary_orbit
 from vibropipe.orbits.sensitivity.rows import with_impact_derivatives
 from vibropipe.physics.derivatives import F2, LOAD, PHI2
-from vibropipe.physics.effects import Effects
+from vibropipe.physics.effects import Effects, shared_effects
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.friction import jumps_at_slip
 from vibropipe.physics.limits import INTEGRAL_STEPS
@@ -298,7 +298,7 @@ def with_errors_of_pieces(
         room = with_impact_derivatives(room)
     has_contacts = effects.soft is not None and effects.housing is None
     steps = write_rows(
-        effects, parameters, room, pieces,
+        shared_effects(effects), parameters, room, pieces,
         room.contacts if has_contacts else None, 1 if has_derivatives else None,
     )  # fmt: skip
     if spent is not None:

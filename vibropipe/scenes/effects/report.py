@@ -14,7 +14,7 @@ from vibropipe.words.wording import capitalised, series
 
 # Groups that are answered, the dearest, and dear entries that are named in each.
 MAX_GROUPS, MAX_NAMED = 2, 2
-LEFT_OUT = "What a motion or a sweep does not call for costs no time: its code is left out."
+LEFT_OUT = "What a motion or a sweep does not call for costs hardly any time: its code is left out, or idle."
 
 
 def answers(dataset: xr.Dataset) -> list[Answer]:

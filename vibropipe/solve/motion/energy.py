@@ -15,7 +15,7 @@ from vibropipe.march.state import initial_state
 from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.housing import GROUND, LOADS
 from vibropipe.orbits.quadrature import add_energy
-from vibropipe.physics.effects import Effects, grid_effects, start_effects
+from vibropipe.physics.effects import Effects, grid_effects, kernel_effects, shared_effects
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.load_harmonics import force_values
@@ -35,10 +35,10 @@ def work_of_flights(
     turns : start and end, in forcing periods
     contacts : columns of `simulate`
     """
-    e, p = effects, exciter.parameters()
+    e, p = kernel_effects(effects), exciter.parameters()
     log = log_of(exciter, contacts, turns[1])
     state = initial_state(
-        start_effects(e), p, exact_grid(grid_effects(e), p), turns[0], *start, None
+        shared_effects(e), p, exact_grid(grid_effects(e), p), turns[0], *start, None
     )
     terms, none = np.zeros(4), np.zeros(0, complex)
     sums = Integrals(terms, np.zeros(0))

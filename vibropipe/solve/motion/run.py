@@ -18,7 +18,13 @@ from vibropipe.orbits.forces import Integrals
 from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.contact import to_displacement, to_velocity
-from vibropipe.physics.effects import ALL_EFFECTS, Effects, grid_effects, start_effects
+from vibropipe.physics.effects import (
+    ALL_EFFECTS,
+    Effects,
+    grid_effects,
+    kernel_effects,
+    shared_effects,
+)
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import (
@@ -227,11 +233,11 @@ def _march(
     exciter: Exciter, request: MotionRequest, grid: StepGrid, turns: tuple[float, float]
 ) -> MotionResult:
     """March one motion."""
-    e, p = request.effects, exciter.parameters()
+    e, p = kernel_effects(request.effects), exciter.parameters()
     degree = 2 if grid.exact is None else DEGREE
     pieces, plain = piece_log_of(e, 2 * MARCH_LOG_CAPACITY, degree)
     start = request.x, request.v, request.housing_v0
-    state = start_state(pieces, start_effects(e), p, grid, turns[0], *start)
+    state = start_state(pieces, shared_effects(e), p, grid, turns[0], *start)
     after, samples = np.empty(0), None
     if request.samples_per_period > 0:
         after = sample_times(turns, request.samples_per_period)

@@ -25,7 +25,7 @@ from vibropipe.orbits.sensitivity.errors import with_errors
 from vibropipe.orbits.sensitivity.law_rows import with_errors_of_pieces
 from vibropipe.orbits.sensitivity.rows import differentiate_rows, with_impact_derivatives
 from vibropipe.orbits.undamped import is_undamped_row, sample_undamped
-from vibropipe.physics.effects import ALL_EFFECTS, Effects
+from vibropipe.physics.effects import ALL_EFFECTS, Effects, kernel_effects
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import MAX_ROW_WORK
@@ -220,7 +220,8 @@ def solve_rows(
     is_soft = soft and effects.soft is not None and effects.housing is None
     contacts = contact_columns(outputs) if is_soft else 0
     room, spent = (buffer_rows, contacts, row_work), [] if spent is None else spent
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, effects, *room, spent)
+    kernel = kernel_effects(effects)
+    solver = _Solver(parameters, start, *limits, harmonics, outputs, kernel, *room, spent)
     n_threads = numba.get_num_threads()
     if n_threads == 1 or len(pieces) == 1:
         for block in blocks:

@@ -257,6 +257,28 @@ def test_under_two_harmonics_points_are_motions_with_their_bifurcations(borders_
     assert kinds == {Bifurcation.FOLD, Bifurcation.FLIP, Bifurcation.GRAZING}
 
 
+def test_a_multiplier_jumps_and_is_not_one_where_an_impact_begins_without_speed():
+    """Along the grazing of (1; 0, 1) det(D - 1) is below -12: it grows without bound as the impact loses its speed."""
+    exciter = dataclasses.replace(EXCITER, h=0.15)
+    curves = vp.boundary(
+        exciter, ["grazing", "fold", "flip"], ("nu", "f2"), ((0.8, 2.0), (0.0, 0.5)), lines=4
+    )
+    multipliers = {Meeting.GRAZING_FOLD: 1.0, Meeting.GRAZING_FLIP: -1.0}
+    on_grazings = 0
+    for kind, point in zip(curves.meeting_kind.values, curves.meeting_point.values, strict=True):
+        one = curves.isel(point=int(point))
+        if kind in multipliers and one.boundary_kind == Bifurcation.GRAZING:
+            on_grazings += 1
+            distance = np.abs(one.floquet_multiplier.values - multipliers[Meeting(kind)]).min()
+            assert distance < 1e-6
+    assert on_grazings >= 10
+    own = (curves.boundary_kind == Bifurcation.GRAZING) & (curves.period_multiple == 1)
+    own &= (curves.impacts_per_orbit == (0, 1)).all("support")
+    met = np.isin(curves.meeting_point.values, np.flatnonzero(own.values))
+    kinds = {Meeting(int(kind)).name for kind in curves.meeting_kind.values[met]}
+    assert kinds == {"BOX", "DOUBLE_GRAZING"} or kinds == {"BOX"}
+
+
 def test_a_second_harmonic_that_vanishes_has_the_curves_of_one():
     """The curve over f2 passes f2 = 0 at the force of the closed form."""
     exciter = dataclasses.replace(EXCITER, delta=-0.2, nu=1.4, phi2=0.6)

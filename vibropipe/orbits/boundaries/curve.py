@@ -75,6 +75,7 @@ class BoundaryFollower(Follower):
     curve: LawBoundary
     ends = (SPEED, GAP)
     hinted = (GAP, SPEED)
+    jumps = True  # the return map's derivative is infinite where an impact loses its speed
     max_points = 5_000
     crawl_length = 1e-5
 

@@ -144,7 +144,8 @@ def label_points(boundary: Boundary) -> Variables:
     largest = np.abs(multipliers).max(axis=1)
     if curve.kind != GRAZINGS:
         # One multiplier is 1 or -1, and the product of both, the determinant, is the other's modulus.
-        largest = np.abs(multipliers.prod(axis=1))
+        with np.errstate(invalid="ignore"):  # infinite times unknown where an impact has no speed
+            largest = np.abs(multipliers.prod(axis=1))
         if curve.width > 2:
             largest = np.abs(_without_unit(multipliers)).max(axis=1)
     for i in np.flatnonzero(np.isnan(largest)).tolist():

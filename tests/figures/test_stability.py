@@ -53,6 +53,16 @@ def test_an_unstable_orbit_is_unstable():
     assert (moduli[is_unstable(branch)] > 1).all()
 
 
+def test_an_orbit_at_its_grazing_is_unstable_however_large_the_error():
+    exciter = vp.Exciter(l=0.5, nu=1.3, f=0.5, h=0.1, R1=0.7, R2=0.7)
+    branch = vp.branch(exciter, "delta", (-0.45, 0.45), switch=["pitchfork", "flip"])
+    at = branch.bifurcation_point.values[branch.bifurcation_kind.values == Bifurcation.GRAZING]
+    moduli = np.abs(branch.floquet_multiplier.values[at]).max(axis=-1)
+    errors = branch.floquet_multiplier_error.values[at].max(axis=-1)
+    assert ((moduli > 1e9) & (errors > moduli)).any()
+    assert is_unstable(branch)[at].all()
+
+
 @pytest.mark.parametrize(
     ("f", "R", "delta", "nu", "kind"),
     [

@@ -271,8 +271,8 @@ def is_neutral(dataset: xr.Dataset) -> NDArray[np.bool_]:
         dataset["floquet_multiplier"].transpose(..., "multiplier").values,
         None if errors is None else errors.transpose(..., "multiplier").values,
     )
-    # An infinite error says nothing: products overflow beside a grazing.
-    error = np.nan_to_num(error, posinf=0.0)
+    # An error beyond 1 says nothing: products grow without bound, or overflow, beside a grazing.
+    error = np.minimum(np.nan_to_num(error, posinf=0.0), 1.0)
     neutral: NDArray[np.bool_] = np.abs(modulus - 1.0) <= np.maximum(error, NEUTRAL_TOLERANCE)
     return neutral & (stable == 0)
 

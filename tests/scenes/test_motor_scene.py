@@ -177,6 +177,15 @@ def test_several_exciters_have_the_speeds_of_each() -> None:
         vp.motor(own.assign(power_input_sensitivity=own.power_input), {"no_load": 2, "stall": 1})
 
 
+def test_one_speed_of_all_values_is_written_once() -> None:
+    # what is not struck does not move the speed
+    own = solved(study(f"{ALONG}, over: {{R1: [0.5, 0.6]}}, motor: {{no_load: 2.2, stall: 2}}"))
+    kept = own.crossing_nu.values[own.speed_is_stable.values == 1]
+    assert kept.size == 2
+    assert np.ptp(kept) <= 1e-12
+    assert branch_answers(own)[0].rest.startswith(f"They lie at ν = {kept[0]:.4g}.")
+
+
 @pytest.mark.slow
 def test_what_is_swept_has_units_or_a_name_of_ones_own_at_speeds_and_jumps() -> None:
     p = (C / M) ** 0.5

@@ -114,13 +114,13 @@ def outwards(low: float, high: float, digits: int = DIGITS) -> tuple[str, str]:
 def from_to(first: float, last: float, digits: int = DIGITS) -> str:
     """Write both ends of a range with as many digits as tell them apart, equal ones once.
 
-    >>> from_to(0.6, 1.6), from_to(1.0, 1.00002), from_to(1.0, 1.0)
-    ('0.6 to 1.6', '1 to 1.00002', '1')
+    >>> from_to(0.6, 1.6), from_to(1.0, 1.00002), from_to(1.23456, 1.23456)
+    ('0.6 to 1.6', '1 to 1.00002', '1.235')
     """
     texts: list[str] = []
     for number in range(digits, MOST_DIGITS + 1):
         texts = [format_number(end, number) for end in (first, last)]
-        if texts[0] != texts[1]:
+        if first == last or texts[0] != texts[1]:
             break
     return " to ".join(dict.fromkeys(texts))
 

@@ -33,6 +33,7 @@ from vibropipe.words.wording import series
 # Ranges of a law that an answer lists.
 MAX_RANGES = 3
 MAX_NAMED = 2  # motions beyond a jump
+PEAK = 3  # points of a peak that are equally high but for SAME
 
 
 def branch_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -256,6 +257,28 @@ def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
     return f"near {symbol_text(axis)} = {value_text(axis, value, digits)}"
 
 
+def places_alike(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
+    """Write where the largest velocity lies if points that are no neighbours have it; empty of one peak."""
+    most = np.nan_to_num(velocity.max("support").values)
+    alike = np.flatnonzero(most >= (1.0 - SAME) * most[point])
+    axis, over = dataset[followed(dataset)], swept(dataset)
+    parameters = [axis, *([dataset[over]] if over else [])]
+    ids = dataset["branch_id"].values
+    runs = 1 + int(((np.diff(alike) > 1) | (np.diff(ids[alike]) != 0)).sum())
+    texts = [
+        ", ".join(
+            f"{symbol_text(each)} = {value_text(each, float(each[n]))}" for each in parameters
+        )
+        for n in alike[np.argsort(axis.values[alike], kind="stable")]
+    ]
+    texts = [*dict.fromkeys(texts)]
+    if len(texts) == 1 or (runs == 1 and alike.size <= PEAK):
+        return ""
+    if len(texts) == 2:
+        return f"at {' and at '.join(texts)}"
+    return "in several places"
+
+
 def end_text(dataset: xr.Dataset, value: float) -> str:
     """Write which bifurcation lies at an end of what is followed, or that it is an end; empty inside."""
     axis = dataset[followed(dataset)]
@@ -278,13 +301,21 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     axis, over = dataset[followed(dataset)], swept(dataset)
     point = int(velocity.max("support").argmax("point"))
     value = float(axis.values[point])
+    most = velocity.max("support").values
+    if (most > (1.0 - SAME) * float(top)).sum() == (most > 0.0).sum() > 1:
+        lead = "All stable motions followed here that strike a support do so equally hard."
+        return Answer(
+            lead, f"The largest velocity before impact is {value_text(top, float(top), 3)}."
+        )
+    where_else = places_alike(dataset, velocity, point)
     beside = over_text(dataset, float(dataset[over][point])) if over else ""
     end = end_text(dataset, value)
     both, most = velocity.isel(point=point).values, velocity.max("point").values
     where = f"support {int(top['support'])}"
     if np.ptp(most) <= SAME * most.max():  # of one orbit, or of mirror images
         where = "each support" if np.ptp(both) <= SAME * both.max() else "one support"
+    place = where_else or f"{peak_text(dataset, velocity, point)}{beside}{end}"
     return Answer(
-        f"Stable motions followed here strike hardest {peak_text(dataset, velocity, point)}{beside}{end}.",
+        f"Stable motions followed here strike hardest {place}.",
         f"The velocity before that impact, on {where}, is {value_text(top, float(top), 3)}.",
     )

@@ -11,6 +11,7 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import arrow, axes, legend_above, noted_canvas, panel
+from vibropipe.figures.claims import from_to
 from vibropipe.figures.line_names import Named
 from vibropipe.figures.motion_words import amount_text, number_word, words_of
 from vibropipe.figures.palette import GREY, INK
@@ -159,8 +160,9 @@ def motor_answer(dataset: xr.Dataset) -> Answer | None:
     kept = speeds.values[dataset["speed_is_stable"].values == 1]
     symbol, over = symbol_text(dataset[followed(dataset)]), swept(dataset)
     if over and kept.size:
-        ends = [format_number(float(value)) for value in (kept.min(), kept.max())]
-        span = with_units(speeds, " to ".join(ends) if kept.size > 1 else ends[0])
+        # One speed of all values differs by its rounding.
+        is_one = np.ptp(kept) <= SAME * kept.max()
+        span = with_units(speeds, from_to(kept.min(), kept.min() if is_one else kept.max()))
         rest = f"They lie at {symbol} = {span}." if kept.size > 1 else f"It is {symbol} = {span}."
         return Answer(
             f"{title_motor(dataset)}.", " ".join(filter(None, [rest, jump_text(dataset)]))

@@ -48,11 +48,14 @@ def yield_answer(dataset: xr.Dataset) -> Answer | None:
         lead = f"At none of {n} points where parts were scattered is it shown that {keep}"
     if shares.min() == shares.max():
         return Answer(lead, f"At each, {percent(float(shares.min()))} of {PARTS} do.")
-    least = int(points[shares.argmin()])
+    least, alike = int(points[shares.argmin()]), int((shares == shares.min()).sum())
+    fewest = f"The fewest, {percent(float(shares.min()))} of {PARTS}, do at"
+    if alike > 1:
+        return Answer(lead, f"{fewest} {alike} of these points.")
     axis, over = dataset[followed(dataset)], swept(dataset)
     places = [axis, *([dataset[over]] if over else [])]
     at = ", ".join(f"{symbol_text(v)} = {value_text(v, float(v[least]))}" for v in places)
-    return Answer(lead, f"The fewest, {percent(float(shares.min()))} of {PARTS}, do at {at}.")
+    return Answer(lead, f"{fewest} {at}.")
 
 
 def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:

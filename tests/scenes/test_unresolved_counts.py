@@ -49,7 +49,7 @@ def test_captions_say_how_many_rows_are_unresolved_and_why() -> None:
     # without values nothing is drawn of them
     assert "and 2 have no result; bars" in describe_sweep(line)
     still = line.fillna({"displacement_mean": 0.1})  # as of motions that still change
-    assert "all have no periodic orbit that was found (dots: averages);" in describe_sweep(still)
+    assert "all have no periodic orbit that was found (dots: in a window);" in describe_sweep(still)
     assert f"Unresolved: 4 of 6 rows, {why}." in describe_map(grid)
     # Also where the author wrote the caption.
     last = sweep_answers(line)[-1]

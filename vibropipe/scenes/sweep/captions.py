@@ -49,6 +49,7 @@ from vibropipe.scenes.sweep.quantities import (
     row_kinds,
     series_words,
     with_impacts_per_period,
+    without_rounding,
 )
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
@@ -165,7 +166,7 @@ def row_kinds_text(dataset: xr.Dataset, are_drawn: bool = True) -> str:
     descriptions = [
         ("multiple", f"{orbit} of several forcing periods", " (circles)"),
         ("unstable", "an unstable orbit", " (crosses)"),
-        ("no_orbit", "no periodic orbit that was found", " (dots: averages)"),
+        ("no_orbit", "no periodic orbit that was found", " (dots: in a window)"),
         ("missing", "no result", ""),
     ]
     kinds["missing"] = kinds["no_orbit"] & ~has_averages(dataset)
@@ -243,6 +244,7 @@ def points_text(dataset: xr.Dataset) -> str:
 def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     """Return the caption of the maps of quantities: their largest values, signs, lines and what has no value."""
     found, most = drawn_panels(dataset, show)
+    dataset = without_rounding(dataset, {each.name for each in found})
     _, _, further = map_axes(dataset)
     tops = [(largest(of_orbits(dataset, each)), series_words(dataset, each)) for each in found]
     largest_values = [

@@ -51,12 +51,13 @@ from vibropipe.scenes.sweep.quantities import (
     Panel,
     Series,
     axis_and_others,
+    family_size,
     fitted_label,
     panels_of,
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
-from vibropipe.words.vocabulary import OF_SOFT, quantity
+from vibropipe.words.vocabulary import OF_SOFT
 
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.
 HIGH_SHARE, HIGH = 0.99, 2.0
@@ -257,21 +258,13 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
 
     Quantities are compared with the largest of their family.
     """
-    sizes = {each: panel_size(dataset, each) for each in drawn}
     for each, ax in drawn.items():
         name = each.series[0].name
         if name not in SIGNED:
             ax.set_ylim(bottom=0.0)
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
-        alike = [size for other, size in sizes.items() if family_of(other) == family_of(each)]
-        keep_zero_scale(ax, sizes[each], max(alike))
-
-
-def family_of(panel: Panel) -> tuple[str, str]:
-    """Return the first word and the dimension of a panel's quantity; those of one family are comparable."""
-    name = panel.series[0].name
-    return name.partition("_")[0], quantity(name).dimension
+        keep_zero_scale(ax, panel_size(dataset, each), family_size(dataset, name))
 
 
 def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:

@@ -40,9 +40,11 @@ from vibropipe.scenes.sweep.quantities import (
     is_shown,
     series_of,
     with_impacts_per_period,
+    without_rounding,
     wrapped,
 )
 from vibropipe.words.regimes import Regime
+from vibropipe.words.wording import series as series_text
 
 HERO_CM, TWO_CM, SMALL_CM = 7.6, 5.6, 3.6
 LABELLED = 0.003  # of the points: a smaller region has no label
@@ -170,6 +172,7 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
     x, y, _ = map_axes(dataset)
     dataset = with_impacts_per_period(dataset.sortby([x, y]))
     series, most = drawn_panels(dataset, show)
+    dataset = without_rounding(dataset, {each.name for each in series})
     norms = {each.name: value_norm(dataset, each.name) for each in series}
     parts = list(by_combination(dataset, most))
     panels = [(title, part, each) for title, part in parts for each in series]
@@ -293,8 +296,12 @@ def without_orbit_texts(dataset: xr.Dataset, shown: Sequence[Series]) -> tuple[s
     in_window = any(
         bool(each.of(dataset).where(regime >= Regime.APERIODIC).notnull().any()) for each in shown
     )
-    what = {"largest impact" if each.name == "impact_velocity_max" else "average" for each in shown}
-    told = " and ".join(f"the {each}" for each in sorted(what, reverse=True))
+    of_largest = {"impact_velocity_max": "largest impact"}
+    what = {
+        of_largest.get(each.name, "largest value" if each.name.endswith("_max") else "average")
+        for each in shown
+    }
+    told = series_text(f"the {each}" for each in sorted(what, reverse=True))
     return (
         f"Lines: borders of {' and of '.join(lines)}" if lines else "",
         f"Without an orbit: {told} in a window" if in_window else "",

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 import itertools
 import re
-from collections.abc import Collection
+from collections.abc import Collection, Iterable
 from dataclasses import dataclass
 
 import numpy as np
@@ -18,7 +18,15 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.solve.in_si import stated_start
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import ENERGIES, OF_SOFT, STEADY, drawn_by, held_name
+from vibropipe.words.vocabulary import (
+    ENERGIES,
+    OF_SOFT,
+    STEADY,
+    VOCABULARY,
+    drawn_by,
+    held_name,
+    quantity,
+)
 
 DEFAULT_SHOW = (
     "housing_velocity_mean",
@@ -270,6 +278,35 @@ def first_fitting(texts: list[str], array: xr.DataArray, width_cm: float) -> str
         if letters * LETTER_CM <= width_cm:
             break
     return shown
+
+
+def family_size(dataset: xr.Dataset, name: str) -> float:
+    """Return the largest magnitude of all quantities with the first word and the dimension of one."""
+    (stem, dimension), size = family_of(name), 0.0
+    for other in dataset.data_vars:
+        if other in VOCABULARY and family_of(str(other)) == (stem, dimension):
+            values = np.abs(dataset[other].values)
+            size = max(size, float(values[np.isfinite(values)].max(initial=0.0)))
+    return size
+
+
+def family_of(name: str) -> tuple[str, str]:
+    """Return the first word and the dimension of a quantity; those of one family are comparable."""
+    return name.partition("_")[0], quantity(name).dimension
+
+
+def without_rounding(dataset: xr.Dataset, names: Iterable[str]) -> xr.Dataset:
+    """Return a sweep in which values of some quantities that are rounding are 0."""
+    found = {
+        name: dataset[name].where(
+            ~(abs(dataset[name]) <= ROUNDING * family_size(dataset, name)), 0.0
+        )
+        for name in names
+        if dataset[name].dtype.kind == "f"
+    }
+    return dataset.assign(
+        {name: each.assign_attrs(dataset[name].attrs) for name, each in found.items()}
+    )
 
 
 def row_kinds(row: xr.Dataset) -> dict[str, NDArray[np.bool_]]:

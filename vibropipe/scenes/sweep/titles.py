@@ -28,6 +28,7 @@ from vibropipe.scenes.sweep.quantities import (
     series_words,
     strikes,
     with_impacts_per_period,
+    without_rounding,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
@@ -198,6 +199,7 @@ def quantities_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     found, _ = drawn_panels(dataset, show)
     if not found:
         return ""
+    dataset = without_rounding(dataset, {each.name for each in found})
     axes = [name for name in map_axes(dataset)[:2] if dataset[name].dtype.kind == "f"]
     return (
         progression_title(dataset, found[0], axes)
@@ -245,7 +247,7 @@ def is_beside(dataset: xr.Dataset, own: Series) -> bool:
     ordered = dataset.sortby([x, y])
     values = abs(of_orbits(ordered, own).transpose(y, x).values)
     chaos = (ordered["regime"] == Regime.APERIODIC).transpose(y, x).values
-    if not np.isfinite(values).any():
+    if not np.nan_to_num(values).any():
         return False
     top = values >= np.nanmax(values) * (1.0 - SAME_VALUE)
     return int(top.sum()) == 1 and bool(binary_dilation(chaos, np.ones((3, 3)))[top].all())

@@ -1,0 +1,64 @@
+"""Quantities of a sweep that are rounding, and what is shown of rows without an orbit."""
+
+from __future__ import annotations
+
+import numpy as np
+import pytest
+import xarray as xr
+from figures.sample_datasets import sweep
+
+import vibropipe as vp
+from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
+from vibropipe.scenes.sweep.curves import draw_sweep
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, without_orbit_texts
+from vibropipe.scenes.sweep.quantities import Series
+from vibropipe.scenes.sweep.titles import quantities_title
+from vibropipe.words.regimes import Regime
+
+
+@pytest.fixture(scope="module")
+def symmetric() -> xr.Dataset:
+    """Return a map of symmetric orbits, whose means are rounding."""
+    exciter = vp.Exciter(l=0.5, h=0.1, R1=0.7, R2=0.7)
+    over = {"nu": np.linspace(1.2, 1.6, 9), "f": np.linspace(0.5, 0.6, 9)}
+    return vp.sweep(exciter, over)
+
+
+def test_maps_of_rounding_are_zero(symmetric: xr.Dataset) -> None:
+    assert 0.0 < abs(symmetric.displacement_mean).max() < 1e-14
+    told = describe_quantities(symmetric)
+    assert "and 0 (mean displacement)." in told
+    assert "× 10⁻" not in told
+    assert "blue negative" not in told
+    figure = draw_quantity_maps(symmetric)
+    assert all(abs(end) > 1e-3 or end == 0.0 for ax in figure.axes for end in ax.get_ylim())
+    # nor do orbits with such means have the largest one beside a motion without an orbit, which has one
+    chaos = symmetric.copy(deep=True)
+    chaos["regime"][4, 4] = Regime.APERIODIC
+    chaos["displacement_mean"][4, 4] = 0.1
+    chaos["displacement_mean"][4, 5] = 2e-16
+    assert "mean" not in quantities_title(chaos, ["impact_velocity_max", "displacement_mean"])
+
+
+def test_curves_of_rounding_alone_are_not_scaled_to_it(symmetric: xr.Dataset) -> None:
+    (ax, *_) = draw_sweep(symmetric.isel(f=0), show=["displacement_mean"]).axes
+    assert min(abs(end) for end in ax.get_ylim()) > 1e-3
+    exciter = vp.Exciter(
+        l=0.5, f=0.5, h=0.1, R1=0.7, R2=0.7, mass_ratio=0.4, housing_friction_1=5.0, housing_friction_2=5.0,
+    )  # fmt: skip
+    held = vp.sweep(exciter, {"nu": np.linspace(1.2, 1.6, 9)})
+    assert 0.0 <= abs(held.housing_velocity_mean).max() < 1e-14 < held.housing_velocity_max.max()
+    (ax, *_) = draw_sweep(held, show=["housing_velocity_mean"]).axes
+    assert min(abs(end) for end in ax.get_ylim()) > 1e-3
+
+
+def test_largest_values_in_a_window_are_no_averages() -> None:
+    chaos = sweep(30, f=np.linspace(0.05, 2, 25)).copy(deep=True)
+    chaos["regime"][3, 4:6] = Regime.APERIODIC
+    chaos = chaos.assign(support_force_max=chaos["displacement_mean"])
+    shown = [Series("displacement_mean"), Series("support_force_max")]
+    _, text = without_orbit_texts(chaos, shown)
+    assert text == "Without an orbit: the largest value and the average in a window"
+    line = chaos.isel(f=4)
+    assert "averages" not in describe_sweep(line)
+    assert "no periodic orbit that was found (dots: in a window)" in describe_sweep(line)

@@ -18,7 +18,7 @@ from vibropipe.report.parts import Answer, beside_pictures
 from vibropipe.scenes.design.data import beating, swept, wanted_text
 from vibropipe.scenes.design.nominal import nominal_numbers, nominal_text, shown_tolerance
 from vibropipe.scenes.design.pictures import describe_sketch
-from vibropipe.scenes.design.ranking import verdicts
+from vibropipe.scenes.design.ranking import describe_designs, verdicts
 from vibropipe.scenes.design.report import REPORT, answers, answers_at_ends, best_design, tables
 from vibropipe.scenes.design.sorting_words import foretold_by, sorting_text
 from vibropipe.scenes.design.workshop import sorting_cells, workshop_texts
@@ -724,3 +724,19 @@ def test_a_wrong_unit_is_named(old, new, message):
     assert old in PHYSICAL
     with pytest.raises(StudyError, match=re.escape(message)):
         study_of_text(PHYSICAL.replace(old, new), "wanted")
+
+
+def test_a_change_of_law_that_was_not_found_is_nowhere() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.3, f=0.5, h=0.1, R1=0.7, R2=0.7)
+    design = vp.design(exciter, {"delta": (0, 0.1)}, {"impact_velocity_max_1": 0.5}, samples=16)
+    assert design.sizes["design"] == 1
+    none = design.assign(law_margin=("design", [1.0]))
+    assert "change of the law" not in describe_designs(none)
+    some = design.assign(law_margin=("design", [0.5]))
+    assert "that was found is 50 % of the ranges away" in describe_designs(some)
+    two = xr.concat(
+        [none, some], "design", data_vars="minimal", coords="minimal", compat="override"
+    )
+    (table, *_) = tables({"s": two})
+    assert [row[table.head.index("margin (%)")] for row in table.rows] == ["–", "50"]
+    assert "A dash: none was found within the widths of the ranges." in table.note

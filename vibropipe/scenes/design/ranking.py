@@ -49,6 +49,7 @@ FEW = 8  # designs that stand in lines of full height
 HEAD_LINE, NOTE = 0.34, 0.4
 NUMBER, COLUMN, STRUCK, YIELD, VERDICT, GAP = 0.8, 1.25, 1.5, 1.7, 2.2, 0.45
 NEAREST = 1e-4  # of the ranges: nearer changes of the law are not told apart
+NONE_FOUND = 1.0  # of the ranges: the margin where no change of the law is found
 LONG = 1.2  # more for impacts in several periods
 MOST_PARAMETERS, MOST_PANELS, NARROWEST = 5, 3, 1.7
 KEPT = "\u00a0"
@@ -311,7 +312,7 @@ def describe_designs(dataset: xr.Dataset) -> str:
         parts.append(f"Yield: {yield_words(dataset)}" if yields_differ(dataset) else sampled)
     if any(text.startswith("tight") for text in verdicts(dataset)):
         parts.append("Tight: a tolerance below the given standard deviation")
-    if np.isfinite(margins).any():
+    if (margins < NONE_FOUND).any():
         far = at_least(100 * float(np.nanmin(margins)), 2)
         if np.nanmin(margins) < NEAREST:
             far = f"less than {100 * NEAREST:g}"

@@ -50,7 +50,13 @@ from vibropipe.scenes.design.data import (
 )
 from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
-from vibropipe.scenes.design.ranking import MOST_PARAMETERS, NEAREST, least_miss, shown_parts
+from vibropipe.scenes.design.ranking import (
+    MOST_PARAMETERS,
+    NEAREST,
+    NONE_FOUND,
+    least_miss,
+    shown_parts,
+)
 from vibropipe.scenes.design.workshop import (
     limit_cells,
     lost_answer,
@@ -98,6 +104,8 @@ def designs_table(scene: str, dataset: xr.Dataset) -> Table | None:
         "Margin: distance to the nearest change of the law of motion that was found, in shares of the ranges, rounded "
         "down."
     )
+    if not (dataset["law_margin"] < NONE_FOUND).all():
+        note += " A dash: none was found within the widths of the ranges."
     if limits:
         note = f"Away: from the nearest limit of a goal, in standard deviations of its quantity, to first order. {note}"
     widths = ("auto",) * (1 + len(names)) + ("1fr",) * len(parts) + ("1fr", "auto")[: len(limits)]
@@ -141,7 +149,7 @@ def units_table(scene: str, dataset: xr.Dataset) -> Table | None:
 def margin_text(dataset: xr.Dataset, row: int) -> str:
     """Write the margin of a design in per cent."""
     margin = float(dataset["law_margin"].values[row])
-    if not np.isfinite(margin):
+    if not margin < NONE_FOUND:
         return DASH
     return at_least(100 * margin, 2) if margin >= NEAREST else f"< {100 * NEAREST:g}"
 

@@ -9,10 +9,11 @@ from helpers.sensors import record_by_solve_ivp
 
 import vibropipe as vp
 from vibropipe.report.parts import Row
-from vibropipe.scenes.identify.report import REPORT, answers, tables
+from vibropipe.scenes.identify.pictures import twin_texts
+from vibropipe.scenes.identify.report import REPORT, answers, correlation_text, tables
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study, study_of_text
-from vibropipe.words.designs import FitResult
+from vibropipe.words.designs import FitResult, Twin
 
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 STUDY = """
@@ -271,3 +272,26 @@ def test_soft_supports_and_friction_are_called_for(tmp_path):
     table = "nu,displacement_mean\n0.9,0.01\n1,0.02\n1.1,0.02\n"
     scene = load(tmp_path, text, **{"tables/response": table}).scenes["found"]
     assert {"soft", "friction"} <= {*scene.called_effects()}
+
+
+def test_twins_that_fit_worse_are_said_to() -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, R1=0.75, R2=0.65)
+    measured = {"phase": [0.0, 0.2, 0.4, 0.6, 0.8], "displacement": [0.4, 0.2, -0.3, -0.4, 0.1]}
+    found = vp.identify(exciter, measured, {"delta": (0, 0.1)}, samples=8)
+    attrs = dict(found["delta"].attrs)
+    twins = found.drop_dims("twin", errors="ignore").assign(
+        delta_twin=("twin", [0.05, 0.06], attrs), twin_kind=("twin", [Twin.OTHER, Twin.OTHER]),
+        twin_excess=("twin", [0.0, 4.4]), fit_result=int(FitResult.NOT_JUDGED),
+    )  # fmt: skip
+    texts = [text.partition(":")[0] for text in twin_texts(twins)]
+    assert texts == [
+        "Other parameters fit no worse",
+        "Other parameters fit worse by no more than noise",
+    ]
+
+
+@pytest.mark.parametrize(
+    ("value", "text"), [(-0.004, "0.00"), (-0.006, "−0.01"), (1.0, "1.00"), (-1.0, "−1.00")]
+)
+def test_no_correlation_is_minus_zero(value: float, text: str) -> None:
+    assert correlation_text(value) == text

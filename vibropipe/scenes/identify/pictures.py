@@ -218,7 +218,7 @@ def twin_texts(dataset: xr.Dataset) -> list[str]:
         return []
     result = results(dataset)
     explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
-    texts, well = [], "as well" if explained else "no worse"
+    texts, excess = [], dataset["twin_excess"].values
     for n, kind in enumerate(dataset["twin_kind"].values.tolist()):
         values = []
         for name in result:
@@ -231,7 +231,9 @@ def twin_texts(dataset: xr.Dataset) -> list[str]:
             number, std = float(dataset[f"{name}_twin"][n]), float(dataset[f"{of}_std"])
             value = with_units(dataset[name], format_number(number, digits_for(number, std)))
             values.append(f"{symbol} = {value}")
-        texts.append(f"{TWINS[Twin(kind)]} {well}: {', '.join(values)}")
+        worse = "no worse" if excess[n] <= 0.0 else "worse by no more than noise"
+        how = "as well" if explained else worse
+        texts.append(f"{TWINS[Twin(kind)]} {how}: {', '.join(values)}")
     return texts
 
 

@@ -170,6 +170,15 @@ def correlation(dataset: xr.Dataset) -> np.ndarray:
         return np.asarray(covariance / sigma / sigma[:, None])
 
 
+def correlation_text(value: float) -> str:
+    """Write a correlation with two decimals; none of −0.00.
+
+    >>> correlation_text(-0.004), correlation_text(-0.826)
+    ('0.00', '−0.83')
+    """
+    return f"{round(value, 2) + 0.0:.2f}".replace("-", "−")
+
+
 def alike(dataset: xr.Dataset) -> list[str]:
     """Write the pairs of parameters that are told apart badly."""
     names, close = dataset["parameter"].values, np.abs(correlation(dataset)) > ALIKE
@@ -193,7 +202,7 @@ def found_table(scene: str, dataset: xr.Dataset) -> Table:
         is_told = is_found or result != FoundResult.DETERMINED
         cells.append(deviation if is_found else DASH)
         cells += [range_text(dataset, name), STATES[result] if is_told else DASH]
-        texts = [DASH if np.isnan(value) else f"{value:.2f}".replace("-", "−") for value in shares]
+        texts = [DASH if np.isnan(value) else correlation_text(value) for value in shares]
         rows.append([*cells, *(texts if shown else [])])
     title = "The parameters found" if is_found else "The parameters nearest to what was measured"
     return Table(head, rows, note_text(dataset, bool(shown)), title=title, scene=scene)

@@ -11,6 +11,7 @@ from vibropipe.figures.text import (
     axis_label,
     format_number,
     grid_text,
+    modulus_text,
     parameter_line,
     regime_name,
     scalar_parameters,
@@ -107,3 +108,8 @@ def test_an_axis_has_no_remark_on_numbers_of_a_table():
     assert axis_label(both.k1) == "stiffness of support 1 $k_1$"
     assert "0 if that is fixed" in both.mass_ratio.attrs["long_name"]
     assert axis_label(both.mass_ratio) == "ratio of the mass to that of the housing $\\kappa$"
+
+
+def test_a_multiplier_below_one_is_not_written_as_one() -> None:
+    texts = [modulus_text(value) for value in (0.9996, 1.0004, 1.0 - 1e-12, 0.33333)]
+    assert texts == ["0.9996", "1.0004", "1", "0.333"]

@@ -155,6 +155,16 @@ def format_number(value: float | str, digits: int = 4) -> str:
     return f"{text} × 10{raised}"
 
 
+def modulus_text(value: float) -> str:
+    """Write the modulus of a multiplier in 3 digits, or as many as tell it from 1.
+
+    >>> modulus_text(0.33333), modulus_text(0.999988), modulus_text(1.0)
+    ('0.333', '0.99999', '1')
+    """
+    texts = (format_number(value, digits) for digits in range(3, 9))
+    return next((text for text in texts if text != "1"), "1")
+
+
 def measured(value: float, digits: int = 3) -> str:
     """Write a computed number with all its significant digits, also where the last ones are zeros.
 

@@ -21,6 +21,7 @@ from vibropipe.figures.text import (
     format_number,
     in_brackets,
     is_forced,
+    modulus_text,
     sentences,
     with_units,
 )
@@ -270,7 +271,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
                     else []
                 ),
                 f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
-                DASH if math.isnan(largest) else format_number(largest, 3),
+                DASH if math.isnan(largest) else modulus_text(largest),
                 largest_text(row, hardest),
                 *(
                     [

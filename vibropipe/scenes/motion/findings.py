@@ -15,6 +15,7 @@ from vibropipe.figures.text import (
     REST,
     format_number,
     is_forced,
+    modulus_text,
     regime_clause,
     regime_name,
     times,
@@ -65,7 +66,7 @@ def multiplier_text(dataset: xr.Dataset) -> str:
     if "floquet_multiplier" not in dataset:
         return DASH
     moduli = np.abs(np.atleast_1d(dataset["floquet_multiplier"].values))
-    return DASH if np.isnan(moduli).any() else format_number(float(moduli.max()), 3)
+    return DASH if np.isnan(moduli).any() else modulus_text(float(moduli.max()))
 
 
 MAX_NAMED = 4  # scenes that a sentence names

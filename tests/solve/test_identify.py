@@ -233,6 +233,16 @@ def test_a_parameter_that_ended_at_its_range_is_named():
     assert int(found.fit_result) == FitResult.BEYOND_NOISE
 
 
+def test_a_value_at_an_end_of_its_range_is_that_end():
+    table = measured_motion(3)
+    found = vp.identify(KNOWN, table, {"delta": (0.0, 0.02), "R1": (0.5, 0.9), "R2": (0.7, 0.9)})
+    assert int(found.parameter_result.sel(parameter="R2")) == FoundResult.AT_RANGE
+    assert float(found.R2) == 0.7
+    below = vp.identify(KNOWN, table, {"delta": (-0.1, 0.0), "R1": (0.5, 0.9), "R2": (0.5, 0.9)})
+    assert int(below.parameter_result.sel(parameter="delta")) == FoundResult.AT_RANGE
+    assert float(below.delta) == 0.0
+
+
 def test_the_covariance_in_si_is_that_of_the_deviations():
     table = linear_response(np.linspace(0.6, 0.8, 12))
     found = vp.identify(LINEAR, table, {"f": (0.1, 0.3), "h": (0.05, 0.2)}, samples=16)

@@ -315,6 +315,14 @@ def test_the_least_force_lies_at_the_end_of_the_range():
     assert float(found.k1[0]) == pytest.approx(100.0)
 
 
+def test_a_design_at_an_end_of_its_range_is_that_end():
+    exciter = vp.Exciter(l=0.5, nu=1.3, f=0.5, h=0.1, R1=0.7, R2=0.7)
+    with pytest.warns(UnsolvedWarning):
+        found = vp.design(exciter, {"delta": (0, 0.1)}, {"impact_velocity_max_1": 0.75}, samples=32)
+    assert found.design_result.values.tolist() == [DesignResult.AT_RANGE]
+    assert found.delta.values.tolist() == [0.0]
+
+
 def test_the_force_of_a_rigid_support_is_refused():
     with pytest.raises(vp.ParameterError, match="k2: must be above 0, since support_force_max_2"):
         vp.design(replace(SOFT, k2=0.0, h2=0.0), {"f": (0.7, 1.1)}, {"support_force_max_2": 10.0})

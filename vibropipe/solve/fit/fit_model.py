@@ -25,6 +25,8 @@ REFINED, MAX_EVALUATIONS = 4, 40
 ABSENT, SIZED = 10.0, 32
 # Largest misfit after a refinement in which what does not count stays the same, over that before it.
 WORSE = 1.01
+# Share of a range within which a value is at its end.
+AT_END = 1e-12
 # Largest number of misfits at once.
 BLOCK = 4_000_000
 
@@ -236,4 +238,7 @@ def _least_squares(
         lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
         xtol=model.TOLERANCE, ftol=model.TOLERANCE, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
-    return fit.x, float(fit.cost)
+    # It stays inside of the ranges, and at their ends as near as rounding allows.
+    least = AT_END * (high - low)
+    end = np.where(fit.x - low < least, low, np.where(high - fit.x < least, high, fit.x))
+    return end, float(fit.cost)

@@ -84,7 +84,10 @@ def test_derivatives_are_per_shown_unit_of_each_parameter():
 
 @pytest.mark.parametrize(
     ("units", "text"),
-    [("N s/mm", "N·s/mm"), ("m/s^2", "m/s²"), ("um", "µm"), ("N m-1", "N/m"), ("Hz", "Hz"), ("1", "")],
+    [
+        ("N s/mm", "N·s/mm"), ("m/s^2", "m/s²"), ("um", "µm"), ("uN s/um", "µN·s/µm"), ("us", "µs"),
+        ("N m-1", "N/m"), ("Hz", "Hz"), ("u", "u"), ("1", ""),
+    ],
 )  # fmt: skip
 def test_units_are_written_as_by_hand(units, text):
     assert unit_text(units) == text

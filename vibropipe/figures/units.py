@@ -97,11 +97,12 @@ def unit_text(units: str) -> str:
 
     >>> unit_text("N s m-1")
     'N·s/m'
-    >>> unit_text("N s/mm")
-    'N·s/mm'
+    >>> unit_text("N s/mm"), unit_text("uN s/um")
+    ('N·s/mm', 'µN·s/µm')
     """
     if units in ("", "1"):
         return ""
     text = units if "/" in units else plain_units(units)
     text = re.sub(r"(?:\^|\*\*)(\d)", lambda power: power[1].translate(RAISED), text)
-    return re.sub(r"\s*[ *·]\s*", "·", text).replace("um", "µm")
+    text = re.sub(r"\s*[ *·]\s*", "·", text)
+    return re.sub(r"\bu(?=[mgsNJW](?![A-Za-z]))", "µ", text)

@@ -70,6 +70,12 @@ def test_the_text_holds_points_rate_and_time_left(arguments, text):
     assert progress_text(*arguments, "rows") == text
 
 
+def test_one_of_a_kind_is_singular():
+    assert progress_text(1, 1, 0.1, "branches") == "1 branch in 0.1 s, 10 branches/s"
+    assert progress_text(0, 1, 1.0, "curves") == "0 of 1 curve, 0 curves/s"
+    assert progress_text(1, 0, 2.0, "steps") == "1 step, 0.5 steps/s"
+
+
 def test_a_log_gets_few_plain_lines_and_a_last_one(clock):
     log = io.StringIO()
     with show_progress("response", stream=log) as on_progress:

@@ -10,6 +10,7 @@ from functools import partial
 from typing import TextIO
 
 from vibropipe.words.progress import Progress
+from vibropipe.words.wording import count
 
 # Seconds between two drawings of the bar: one takes about a millisecond, so the share stays far below 1 %.
 BAR_SECONDS = 0.5
@@ -72,12 +73,13 @@ def progress_text(done: int, total: int, elapsed: float, unit: str) -> str:
     """
     rate = done / elapsed
     speed = f"{rate:,.0f} {unit}/s" if rate >= 100 else f"{rate:.3g} {unit}/s"
+    one = unit.removesuffix("es") if unit.endswith("ches") else unit.removesuffix("s")
     if not total:
-        return f"{done:,} {unit}, {speed}"
+        return f"{count(done, one, unit)}, {speed}"
     if done >= total:
-        return f"{total:,} {unit} in {_span(elapsed)}, {speed}"
+        return f"{count(total, one, unit)} in {_span(elapsed)}, {speed}"
     time_left = f", {_span((total - done) / rate)} left" if done else ""
-    return f"{done:,} of {total:,} {unit}, {speed}{time_left}"
+    return f"{done:,} of {count(total, one, unit)}, {speed}{time_left}"
 
 
 def _span(seconds: float) -> str:

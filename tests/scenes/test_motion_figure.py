@@ -14,7 +14,7 @@ import vibropipe as vp
 from vibropipe.figures.palette import SUPPORT_COLOURS
 from vibropipe.figures.text import value_text
 from vibropipe.figures.units import display_units
-from vibropipe.scenes.motion.balance import draw_energy
+from vibropipe.scenes.motion.balance import describe_spectra, draw_energy, energy_terms
 from vibropipe.scenes.motion.captions import describe_impacts, describe_motion, rest_text
 from vibropipe.scenes.motion.curves import curve, jumps
 from vibropipe.scenes.motion.impacts import draw_impacts_only
@@ -23,7 +23,7 @@ from vibropipe.scenes.motion.panels import window
 from vibropipe.scenes.motion.phase_plane import describe_section, turns, visits
 from vibropipe.scenes.motion.pictures import head_lines
 from vibropipe.scenes.motion.solve import solve
-from vibropipe.study import parse_study
+from vibropipe.study import parse_study, study_of_text
 from vibropipe.words.vocabulary import quantity
 
 M, C = 1.0, 1e4  # 40 units of tau are then 0.4 s
@@ -83,6 +83,29 @@ def test_the_unit_of_energies_stands_in_brackets():
     energies = vp.to_physical(vp.simulate(exciter, 20.0, energy=True), M, C)
     figure = draw_energy(display_units({"motion": energies})["motion"])
     assert figure.axes[0].get_ylabel() == "energy (J)"
+
+
+def test_rounding_of_energies_and_harmonics_is_zero():
+    """A free motion without losses keeps its energy and is symmetric; a mass that friction holds has no harmonics."""
+    text = """
+title: Without losses
+exciter: {l: 0.5}
+scenes:
+  free: {kind: motion, start: {v0: 1}, tau_end: 40, outputs: [motion, impacts, energy, harmonics]}
+  held:
+    kind: motion
+    exciter: {nu: 1.3, f: 0.5, h: 0.1, friction: 0.7}
+    start: {x0: 0.1}
+    outputs: [motion, energy, harmonics]
+"""
+    scenes = study_of_text(text, "mine").scenes
+    free, held = solve(scenes["free"]), solve(scenes["held"])
+    assert 0.0 < abs(free.energy_change) < 1e-15
+    assert [value for _, _, value in energy_terms(free, "energy")] == [0.0] * 5
+    assert 0.0 < abs(free.displacement_mean) < 1e-15
+    told = describe_spectra(free)
+    assert "The mean displacement is 0; the largest harmonic is number 1, 0.4135." in told
+    assert "The mean displacement is 0.1; all harmonics are 0." in describe_spectra(held)
 
 
 def test_the_departure_from_the_exact_motion_has_its_unit():

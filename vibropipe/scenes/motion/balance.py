@@ -56,7 +56,9 @@ def energy_terms(dataset: xr.Dataset, form: str) -> list[tuple[str, xr.DataArray
             continue
         for support, value in zip(dataset["support"].values, array.values, strict=True):
             terms.append((f"{words} on\nsupport {support}", array, sign * float(value)))
-    return terms
+    # What is no larger than the gap in the balance is its rounding.
+    gap = abs(float(dataset.get(f"{form}_residual", 0.0)))
+    return [(text, array, value if abs(value) > gap else 0.0) for text, array, value in terms]
 
 
 def fits_energy(dataset: xr.Dataset) -> bool:
@@ -175,11 +177,12 @@ def describe_spectra(dataset: xr.Dataset) -> str:
     if not np.isfinite(amplitude).any():
         return sentences("No steady state was found, so there is no spectrum")
     number = int(dataset["harmonic"][int(np.nanargmax(amplitude.values))])
-    mean = value_text(dataset["displacement_mean"], dataset["displacement_mean"])
-    largest = value_text(amplitude, np.nanmax(amplitude.values))
+    mean, top = dataset["displacement_mean"], float(np.nanmax(amplitude.values))
+    mean_text = value_text(mean, 0.0 if abs(float(mean)) <= ROUNDING * top else mean)
+    largest = f"the largest harmonic is number {number}, {value_text(amplitude, top)}"
     return sentences(
         "Amplitudes of the harmonics of the steady state",
-        f"The mean displacement is {mean}; the largest harmonic is number {number}, {largest}",
+        f"The mean displacement is {mean_text}; {largest if top else 'all harmonics are 0'}",
         parameters_text(dataset),
     )
 

@@ -740,3 +740,13 @@ def test_a_change_of_law_that_was_not_found_is_nowhere() -> None:
     (table, *_) = tables({"s": two})
     assert [row[table.head.index("margin (%)")] for row in table.rows] == ["–", "50"]
     assert "A dash: none was found within the widths of the ranges." in table.note
+
+
+def test_designs_that_are_no_front_are_drawn_once(dataset):
+    missed = dataset.assign_attrs(minimise="impact_velocity_max_1; -displacement_amplitude_1")
+    missed["design_result"] = missed["design_result"] * 0 + DesignResult.AT_RANGE
+    front, designs = (picture_of("design", missed, name) for name in ("front", "designs"))
+    assert front.describe(missed, None, {}) == describe_sketch(missed)
+    titles = [picture.title(missed, None, {}) for picture in (front, designs)]
+    assert titles[0] == "The design found that misses least, drawn to scale"
+    assert titles[1].startswith("No design was found that keeps all that is wanted")

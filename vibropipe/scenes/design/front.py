@@ -32,13 +32,11 @@ from vibropipe.scenes.design.data import (
     beating,
     ends_of,
     has_spread,
-    is_front,
     spread_parts,
     struck_texts,
     swept,
     wanted_text,
 )
-from vibropipe.scenes.design.ranking import describe_designs, draw_designs, title_designs
 from vibropipe.scenes.kind import Picture
 from vibropipe.solve.design.tolerance import WORST
 from vibropipe.solve.rows.named import OF_CONTACTS
@@ -250,8 +248,6 @@ CLOUD = "#9C9C9C"
 
 def draw_front(dataset: xr.Dataset) -> Figure:
     """Draw the second quantity over the first: the front, and the motions of the sweep behind it."""
-    if not is_front(dataset):
-        return draw_designs(dataset)
     (first, _), (second, _) = ends_of(dataset)
     figure = new_canvas(HEIGHT)
     ax = axes(figure, 1.5, 1.2, 11.6, HEIGHT - 1.6)
@@ -314,8 +310,6 @@ def axis_text(dataset: xr.Dataset, which: int) -> str:
 
 def title_front(dataset: xr.Dataset) -> str:
     """Return the title of the front: whether a motion of the sweep beats it."""
-    if not is_front(dataset):
-        return title_designs(dataset)
     amount = len(swept(dataset))
     if not amount:
         return "What is better in one quantity is worse in the other"
@@ -333,8 +327,6 @@ def has_contacts(dataset: xr.Dataset) -> bool:
 
 def describe_front(dataset: xr.Dataset) -> str:
     """Return the caption of the front."""
-    if not is_front(dataset):
-        return describe_designs(dataset)
     others = wanted_text(dataset, [part.words(dataset) for part, _ in ends_of(dataset)])
     dots = "Grey: motions of a grid over the ranges"
     dots += " that keep to the bounds" * ("subject_to" in dataset.attrs)
@@ -348,7 +340,6 @@ def describe_front(dataset: xr.Dataset) -> str:
 
 
 MATTERS = "Which parameter matters most?"
-FRONT = Picture("front", draw_front, describe_front, is_front, titled=title_front)
 TORNADO = Picture("tornado", draw_tornado, describe_tornado, titled=title_tornado, heading=MATTERS)
 SENSITIVITIES = Picture(
     "sensitivities",

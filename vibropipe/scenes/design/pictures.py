@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
@@ -26,8 +27,14 @@ from vibropipe.figures.text import (
 from vibropipe.report.exciter import WORDS
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
-from vibropipe.scenes.design.data import goals, has_tolerances, is_met, wanted_parts
-from vibropipe.scenes.design.front import FRONT, SENSITIVITIES, TORNADO
+from vibropipe.scenes.design.data import goals, has_tolerances, is_front, is_met, wanted_parts
+from vibropipe.scenes.design.front import (
+    SENSITIVITIES,
+    TORNADO,
+    describe_front,
+    draw_front,
+    title_front,
+)
 from vibropipe.scenes.design.nominal import (
     held_too_wide,
     hold_at_once,
@@ -284,8 +291,19 @@ def has_designs(dataset: xr.Dataset) -> bool:
     return "vary" in dataset.attrs
 
 
+def of_front(front: Callable[..., Any], sketch: Callable[..., Any]) -> Callable[..., Any]:
+    """Return what is drawn or told of a front; of designs that are none, beside which they stand, of the sketch."""
+    return lambda dataset: (front if is_front(dataset) else sketch)(dataset)
+
+
 PICTURES = (
-    FRONT,
+    Picture(
+        "front",
+        of_front(draw_front, draw_sketch),
+        of_front(describe_front, describe_sketch),
+        is_front,
+        titled=of_front(title_front, title_sketch),
+    ),
     Picture("sketch", draw_sketch, describe_sketch, has_designs, titled=title_sketch),
     Picture(
         "designs",

@@ -31,7 +31,7 @@ from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.motions_beside import motion_texts
 from vibropipe.scenes.basins.pictures import title_basins
-from vibropipe.scenes.basins.report import answers, tables
+from vibropipe.scenes.basins.report import answers, rare_answer, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,
     describe_basins,
@@ -627,3 +627,22 @@ def test_proofs_of_knocks_that_are_none_are_refused(exciter, over, must):
         text = text.replace("over:\n", f"over:\n      {over}\n").replace("nu: 1.8, ", "")
     with pytest.raises(StudyError, match=must):
         study_of_text(text, "starts.yaml")
+
+
+def test_the_smallest_share_may_be_that_of_several_motions():
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=0.4, h=0.15, R1=0.7, R2=0.6)
+    grid = np.linspace(-0.4, 0.4, 8), np.linspace(-1, 1, 8)
+    basins = vp.basins(exciter, *grid, over={"nu": [1.6, 1.8]}, starts=16)
+    assert basins.basin_share.dims == ("nu", "attractor_id")
+    assert basins.basin_share.shape == (2, 2)
+
+    def told(shares):
+        basins["basin_share"][:] = shares
+        answer = rare_answer(basins)
+        return answer.lead, answer.rest
+
+    assert told([[0.01, 0.99], [0.99, 0.01]]) == ("The smallest shares are those of A and B.", "")
+    assert told([[0.01, 0.99], [0.01, 0.99]]) == ("The smallest share is that of A.", "")
+    lead, rest = told([[0.5, 0.5], [1 / 64, 63 / 64]])
+    assert lead == "The smallest share is that of A."
+    assert rest == "At ν = 1.8, one of 64 starts settles on it."

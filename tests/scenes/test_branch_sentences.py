@@ -140,6 +140,16 @@ def test_small_steps_may_be_jumps_as_well():
     )
 
 
+def test_jumps_that_are_as_large_are_not_the_largest_alone():
+    lower = stretch(1.0, 2.0, 0.1, "no impact", "", "")
+    upper = stretch(1.3, 1.7, 0.5, "both supports, once a period", "fold", "fold")
+    told = jump_answer(mirrored(), [lower, upper])
+    assert told.lead == "Followed motions jump at folds, in at least two places."
+    assert told.rest.startswith(
+        "One of the largest jumps leaves “both supports, once a period” as ν "
+    )
+
+
 def test_a_jump_is_an_arrow_where_it_leads_to_one_height():
     both = "both supports, once a period"
     upper = replace(stretch(1.0, 1.6, 0.5, both, "", "fold"), points=np.array([0, 3]))

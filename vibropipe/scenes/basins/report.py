@@ -228,11 +228,17 @@ def rare_answer(dataset: xr.Dataset) -> Answer | None:
     if not float(least) < RARE:
         return None
     name = str(swept_name(dataset))
-    row, index = np.argwhere(share.transpose(name, "attractor_id").values == float(least))[0]
-    axis = dataset[name]
+    alike = np.argwhere(share.transpose(name, "attractor_id").values == float(least))
+    letters, axis = letters_of(dataset), dataset[name]
+    found = sorted({letters[int(index)] for _, index in alike})
+    if len(found) > 1:
+        return Answer(f"The smallest shares are those of {series(found)}.")
+    if len(alike) > 1:
+        return Answer(f"The smallest share is that of {found[0]}.")
+    ((row, index),) = alike
     place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
     return Answer(
-        f"The smallest share is that of {letters_of(dataset)[int(index)]}.",
+        f"The smallest share is that of {letters[int(index)]}.",
         f"At {place}, {starts_text(dataset, float(least))} it.",
     )
 

@@ -190,10 +190,15 @@ def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     way = "grows" if largest.is_up else "falls"
     beyond = list(dict.fromkeys(group_words(alike) for alike in image_groups(largest.targets)))
     cause = changes if largest.kind == "change" else f"a {largest.kind}"
+    alike = {
+        (j.stretch.over, round(j.value, 9)) for j in jumps if j.size >= (1 - SAME) * largest.size
+    }
+    which = "The jump" if places == 1 else "The largest jump"
+    which = "One of the largest jumps" if len(alike) > 1 else which
     named = "; ".join(beyond[:MAX_NAMED] + ["others"] * (len(beyond) > MAX_NAMED))
     return Answer(
         f"Followed motions jump {where}, in at least {amount_text(places, 'place')}.",
-        f"The {'largest ' * (places > 1)}jump leaves “{largest.stretch.words}” as {symbol_text(axis)} {way} past "
+        f"{which} leaves “{largest.stretch.words}” as {symbol_text(axis)} {way} past "
         f"{value_text(axis, largest.value)}{over_text(dataset, largest.stretch.over)}, {cause}; "
         + (f"stable beyond: {named}." if beyond else "no motion followed here is stable beyond."),
     )

@@ -8,6 +8,7 @@ import xarray as xr
 from figures.figure_text import texts
 
 import vibropipe as vp
+from vibropipe.figures.motion_words import progression_of
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import axis_label, digits, format_number
 from vibropipe.jobs.solving import solve_scene
@@ -228,3 +229,16 @@ def test_a_housing_that_stays_is_not_said_to_progress():
     moving["housing_velocity_max"][1] = 0.4
     (told,) = progression_answers(moving)
     assert told.lead == "The housing progresses at 0.0200 against x on B."
+
+
+def test_tables_have_no_progression_of_rounding():
+    text = TWO_MOTIONS.replace(
+        "housing_friction_1: 0.1, housing_friction_2: 0.25",
+        "housing_friction_1: 9, housing_friction_2: 9",
+    )
+    moving = solve_scene(study_of_text(text, "mine"), "moving")
+    assert 0.0 <= abs(moving.housing_velocity_mean) < 1e-15 < moving.housing_velocity_max
+    rounded = moving.assign(housing_velocity_mean=moving.housing_velocity_mean * 0 + 1e-18)
+    assert progression_of(rounded) == 0.0
+    (table, *_) = steady_tables({"moving": rounded})
+    assert "× 10" not in " ".join(table.rows[0])

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Sequence
 
 import numpy as np
@@ -29,6 +30,14 @@ def way_of(mean: float, largest: float) -> str | None:
     if not abs(mean) > NO_PROGRESS * largest:
         return None
     return "along x" if mean > 0 else "against x"
+
+
+def progression_of(dataset: xr.Dataset) -> float:
+    """Return the mean velocity of a housing, 0 where it is rounding; NaN where it is fixed, or not known."""
+    if "housing_velocity_mean" not in dataset:
+        return math.nan
+    mean, most = (float(dataset[f"housing_velocity_{name}"]) for name in ("mean", "max"))
+    return 0.0 if abs(mean) <= NO_PROGRESS * most else mean
 
 
 def is_unstable(dataset: xr.Dataset) -> NDArray[np.bool_]:

@@ -14,6 +14,7 @@ from vibropipe.figures.motion_words import (
     amount_text,
     aperiodic_text,
     number_word,
+    progression_of,
     way_of,
 )
 from vibropipe.figures.text import (
@@ -260,7 +261,7 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
         ends = outwards(low, high, 3)
         largest = float(np.abs(row["floquet_multiplier"].values).max())
-        progression = float(row["housing_velocity_mean"]) if has_housing else math.nan
+        progression = progression_of(row)
         rows.append(
             [
                 letters_of(dataset)[index],

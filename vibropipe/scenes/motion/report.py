@@ -9,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.motion_words import PROGRESSION, stability_text
+from vibropipe.figures.motion_words import PROGRESSION, progression_of, stability_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -127,7 +127,7 @@ def steady_columns(datasets: Datasets) -> dict[str, list[str]]:
     columns["rests"] = [format_number(rests(d)) for d in scenes]
     columns[with_unit("mean", scenes, "displacement_mean")] = [cell(mean(d)) for d in scenes]
     if any("housing_velocity_mean" in d for d in scenes):
-        cells = [cell(float(d.get("housing_velocity_mean", math.nan))) for d in scenes]
+        cells = [cell(progression_of(d)) for d in scenes]
         columns[with_unit("progression", scenes, "housing_velocity_mean")] = cells
     for k in (0, 1):
         head = with_unit(f"harmonic {k + 1}", scenes, "displacement_amplitude")

@@ -205,3 +205,18 @@ def test_one_way_to_move_has_no_table_of_ranges() -> None:
     assert motions_table("a", dataset) is None
     dataset["regime"][0] = NONE
     assert len(motions_table("a", dataset).rows) == 2
+
+
+def test_rows_that_slide_away_are_not_counted_as_rows_without_impacts() -> None:
+    """A housing that slides away is struck in each row, none of which has an orbit."""
+    exciter = vp.Exciter(
+        l=0.5, f=0.5, h=0.1, R1=0.6, R2=0.6, mass_ratio=0.5, housing_load=0.4,
+        housing_friction_1=0.05, housing_friction_2=0.05,
+    )  # fmt: skip
+    away = vp.sweep(exciter, {"nu": np.linspace(0.8, 2, 4)}, follow=("nu", "both"))
+    assert (away.regime == Regime.UNBOUNDED).all()
+    assert (away.impacts_per_period > 0).any()
+    assert lines_table("a", away) is None
+    assert lines_table(
+        "a", line([BOTH, NONE, OPEN], [1.0, NAN, NAN], [1.0, NAN, NAN])
+    ).note.endswith("Rows without a result may have impacts, too.")

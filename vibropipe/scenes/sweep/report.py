@@ -53,7 +53,8 @@ def motions_table(label: str, dataset: xr.Dataset) -> Table | None:
         return doublings_table(label, dataset, doubles)
     if n_lines(dataset) == 1:
         return ranges_table(label, dataset)
-    table = lines_table(label, dataset)
+    if (table := lines_table(label, dataset)) is None:
+        return None
     return replace(table, note=f"{table.note} {together_text(dataset)}".strip())
 
 
@@ -172,9 +173,11 @@ def are_round(values: Iterable[float]) -> bool:
     return all(math.isclose(float(f"{value:.{GRID_DIGITS}g}"), value) for value in values)
 
 
-def lines_table(label: str, dataset: xr.Dataset) -> Table:
-    """Return the outermost rows with impacts of each line, and the hardest impact of its orbits."""
-    axis = axis_of(dataset)
+def lines_table(label: str, dataset: xr.Dataset) -> Table | None:
+    """Return the outermost rows with impacts of each line, and its hardest impact; None if no row has a result."""
+    axis, unknown = axis_of(dataset), dataset["regime"] >= Regime.UNBOUNDED
+    if bool(unknown.all()):
+        return None
     has_velocity = "impact_velocity_max" in dataset
     if has_velocity:
         orbits = of_orbits(dataset, Series("impact_velocity_max"))
@@ -190,7 +193,8 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table:
     if has_velocity:
         head.append(in_brackets("hardest impact of an orbit", dataset["impact_velocity_max"]))
     title = "Where each line has impacts, and how hard they are"
-    return told_once(Table(head, rows, title=title, scene=label), "all lines")
+    note = "Rows without a result may have impacts, too." * bool(unknown.any())
+    return told_once(Table(head, rows, note, title=title, scene=label), "all lines")
 
 
 def together_text(dataset: xr.Dataset) -> str:

@@ -16,6 +16,7 @@ from vibropipe.report.exciter import bare_symbols, values_text
 from vibropipe.scenes.basins.text import basin_answers, progression_answers, safety_table
 from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
+from vibropipe.scenes.motion.findings import orbit_text
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.scenes.sweep.answers import sweep_answers
@@ -202,6 +203,9 @@ def test_a_housing_that_is_pulled_away_has_no_mean_velocity() -> None:
     away = solve_scene(study_of_text(pulled, "two"), "moving")
     (told,) = (each for each in motion_answers({"m": away})["m"] if "housing" in each.lead)
     assert told.lead == "The housing slides away."
+    # between the supports it does not grow
+    assert orbit_text(away) == "The mass slides away with its housing"
+    assert not any("bound" in each.lead for each in motion_answers({"m": away})["m"])
     assert float(away.housing_velocity_end) < float(away.housing_velocity[0]) < -1.0
 
 

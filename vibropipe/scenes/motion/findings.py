@@ -101,6 +101,8 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
         text = seen_text(dataset).partition(",")[0].partition(";")[0]
         text = text.replace("Supports 1 and 2", "Both supports")
         return Answer(f"{text} in the record.") if text else None
+    if slides_away(dataset):
+        return None  # which `progression_answer` says
     tail = []
     text = orbit_text(dataset)
     has_room = len(re.findall(r"\d+ (?:times|forcing)", text)) < 2  # of two numbers in an answer
@@ -111,11 +113,16 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
 
 
+def slides_away(dataset: xr.Dataset) -> bool:
+    """Return whether the constant forces drive a housing against all friction."""
+    return "housing_velocity_mean" in dataset and runs_away(exciter_of(dataset).parameters())
+
+
 def progression_answer(dataset: xr.Dataset) -> Answer | None:
     """Return how fast a housing progresses in the steady state, and which way; none where it is fixed or not known."""
     if "housing_velocity_mean" not in dataset or dataset["housing_velocity_mean"].ndim:
         return None
-    if runs_away(exciter_of(dataset).parameters()):
+    if slides_away(dataset):
         return Answer(
             "The housing slides away.",
             "The constant forces exceed its friction: it becomes ever faster, and has no progression.",
@@ -187,6 +194,7 @@ def orbit_text(dataset: xr.Dataset) -> str:
         return f"The motion does not repeat{span}"
     if multiple == 0:
         grows = "The motion grows without bound"
+        grows = "The mass slides away with its housing" if slides_away(dataset) else grows
         return grows if code == Regime.UNBOUNDED else "No steady state was found"
     rests = [s for s in (1, 2) if rests_on(dataset, s)]
     if rests:

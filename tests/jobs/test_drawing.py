@@ -61,6 +61,7 @@ def test_datasets_of_a_study_have_the_same_prefixes():
         ({"F": 1200.0, "friction": 0.3}, 10.0, "N"),
         ({"F": 1200.0, "friction": 0.0}, 14530.0, "kN"),
         ({"F": 0.3}, 0.2, "mN"),
+        ({"F": 4e-5}, 3e-4, "µN"),
     ],
 )
 def test_forces_get_a_prefix_in_which_no_parameter_is_small(given, others, unit):

@@ -26,13 +26,13 @@ LOWERED = str.maketrans("0123456789", "₀₁₂₃₄₅₆₇₈₉")
 # Prefixes that are tried for a unit, the largest first, with the factor from the stored unit.
 PREFIXES: Mapping[str, tuple[tuple[str, float], ...]] = {
     "m": (("m", 1.0), ("mm", 1e3), ("µm", 1e6)),
-    "m s-1": (("m s-1", 1.0), ("mm/s", 1e3)),
-    "N": (("kN", 1e-3), ("N", 1.0), ("mN", 1e3)),
-    "N m": (("N m", 1.0), ("mN m", 1e3)),
-    "J": (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6)),
-    "W": (("kW", 1e-3), ("W", 1.0), ("mW", 1e3)),
-    "N s": (("N s", 1.0), ("mN s", 1e3)),
-    "s": (("s", 1.0), ("ms", 1e3)),
+    "m s-1": (("m s-1", 1.0), ("mm/s", 1e3), ("µm/s", 1e6)),
+    "N": (("kN", 1e-3), ("N", 1.0), ("mN", 1e3), ("µN", 1e6)),
+    "N m": (("N m", 1.0), ("mN m", 1e3), ("µN m", 1e6), ("nN m", 1e9)),
+    "J": (("J", 1.0), ("mJ", 1e3), ("µJ", 1e6), ("nJ", 1e9)),
+    "W": (("kW", 1e-3), ("W", 1.0), ("mW", 1e3), ("µW", 1e6)),
+    "N s": (("N s", 1.0), ("mN s", 1e3), ("µN s", 1e6), ("nN s", 1e9)),
+    "s": (("s", 1.0), ("ms", 1e3), ("µs", 1e6)),
 }
 # The largest magnitude of a unit, and that of each parameter, is at least this in the prefix that is chosen.
 MIN_MAGNITUDE = 0.5

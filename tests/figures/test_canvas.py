@@ -1,5 +1,6 @@
 """Figures in centimetres, their letters and their colours."""
 
+import re
 from itertools import combinations, pairwise
 
 import numpy as np
@@ -8,6 +9,7 @@ from matplotlib.font_manager import findfont
 
 from vibropipe.figures.canvas import (
     HALF,
+    WIDE,
     EvenTicks,
     axes,
     label,
@@ -67,6 +69,34 @@ def test_saved_figures_have_equal_decimals_and_curly_apostrophes(tmp_path):
     assert ax.get_xlabel() == r"Newmark’s velocity $U\,$ (mm/s)"
     assert "1,000" in [label.get_text() for label in ax.get_xticklabels()]
     assert ax.yaxis.get_offset_text().get_text()  # a common power of ten remains
+
+
+def test_powers_of_ten_are_written_as_people_do(tmp_path):
+    with house_style():
+        figure = new_canvas(5.0)
+        ax = axes(figure, 1.6, 1.2, 12.8, 3.0, xscale="log", xlim=(1e-2, 1e2))
+        small = axes(figure, 1.6, 1.2, 12.8, 3.0, xscale="log", xlim=(3.0, 30.0))
+        save(figure, tmp_path, "one")
+    texts = [re.sub(r"[^\d⁻¹²]", "", label.get_text()) for label in ax.get_xticklabels()]
+    assert texts[1:-1] == ["10⁻²", "10⁻¹", "1", "10", "10²"]
+    between = {re.sub(r"\D", "", label.get_text()) for label in small.get_xticklabels(minor=True)}
+    assert {"4", "6", "20"} <= between
+
+
+@pytest.mark.parametrize("ends", [(0.999, 1.001), (-0.11, -0.09), (0.0, 1.0)])
+def test_ticks_that_the_figure_would_cut_off_are_left_out(tmp_path, ends):
+    with house_style():
+        figure = new_canvas(5.0)
+        ax = axes(figure, 1.3, 1.2, WIDE - 1.3 if ends[0] < 0 else 14.4, 3.0, xlim=ends)
+        save(figure, tmp_path, "one")
+        figure.draw_without_rendering()
+    boxes = [label.get_window_extent() for label in ax.get_xticklabels()]
+    low, high = ax.get_window_extent().x0, ax.get_window_extent().x1
+    shown = [box for box in boxes if low - 1 <= (box.x0 + box.x1) / 2 <= high + 1]
+    assert len(shown) >= 3
+    assert max(box.x1 for box in shown) <= figure.bbox.width
+    if ends == (0.0, 1.0):  # these have room
+        assert [label.get_text() for label in ax.get_xticklabels()][-1] == "1.0"
 
 
 def test_no_tick_is_read_as_a_sum_and_powers_keep_off_titles(tmp_path):

@@ -24,9 +24,9 @@ from matplotlib.axes import Axes
 from matplotlib.axis import Axis
 from matplotlib.figure import Figure
 from matplotlib.text import Text
-from matplotlib.ticker import LogFormatterSciNotation, MaxNLocator, ScalarFormatter
+from matplotlib.ticker import FixedLocator, LogFormatterSciNotation, MaxNLocator, ScalarFormatter
 
-from vibropipe.figures.canvas import BODY, SMALL, EvenTicks, size_of
+from vibropipe.figures.canvas import BODY, CM_PER_INCH, SMALL, EvenTicks, size_of, width_of
 from vibropipe.figures.palette import INK
 from vibropipe.figures.units import LOWERED, RAISED
 from vibropipe.store import atomic_file, with_fingerprint
@@ -196,11 +196,13 @@ def save(figure: Figure, folder: Path, name: str, fingerprint: str = "") -> list
 
 
 class RaisedPowers(LogFormatterSciNotation):
-    """Ticks of a logarithmic axis, whose powers of ten are letters of the font."""
+    """Ticks of a logarithmic axis, whose powers of ten are letters of the font; 10⁰ is written as 1, 10¹ as 10."""
 
     def __call__(self, x: float, pos: int | None = None) -> str:
         """Return the label of a tick."""
-        return with_letters(super().__call__(x, pos))
+        text = with_letters(super().__call__(x, pos))
+        text = re.sub(r"(\\times)?10⁰", lambda power: "" if power[1] else "1", text)
+        return re.sub(r"(?:(\d)\\times1|1)0¹", lambda power: f"{power[1] or 1}0", text)
 
 
 def use_letters_for_indices(figure: Figure) -> None:
@@ -213,10 +215,10 @@ def use_letters_for_indices(figure: Figure) -> None:
             if type(axis.get_major_formatter()) is ScalarFormatter:
                 if is_plain(axis):
                     axis.set_major_formatter(EvenTicks())
-                    if axis is ax.xaxis:
-                        part_long_ticks(ax)
                 elif axis is ax.yaxis:  # beside the title, which begins at the axis
                     axis.get_offset_text().set(horizontalalignment="right", x=-0.01)
+            if axis is ax.xaxis and type(axis.get_major_formatter()) is EvenTicks:
+                part_long_ticks(figure, ax)
             if type(axis.get_major_formatter()) is LogFormatterSciNotation:
                 axis.set_major_formatter(RaisedPowers())
             if type(axis.get_minor_formatter()) is LogFormatterSciNotation:
@@ -227,13 +229,22 @@ def use_letters_for_indices(figure: Figure) -> None:
             text.set_text(with_letters(text.get_text()))
 
 
-def part_long_ticks(ax: Axes) -> None:
-    """Leave room between long ticks of a horizontal axis, with none at its ends."""
+def part_long_ticks(figure: Figure, ax: Axes) -> None:
+    """Leave room between long ticks of a horizontal axis, with none at its ends; leave out what the figure cuts off."""
     axis = ax.xaxis
-    texts = axis.get_major_formatter().format_ticks(axis.get_majorticklocs().tolist())
+    low, high = sorted(ax.get_xlim())
+    places = [place for place in axis.get_majorticklocs().tolist() if low <= place <= high]
+    texts = axis.get_major_formatter().format_ticks(places)
     if max(map(len, texts), default=0) > MAX_TICK:
         number = max(3, int(size_of(ax)[0] / LONG_TICK_CM))
         axis.set_major_locator(MaxNLocator(number, steps=[1, 2, 5, 10], prune="both"))
+        return
+    right = figure.get_figwidth() * CM_PER_INCH
+    at = [ax.transData.transform((x, 0.0))[0] / figure.dpi * CM_PER_INCH for x in places]
+    half = [0.5 * width_of(figure, text, SMALL) for text in texts]
+    kept = [x for x, cm, wide in zip(places, at, half, strict=True) if wide <= cm <= right - wide]
+    if len(kept) < len(places):
+        axis.set_major_locator(FixedLocator(kept))
 
 
 def is_plain(axis: Axis) -> bool:

@@ -277,6 +277,32 @@ def test_the_sketch_is_to_scale(dataset):
         assert any(abs(x - (6.4 + scale * place)) < 1e-9 for x in upright)
 
 
+def test_the_force_of_a_sketch_without_a_table_points_away_from_the_mass(dataset):
+    bare = dataset.drop_vars([n for n in dataset if str(n).endswith(("_tolerance", "_std"))])
+    axes = picture_of("design", bare, "sketch").draw(bare, None, {}).axes[0]
+    (mass,) = [
+        patch for patch in axes.patches if patch.get_zorder() == 1 and patch.get_width() == 1.1
+    ]
+    arrows = [
+        text for text in axes.texts if getattr(text, "arrow_patch", None) and text.xy[1] == 1.27
+    ]
+    (force,) = arrows
+    assert force.xyann[0] == pytest.approx(mass.get_x() + 1.1)
+    assert force.xy[0] > force.xyann[0] + 0.3
+
+
+def test_what_all_designs_meet_is_not_drawn_by_its_rounding(dataset):
+    met = dataset.isel(design=[0, 0]).drop_vars([n for n in dataset if "_quantile" in str(n)])
+    met.attrs.pop("allow")
+    for size in (-0.1, 0.0):
+        close = met.assign(displacement_mean=("design", [size - 1e-12, size + 1e-12]))
+        close["displacement_mean"].attrs = met["displacement_mean"].attrs
+        close["displacement_mean_target"] = size
+        figure = picture_of("design", close, "designs").draw(close, None, {})
+        (ax,) = [ax for ax in figure.axes if any("mean" in t.get_text() for t in ax.texts)]
+        assert np.ptp(ax.get_xlim()) > 0.01
+
+
 def test_the_side_has_goals_and_ranges(dataset):
     rows = {row.symbol: row.value for row in REPORT.side({"shifted": dataset}).rows}
     assert rows["mean displacement"] == "−0.1 ± 0.005"

@@ -74,15 +74,15 @@ def draw_sketch(dataset: xr.Dataset) -> Figure:
     ax = axes(figure, 0, 0, WIDE, height)
     ax.set(xlim=(0, WIDE), ylim=(-below, 5.7))
     ax.set_axis_off()
-    draw_exciter(ax, dataset, MIDDLE if names else CENTRED)
+    draw_exciter(ax, dataset, *((MIDDLE, TABLE) if names else (CENTRED, WIDE)))
     if names:
         draw_limits(ax, dataset, names)
     ax.text(WALL, 0.42, line, va="top", linespacing=1.3)
     return figure
 
 
-def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
-    """Draw the parts: supports and equilibrium to scale, mass, spring and damper not."""
+def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float, right: float) -> None:
+    """Draw the parts up to `right`: supports and equilibrium to scale, mass, spring and damper not."""
     half, offset = (float(np.ravel(dataset[name].values)[0]) for name in ("l", "delta"))
     scale = REACH / max(half, abs(offset))
     # displacements count from the equilibrium, supports lie at offset -+ l
@@ -110,7 +110,7 @@ def draw_exciter(ax: Axes, dataset: xr.Dataset, middle: float) -> None:
     )
     ax.text(inside, 1.27, "$m$", ha="center", va="center", zorder=5)
     if is_forced(dataset):
-        side, end = inside + MASS / 2, min(inside + MASS / 2 + 0.9, TABLE - 0.1)
+        side, end = inside + MASS / 2, min(inside + MASS / 2 + 0.9, right - 0.1)
         arrow(ax, (side, 1.27), (end, 1.27), lw=1.0)
         symbol = symbol_of(dataset[force_amplitude(dataset)])
         ax.text((side + end) / 2, 1.36, symbol, ha="center", va="bottom")

@@ -48,6 +48,7 @@ LINE, LOW_LINE, FOOT = 0.5, 0.42, 0.8
 FEW = 8  # designs that stand in lines of full height
 HEAD_LINE, NOTE = 0.34, 0.4
 NUMBER, COLUMN, STRUCK, YIELD, VERDICT, GAP = 0.8, 1.25, 1.5, 1.7, 2.2, 0.45
+ALIKE = 1e-6  # relative difference of values that no number in a report tells apart
 NEAREST = 1e-4  # of the ranges: nearer changes of the law are not told apart
 NONE_FOUND = 1.0  # of the ranges: the margin where no change of the law is found
 LONG = 1.2  # more for impacts in several periods
@@ -163,6 +164,9 @@ def draw_part(ax: Axes, dataset: xr.Dataset, part: Part) -> None:
     known = [*values, *spread.ravel(), *ends]
     known = [value for value in known if np.isfinite(value)] or [0.0]
     low, high = min(known), max(known)
+    is_met_by_all = ends[0] == ends[1] and bool(is_met(dataset).all())
+    if is_met_by_all or high - low <= ALIKE * max(abs(low), abs(high)):
+        low = high = 0.5 * (low + high)  # what differs is rounding
     room = 0.12 * (high - low) or 0.1 * abs(high) or 1.0
     ax.set_xlim(low - room, high + room)
     for end, beyond in zip(ends, ax.get_xlim(), strict=True):

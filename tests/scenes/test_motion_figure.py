@@ -2,6 +2,7 @@
 
 import math
 import re
+from itertools import combinations
 
 import numpy as np
 import pytest
@@ -21,7 +22,7 @@ from vibropipe.scenes.motion.impacts import draw_impacts_only
 from vibropipe.scenes.motion.keys import MotionFigure
 from vibropipe.scenes.motion.panels import window
 from vibropipe.scenes.motion.phase_plane import describe_section, turns, visits
-from vibropipe.scenes.motion.pictures import head_lines
+from vibropipe.scenes.motion.pictures import draw_together, head_lines
 from vibropipe.scenes.motion.solve import solve
 from vibropipe.study import parse_study, study_of_text
 from vibropipe.words.vocabulary import quantity
@@ -155,12 +156,23 @@ def test_grazing_is_named_and_its_own_mark(figures, made):
 def test_heads_of_columns_have_every_parameter_that_differs_and_both_supports_in_a_line(made):
     one = made["forced"][1].drop_vars("displacement_mean", errors="ignore")
     other = one.assign_coords(f=float(one["f"]) - 1.0, R2=0.35)
-    assert [head_lines("one", each, (one, other), 2.6) for each in (one, other)] == [
-        ["one", value_text(each["f"]), value_text(each["R2"])] for each in (one, other)
+    assert [head_lines(each, (one, other), 2.6) for each in (one, other)] == [
+        [value_text(each["f"]), value_text(each["R2"])] for each in (one, other)
     ]
     third = other.assign_coords(R1=0.2)
-    _, _, supports = head_lines("third", third, (one, third), 2.6)
+    _, supports = head_lines(third, (one, third), 2.6)
     assert supports == f"{value_text(third['R1'])}, {value_text(third['R2'])}"
+
+
+@pytest.mark.parametrize("n", [2, 6])
+def test_long_names_above_columns_do_not_overlap(made, n):
+    names = ["a motion whose name takes up as many letters as a name may take", *"bcdef"][:n]
+    figure = draw_together([made["forced"][1]] * n, [names[0], *[names[0]] * (n - 1)])
+    figure.draw_without_rendering()
+    boxes = [text.get_window_extent() for text in figure.texts if text.get_weight() == "bold"]
+    assert len({box.y0 for box in boxes}) > 1
+    assert not any(one.overlaps(two) for one, two in combinations(boxes, 2))
+    assert max(box.x1 for box in boxes) <= figure.bbox.width
 
 
 def test_impacts_stand_on_the_support_they_strike(figures, made):

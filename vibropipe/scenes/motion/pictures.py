@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+import textwrap
 from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
@@ -21,6 +22,7 @@ from vibropipe.figures.canvas import (
     plain_ticks,
     ticks,
 )
+from vibropipe.figures.motion_words import number_word
 from vibropipe.figures.palette import INK, SUPPORT_TEXT
 from vibropipe.figures.phase_plane import Impacts, walls_of
 from vibropipe.figures.style import ROUNDING
@@ -62,12 +64,12 @@ from vibropipe.scenes.motion.phase_plane import (
 )
 from vibropipe.scenes.motion.ramp_picture import RAMP_PICTURE
 from vibropipe.words.parameters import or_default
-from vibropipe.words.wording import series
+from vibropipe.words.wording import capitalised, series
 
 LEFT, RIGHT, GAP = 1.5, 0.1, 0.32  # cm
 PLANE_BOTTOM, PLANE, VELOCITY_BOTTOM, PANEL = 1.1, 3.3, 5.5, 1.85  # cm
 LINE = 0.4  # cm, of the texts above a column
-DIGIT = 0.125  # cm, of a letter of these texts
+DIGIT, BOLD_LETTER = 0.125, 0.155  # cm, of a letter of these texts
 MAX_PERIODS = 4  # that are drawn of orbits
 MAX_TITLE = 85  # letters
 
@@ -83,14 +85,14 @@ def draw_together(
         if there are few; else all)
     """
     width = (WIDE - LEFT - RIGHT - GAP * (len(motions) - 1)) / len(motions)
-    heads = [
-        head_lines(name, data, motions, width) for name, data in zip(names, motions, strict=True)
-    ]
+    titles = [textwrap.wrap(name, int(width / BOLD_LETTER)) for name in names]
+    heads = [head_lines(data, motions, width) for data in motions]
+    title_lines = max(map(len, titles))
     top = VELOCITY_BOTTOM + 2 * PANEL + GAP
-    figure = new_canvas(top + LINE * max(map(len, heads)) + 0.2)
+    figure = new_canvas(top + LINE * (title_lines + max(map(len, heads))) + 0.2)
     limits = limits_of(motions)
     shown = periods or common_periods(motions)
-    for column, (head, dataset) in enumerate(zip(heads, motions, strict=True)):
+    for column, dataset in enumerate(motions):
         left = LEFT + column * (width + GAP)
         view = aligned_window(dataset, shown)
         boxes = ((top - PANEL, PANEL), (VELOCITY_BOTTOM, PANEL), (PLANE_BOTTOM, PLANE))
@@ -113,15 +115,14 @@ def draw_together(
             "forcing periods" if is_forced(dataset) else axis_label(dataset[clock(dataset)])
         )
         plane.set_xlabel(axis_label(dataset["displacement"], width=int(width / DIGIT)))
-        write_head(figure, left, head)
+        write_head(figure, left, titles[column], 0, weight="bold", fontsize=BODY)
+        write_head(figure, left, heads[column], title_lines, fontsize=SMALL)
     figure.align_ylabels(figure.axes[:3])
     return figure
 
 
-def head_lines(
-    name: str, dataset: xr.Dataset, motions: Sequence[xr.Dataset], width: float
-) -> list[str]:
-    """Return the texts above a column: name, the parameters in which the motions differ, mean displacement."""
+def head_lines(dataset: xr.Dataset, motions: Sequence[xr.Dataset], width: float) -> list[str]:
+    """Return the texts below the name of a column: the parameters in which the motions differ, mean displacement."""
     own = scalar_parameters(dataset)
     every = [scalar_parameters(each) for each in motions]
     names = [
@@ -130,10 +131,11 @@ def head_lines(
         if any(own[n] != or_default(each, n) for each in every)
         and not is_soft_without_restitution(dataset, n)
     ]
-    lines, before = [name], ""
+    lines: list[str] = []
+    before = ""
     for each in names:
         text = value_text(dataset[each])
-        joined = f"{lines[-1]}, {text}"
+        joined = ", ".join([*lines[-1:], text])
         # of both supports in one line
         if before and each[:-1] == before[:-1] and width_in_digits(joined) * DIGIT <= width:
             lines[-1] = joined
@@ -146,12 +148,11 @@ def head_lines(
     return lines
 
 
-def write_head(figure: Figure, left: float, lines: Sequence[str]) -> None:
-    """Write lines above a column, the first one bold."""
+def write_head(figure: Figure, left: float, lines: Sequence[str], first: int, **style: Any) -> None:
+    """Write lines above a column, below the `first` ones."""
     high = float(figure.get_figheight()) * CM_PER_INCH
-    for number, text in enumerate(lines):
+    for number, text in enumerate(lines, first):
         height = high - 0.35 - number * LINE
-        style = {"weight": "bold", "fontsize": BODY} if number == 0 else {"fontsize": SMALL}
         figure.text(left / WIDE, height / high, text, va="baseline", **style)
 
 
@@ -243,7 +244,11 @@ def title_panels(
     if heads or not names:
         return "" if names else seen_text(dataset)
     text = f"Side by side: {series(names)}"
-    return text if len(text) <= MAX_TITLE else f"{len(names)} motions side by side"
+    return (
+        text
+        if len(text) <= MAX_TITLE
+        else f"{capitalised(number_word(len(names)))} motions side by side"
+    )
 
 
 def describe_panels(

@@ -58,6 +58,14 @@ def test_what_is_nothing_grows_with_the_scatter(costs):
     assert "the scatter of repeated timings, together at most 9 %" in describe_effects(costs)
 
 
+def test_a_caption_tells_of_nothing_and_of_other_motions_only_where_they_are(costs):
+    assert "“nothing”" in describe_effects(costs)
+    assert "the motion is another one" in describe_effects(costs)
+    dear = costs.sel(motion=["plain", "friction"])
+    assert "“nothing”" not in describe_effects(dear)
+    assert "another" not in describe_effects(dear)
+
+
 def test_every_entry_is_a_bar_with_words_impacts_and_bytes(costs):
     figure = draw("effects", costs)
     (ax,) = figure.axes

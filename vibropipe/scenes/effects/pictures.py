@@ -122,8 +122,12 @@ def describe_effects(dataset: xr.Dataset) -> str:
         f"Time of each entry over that of {' and of '.join(references)}: medians, and quartiles as lines"
         if references
         else "Time of each entry",
-        f"“nothing”: within {100 * LEAST:.0f} % and the scatter of repeated timings, together at most {limit} %",
-        "Where the number of impacts differs, the motion is another one",
+        f"“nothing”: within {100 * LEAST:.0f} % and the scatter of repeated timings, together at most {limit} %"
+        if any(price.is_nothing and not price.is_reference for price in found)
+        else "",
+        ""
+        if all(price.is_same_motion for price in found)
+        else "Where the number of impacts differs, the motion is another one",
         "Impacts: per forcing period; bytes: stored for a period, or for a row, before compression",
     )
 

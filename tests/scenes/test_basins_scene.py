@@ -10,6 +10,7 @@ from drawing import draw, picture_of
 from figures.figure_text import words
 
 import vibropipe as vp
+from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import count_unresolved
@@ -30,7 +31,7 @@ from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.motions_beside import motion_texts
-from vibropipe.scenes.basins.pictures import title_basins
+from vibropipe.scenes.basins.pictures import title_basins, write_beside
 from vibropipe.scenes.basins.report import answers, rare_answer, tables
 from vibropipe.scenes.basins.text import (
     basin_answers,
@@ -506,6 +507,22 @@ def test_letters_keep_off_marks_the_frame_and_each_other(dataset, n):
         assert frame.x0 < disc.x0 < disc.x1 < frame.x1
         assert frame.y0 < disc.y0 < disc.y1 < frame.y1
     assert not any(a.overlaps(b) for a, b in combinations(discs, 2))
+
+
+def test_letters_beside_points_keep_off_curves_each_other_and_the_frame():
+    ax = axes(new_canvas(6.0), 1.4, 1.1, 14.3, 3.8, xlim=(0.0, 4.0), ylim=(0.0, 0.4))
+    points = np.array([[1.5, 0.27], [1.5, 0.24], [3.5, 0.01], [3.5, 0.025], [4.0, 0.01]])
+    sides = [(0.0, 9.0), (0.0, -10.0), (-9.0, 0.0), (9.0, 0.0)]
+    at = {"E": (1.5, 0.27), "D": (1.5, 0.27), "H": (3.5, 0.01), "F": (4.0, 0.01)}
+    write_beside(ax, points, [(letter, place, sides) for letter, place in at.items()])
+    pixels = ax.figure.dpi / 72
+    boxes = [text.get_window_extent() for text in ax.texts]
+    centres = np.array([[(box.x0 + box.x1) / 2, (box.y0 + box.y1) / 2] for box in boxes])
+    gaps = np.hypot(*(centres[:, None] - ax.transData.transform(points)).T)
+    assert gaps.min() > 6.5 * pixels
+    assert not any(one.overlaps(two) for one, two in combinations(boxes, 2))
+    frame = ax.get_window_extent()
+    assert all(frame.containsx(x) and frame.containsy(y) for x, y in centres)
 
 
 def test_titles_say_what_the_start_decides(dataset):

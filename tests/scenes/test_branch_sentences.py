@@ -246,6 +246,19 @@ def test_one_motion_at_all_values_has_no_ends():
     assert len(family_table("s", one).rows) == 1
 
 
+def test_one_value_is_told_as_such():
+    """A scene has one value of its parameter, beside which other scalars stand."""
+    dataset = shares().isel(nu=[1], bifurcation=[]).assign_coords(f=-1.0, h=0.2)
+    dataset["basin_share"][:] = [[0.25], [0.75]]
+    assert title_shares(dataset) == "Motions coexist at ν = 1.1"
+    leads = [answer.lead for answer in share_answers(dataset)]
+    assert leads == ["The start decides which motion settles at ν = 1.1."]
+    one = dataset.isel(attractor_id=[0])
+    one["basin_share"][:] = 1.0
+    assert title_shares(one) == "At ν = 1.1, all starts settle on one motion"
+    assert [answer.lead for answer in share_answers(one)] == ["One motion is found at ν = 1.1."]
+
+
 def test_motions_coexist_between_values_of_the_grid_too():
     """The first motion ends between two values, at neither of which there is another, after the second appears."""
     dataset = shares(1.124, 1.138)

@@ -165,6 +165,7 @@ def borders(
 
     codes : (ny, nx); edges : (nx + 1,) and (ny + 1,). Speckles of one cell have no outline.
     """
+LONE_MARGIN = 4.5  # widths of a lone cell that are left free on either side
     rows, columns = np.diff(codes, axis=0) == 0, np.diff(codes, axis=1) == 0
     together = np.zeros(codes.shape, bool)
     together[1:] |= rows
@@ -225,5 +226,11 @@ def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
 
 def frame(ax: Axes) -> None:
     """Draw all four sides of the frame."""
+def with_margin(edges: np.ndarray) -> tuple[float, float]:
+    """Return the limits of an axis with the borders of cells: a lone one that filled it would claim a range."""
+    margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
+    return float(edges[0] - margin), float(edges[-1] + margin)
+
+
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)

@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Collection, Mapping
+from collections.abc import Collection, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -10,7 +10,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from matplotlib.ticker import MaxNLocator
-from matplotlib.transforms import offset_copy
+from matplotlib.transforms import Bbox, offset_copy
 
 from vibropipe.figures.canvas import (
     CM_PER_INCH,
@@ -23,7 +23,7 @@ from vibropipe.figures.canvas import (
 )
 from vibropipe.figures.canvas import WIDE as CANVAS
 from vibropipe.figures.claims import at_most
-from vibropipe.figures.map_shapes import cell_edges
+from vibropipe.figures.map_shapes import cell_edges, with_margin
 from vibropipe.figures.motion_words import number_word, way_of
 from vibropipe.figures.palette import GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
@@ -137,6 +137,7 @@ def draw_share_maps(dataset: xr.Dataset) -> Figure:
 MIN_HEIGHT = 0.07
 HEIGHTS = (0.5, 0.35, 0.65, 0.2, 0.8, 0.5)  # of a letter in its band, as they are tried
 MARKS = 6  # of an attractor along its curve
+LETTER_GAP, POINTS_PER_INCH = 7.5, 72.0  # pt from a letter to marks and others
 NEAR = 0.1  # share of the height at which a letter cannot tell two curves apart
 CHANGE_STYLE: dict[str, Any] = {"color": HAIRLINE, "linewidth": 0.6, "zorder": 0.5}
 
@@ -157,8 +158,7 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
     else:
         write_centred(upper, "No motion was found")
     values = dataset[name].values
-    if values.size > 1:
-        lower.set_xlim(values[0], values[-1])
+    lower.set_xlim(with_margin(band_edges(values)))
     lower.set_ylim(0, 1)
     draw_bands(lower, dataset, name)
     for ax in (upper, lower):
@@ -180,6 +180,7 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     known = amplitude.values[np.isfinite(amplitude.values)]
     least, most = known.min(initial=np.inf), known.max(initial=-np.inf)
     has_orbit = dataset["period_multiple"].transpose(name, "attractor_id").values > 0
+    beside: list[tuple[str, tuple[float, float], list[tuple[float, float]]]] = []
     for rank, index in enumerate(ordered(dataset)):
         own = amplitude.values[:, index]
         present = np.flatnonzero(np.isfinite(own))
@@ -202,14 +203,39 @@ def draw_amplitudes(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         if marked.size == present.size:  # no place without a mark
             height = (at[1] - least) / (most - least or 1.0)
             is_below = height > 0.9 or (height > 0.1 and rank % 2 == 1)
-            side = {
-                "y": -10 if is_below else 9,
-                "x": 4 * (middle == 0) - 4 * (middle == values.size - 1),
-            }
-            beside = offset_copy(ax.transData, ax.get_figure(root=True), units="points", **side)
-            ax.text(*at, letters[index], transform=beside, weight="bold", ha="center", va="center")
+            inwards = 4.0 * (middle == 0) - 4.0 * (middle == values.size - 1)
+            sides = [(inwards, -10.0), (inwards, 9.0)][:: 1 if is_below else -1]
+            beside.append((letters[index], at, [*sides, (-9.0, 0.0), (9.0, 0.0)]))
         else:
             label_region(ax, *at, letters[index], weight="bold")
+    x, y = np.broadcast_to(values[:, None], amplitude.shape), amplitude.values
+    write_beside(ax, np.stack([x[np.isfinite(y)], y[np.isfinite(y)]], axis=1), beside)
+
+
+def write_beside(
+    ax: Axes,
+    points: np.ndarray,
+    letters: Sequence[tuple[str, tuple[float, float], Sequence[tuple[float, float]]]],
+) -> None:
+    """Write letters beside their points, on the first side where they keep off all points and each other.
+
+    points : (n, 2) of all curves
+    letters : each with its point, and the sides (pt) that are tried
+    """
+    ax.autoscale_view()
+    in_points = POINTS_PER_INCH / ax.figure.dpi
+    taken = ax.transData.transform(points) * in_points
+    inside = Bbox(ax.get_window_extent().get_points() * in_points).padded(-2.0)
+    for letter, at, sides in letters:
+        own = ax.transData.transform(at) * in_points
+        gaps = [
+            np.hypot(*(taken - own - side).T).min() if inside.contains(*(own + side)) else 0.0
+            for side in sides
+        ]
+        side = next((n for n, gap in enumerate(gaps) if gap >= LETTER_GAP), int(np.argmax(gaps)))
+        moved = offset_copy(ax.transData, ax.get_figure(root=True), *sides[side], units="points")
+        ax.text(*at, letter, transform=moved, weight="bold", ha="center", va="center")
+        taken = np.vstack([taken, own + sides[side]])
 
 
 def draw_branches(ax: Axes, branches: xr.Dataset, name: str) -> None:

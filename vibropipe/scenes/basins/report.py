@@ -13,7 +13,7 @@ from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
 from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.exciter import side_of_first
-from vibropipe.report.findings import point_text, symbol_text, value_text
+from vibropipe.report.findings import symbol_text, value_text
 from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
 from vibropipe.scenes.basins.attractors import (
     Change,
@@ -50,13 +50,20 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
     if not dataset.sizes["attractor_id"]:
         return NOT_FOUND
     symbol, ranges = symbol_text(dataset[swept_name(dataset)]), len(together_ranges(dataset))
+    only = only_value(dataset)
     if not ranges:
-        one = f"At each value of {symbol}, all starts settle on one motion"
+        one = f"At {only or f'each value of {symbol}'}, all starts settle on one motion"
         return "" if missing_text(dataset) else one
-    if len(values := dataset[str(swept_name(dataset))]) == 1:
-        return f"Motions coexist at {point_text(values[0])}"
+    if only:
+        return f"Motions coexist at {only}"
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
     return f"Motions coexist in at least {where}"  # there may be more between values of the grid
+
+
+def only_value(dataset: xr.Dataset) -> str:
+    """Write the value of the parameter if it has but one; else empty."""
+    axis = dataset[str(swept_name(dataset))]
+    return f"{symbol_text(axis)} = {value_text(axis, axis.values[0])}" if axis.size == 1 else ""
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
@@ -127,7 +134,7 @@ def together_answer(dataset: xr.Dataset) -> Answer:
         places[1] = places[1].removeprefix(f"{symbol} = ")
     ways = "from", "to" if places[0] else "up to"
     texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
-    where = " ".join(texts) or f"at all values of {symbol}"
+    where = " ".join(texts) or f"at {only_value(dataset) or f'all values of {symbol}'}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
     low, high = _ends(dataset, *ranges[0])
     own = {index: _ends(dataset, *borders) for index, borders in _borders_of(dataset).items()}
@@ -205,6 +212,8 @@ def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], s
 def change_answer(dataset: xr.Dataset) -> Answer | None:
     """Write how many changes there are, and where the motion ends that lasts longest."""
     changes, axis = changes_of(dataset), dataset[swept_name(dataset)]
+    if not changes and (only := only_value(dataset)):
+        return Answer(f"One motion is found at {only}.") if is_one_motion(dataset) else None
     if not changes:
         same = f"same motion{'s are' if dataset.sizes['attractor_id'] > 1 else ' is'} found"
         return Answer(f"The {same} at all values of {symbol_text(axis)} on the grid.")

@@ -17,7 +17,7 @@ from matplotlib.collections import PolyCollection
 from numpy.typing import NDArray
 
 from vibropipe.figures.canvas import SMALL, TIGHT_GROUND, arrow, size_of
-from vibropipe.figures.map_shapes import cell_edges
+from vibropipe.figures.map_shapes import cell_edges, with_margin
 from vibropipe.figures.style import BLACK, rasterise_many
 from vibropipe.figures.text import value_text
 from vibropipe.scenes.sweep.laws import Region
@@ -29,7 +29,6 @@ MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves
 MANY_RUNS = 400  # a bar of more runs is stored as pixels
 LETTER_CM = 0.145  # usual width of a letter
 BAR_NAME = "name of a bar"
-LONE_MARGIN = 4.5  # widths of the bar of a single row that are left free on either side
 Floats = NDArray[np.float64]
 MARKS_PER_CM = 5.0  # of a kind of rows along a line
 MAX_JUMPS = 4  # jumps of a line that have arrows; through chaos there are dozens
@@ -164,9 +163,7 @@ def draw_strips(
     width_cm : printed width of the axes (default: no names in the bars)
     """
     edges = cell_edges(strips[0].row[along].values)
-    # a lone bar that filled the axis would claim a range
-    margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
-    ax.set_xlim(edges[0] - margin, edges[-1] + margin)
+    ax.set_xlim(with_margin(edges))
     for position, strip in enumerate(strips):
         draw_bar(ax, strip.row["region"].values, regions, edges, position, width_cm)
     ax.set_ylim(len(strips) - 0.4, -0.6)

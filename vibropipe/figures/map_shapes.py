@@ -17,6 +17,7 @@ from vibropipe.figures.palette import INK
 STEP = 0.1  # cm between the points at which a map is looked at
 WIDE_ENOUGH = 0.97  # share of a label within its region at which no narrower text is tried
 IN_PLACE = 0.85  # share from which a label stands in its region: a region of speckles is never full
+CENTRED = 1e-3  # of the score, for a label that is off the middle of its region by a whole map
 AROUND = 6  # steps around a label that count for its place
 GAP = 3  # steps between labels
 
@@ -103,9 +104,18 @@ def _best(
     grown = (size[0] + 2 * AROUND, size[1] + 2 * AROUND)
     around = _window_sums(np.pad(own, AROUND), grown) / (grown[0] * grown[1])
     score = np.where(_window_sums(taken, size) > 0, -1.0, share + 0.5 * around)
+    score -= CENTRED * _distance_from_middle(own, size)  # of places that are as good
     row, column = np.unravel_index(int(np.argmax(score)), score.shape)
     is_free = score[row, column] >= 0.0
     return float(share[row, column]) if is_free else 0.0, (int(row), int(column), *size)
+
+
+def _distance_from_middle(own: NDArray[np.bool_], size: tuple[int, int]) -> NDArray[np.float64]:
+    """Return how far each window of a size is from the middle of a region, as a share of the map."""
+    rows, columns = np.indices([n - wide + 1 for n, wide in zip(own.shape, size, strict=True)])
+    row, column = (axis.mean() for axis in np.nonzero(own)) if own.any() else (0.0, 0.0)
+    away = rows + size[0] / 2 - row, columns + size[1] / 2 - column
+    return np.hypot(*away) / sum(own.shape)
 
 
 def _write(
@@ -155,6 +165,7 @@ Floats = NDArray[np.float64]
 MIN_LOG_POINTS = 4
 MIN_EVEN, OUTER_SHARE = 5, 0.05  # cells of a smaller grid reach out of it by at most this share
 LONE_SHARE = 0.05  # of a single value, by which its cell reaches to either side
+LONE_MARGIN = 4.5  # widths of a lone cell that are left free on either side
 LABEL_MARGIN = 0.03  # of the grid that a labelled region must extend around its label
 
 
@@ -165,7 +176,6 @@ def borders(
 
     codes : (ny, nx); edges : (nx + 1,) and (ny + 1,). Speckles of one cell have no outline.
     """
-LONE_MARGIN = 4.5  # widths of a lone cell that are left free on either side
     rows, columns = np.diff(codes, axis=0) == 0, np.diff(codes, axis=1) == 0
     together = np.zeros(codes.shape, bool)
     together[1:] |= rows
@@ -216,6 +226,12 @@ def cell_edges(values: np.ndarray) -> np.ndarray:
     return np.concatenate([[first], middle, [last]])
 
 
+def with_margin(edges: np.ndarray) -> tuple[float, float]:
+    """Return the limits of an axis with the borders of cells: a lone one that filled it would claim a range."""
+    margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
+    return float(edges[0] - margin), float(edges[-1] + margin)
+
+
 def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
     """Return the scale of an axis: log if its values grow by a constant factor."""
     if values.size < MIN_LOG_POINTS or values.min() <= 0.0 or values.max() < 5.0 * values.min():
@@ -226,11 +242,5 @@ def scale_of(values: np.ndarray) -> Literal["linear", "log"]:
 
 def frame(ax: Axes) -> None:
     """Draw all four sides of the frame."""
-def with_margin(edges: np.ndarray) -> tuple[float, float]:
-    """Return the limits of an axis with the borders of cells: a lone one that filled it would claim a range."""
-    margin = LONE_MARGIN * (edges[-1] - edges[0]) if edges.size == 2 else 0.0
-    return float(edges[0] - margin), float(edges[-1] + margin)
-
-
     for side in ("top", "right"):
         ax.spines[side].set_visible(True)

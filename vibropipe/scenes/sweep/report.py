@@ -4,14 +4,14 @@ from __future__ import annotations
 
 import math
 from collections import Counter
-from collections.abc import Iterable
+from collections.abc import Sequence
 from dataclasses import replace
 from itertools import groupby
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import RANGE, even_digits
+from vibropipe.figures.claims import MOST_DIGITS, RANGE, even_digits
 from vibropipe.figures.motion_words import number_word
 from vibropipe.figures.text import format_number, in_brackets, is_forced, with_units
 from vibropipe.report.exciter import WORDS, side_of_first
@@ -94,7 +94,7 @@ def doublings_table(label: str, dataset: xr.Dataset, doubles: Doublings) -> Tabl
     symbol, way = symbol_text(axis), "falls" if doubles.is_falling else "rises"
     ends = [end for _, *both in doubles.runs for end in both]
     ends.append(doubles.end)
-    texts = even_digits([format_number(end, GRID_DIGITS) for end in ends], are_round(ends))
+    texts = grid_texts(axis, [np.array([end]) for end in ends])
     rows = [
         [str(m), RANGE.join(dict.fromkeys(both))]
         for (m, *_), *both in zip(doubles.runs, texts[::2], texts[1::2], strict=False)
@@ -133,7 +133,7 @@ def ranges_table(label: str, dataset: xr.Dataset) -> Table | None:
         return None  # the answers tell it
     kept = sorted(sorted(runs, key=lambda run: -len(run[1]))[:MAX_ROWS], key=lambda run: run[1])
     ends = [line[axis].values[[found[0], found[-1]]] for _, found in kept]
-    spans = even_digits([ends_text(each) for each in ends], are_round(np.concatenate(ends)))
+    spans = grid_texts(line[axis], ends)
     rows = []
     for span, ((code, m), found) in zip(spans, kept, strict=True):
         cells = [span, words[code]]
@@ -163,14 +163,19 @@ def hardest_text(rows: xr.Dataset) -> str:
     return format_number(float(values.max()), DIGITS) if values.size else DASH
 
 
-def ends_text(ends: np.ndarray) -> str:
-    """Write the first and the last row of a range; a single row once."""
-    return RANGE.join(dict.fromkeys(format_number(float(end), GRID_DIGITS) for end in ends))
-
-
-def are_round(values: Iterable[float]) -> bool:
-    """Return whether values of a grid are written without rounding."""
-    return all(math.isclose(float(f"{value:.{GRID_DIGITS}g}"), value) for value in values)
+def grid_texts(axis: xr.DataArray, ranges: Sequence[np.ndarray]) -> list[str]:
+    """Write the first and the last row of ranges of a grid, with digits that tell neighbours apart; equal ones once."""
+    grid = np.unique(axis.values)
+    step = float(np.diff(grid).min(initial=np.inf))
+    whole = math.floor(math.log10(float(np.abs(grid).max()) or 1.0)) + 1
+    needed = whole - math.floor(math.log10(step)) if math.isfinite(step) else 0
+    digits = int(np.clip(needed, GRID_DIGITS, MOST_DIGITS))
+    texts = [
+        RANGE.join(dict.fromkeys(format_number(float(end), digits) for end in ends))
+        for ends in ranges
+    ]
+    ends = np.concatenate(ranges).tolist()
+    return even_digits(texts, all(math.isclose(float(f"{end:.{digits}g}"), end) for end in ends))
 
 
 def lines_table(label: str, dataset: xr.Dataset) -> Table | None:
@@ -185,7 +190,9 @@ def lines_table(label: str, dataset: xr.Dataset) -> Table | None:
     rows = []
     for point, line in lines_of(dataset, "impact_velocity_max"):
         struck = np.flatnonzero(strikes(line).values)
-        ends = ends_text(line[axis].values[struck[[0, -1]]]) if struck.size else DASH
+        (ends,) = (
+            grid_texts(line[axis], [line[axis].values[struck[[0, -1]]]]) if struck.size else [DASH]
+        )
         cells = [point, ends, share_text(struck.size, line.sizes[axis])]
         rows.append([*cells, hardest_text(line)] if has_velocity else cells)
     symbol = in_brackets(symbol_text(dataset[axis]), dataset[axis])
@@ -204,7 +211,7 @@ def together_text(dataset: xr.Dataset) -> str:
     if len(found) < 2 or any(each.point for each in found):
         return ""
     ends = [np.array([each.low, each.high]) for each in found]
-    spans = even_digits([ends_text(each) for each in ends], are_round(np.concatenate(ends)))
+    spans = grid_texts(dataset[axis], ends)
     which = "the widest first" if len(found) <= MAX_TOLD else f"the {number_word(MAX_TOLD)} widest"
     shown = with_units(dataset[axis], series(spans[:MAX_TOLD]))
     where = f"In {number_word(len(found))} ranges of {symbol_text(dataset[axis])}"

@@ -30,6 +30,7 @@ from vibropipe.scenes.sweep.maps import (
     MAX_MAPS,
     drawn_panels,
     has_negative,
+    is_rounding,
     value_norm,
     without_orbit_texts,
 )
@@ -246,10 +247,11 @@ def describe_quantities(dataset: xr.Dataset, show: Collection[str] = ()) -> str:
     found, most = drawn_panels(dataset, show)
     dataset = without_rounding(dataset, {each.name for each in found})
     _, _, further = map_axes(dataset)
-    tops = [(largest(of_orbits(dataset, each)), series_words(dataset, each)) for each in found]
+    tops = [(largest(of_orbits(dataset, each)), each) for each in found]
     largest_values = [
-        f"{with_units(top, digits(float(top)))} ({words.split(' of ')[0]})"
-        for top, words in tops
+        f"{with_units(top, '0' if is_rounding(dataset, each.name, float(top)) else digits(float(top)))} "
+        f"({series_words(dataset, each).split(' of ')[0]})"
+        for top, each in tops
         if top is not None
     ]
     is_cut = any(

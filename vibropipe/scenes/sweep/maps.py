@@ -33,6 +33,7 @@ from vibropipe.scenes.sweep.map_layout import (
     places,
     write_titles,
 )
+from vibropipe.scenes.sweep.quantities import DEFAULT_SHOW as USUAL
 from vibropipe.scenes.sweep.quantities import SIGNED as WITH_SIGN
 from vibropipe.scenes.sweep.quantities import (
     Series,
@@ -69,6 +70,8 @@ MISSING = -1
 CONTOUR = 0.2
 NEGATIVE: dict[str, Any] = {"colors": INK, "linewidths": 0.5, "linestyles": [(0, (3, 2))]}
 ROUNDING = 1e-9  # of the largest value
+NEGLIGIBLE = 1e-6  # of the largest displacement: harmonics of a mass that rests are off by 1e-8
+VANISHING = 0.05
 
 
 def draw_regime_map(dataset: xr.Dataset) -> Figure:
@@ -231,7 +234,7 @@ def outlined(part: xr.Dataset, series: Series, x: str, y: str) -> np.ndarray:
 def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     """Return the scale of a quantity, up to the HIGHEST_SHARE quantile: from 0, or symmetric about it if some is below.
 
-    What rounding leaves below 0 does not count.
+    What rounding leaves below 0 does not count; of what is rounding throughout the scale is VANISHING of its family.
     """
     series = series_of(dataset, name)
     kept = series if series[0].dim in ("support", None) else series[:1]
@@ -242,7 +245,21 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     high = float(np.quantile(values, HIGHEST_SHARE, method="higher")) if values.size else 0.0
     high = high or float(values.max(initial=0.0)) or 1.0
     is_signed = name in WITH_SIGN and found.min(initial=0.0) < -ROUNDING * high
+    if is_rounding(dataset, name, float(values.max(initial=0.0))):
+        high = VANISHING * family_size(dataset, name) or 1.0
     return Normalize(-high if is_signed else 0.0, high)
+
+
+def is_rounding(dataset: xr.Dataset, name: str, top: float) -> bool:
+    """Return whether the largest value of a quantity is 0, or nothing beside others of its family."""
+    return abs(top) <= NEGLIGIBLE * family_size(dataset, name)
+
+
+def family_size(dataset: xr.Dataset, name: str) -> float:
+    """Return the largest magnitude of the usual quantities with the same first word, such as displacements."""
+    stem = name.partition("_")[0]
+    alike = [each for each in USUAL if each.partition("_")[0] == stem and each in dataset]
+    return max((float(abs(dataset[each]).max()) for each in alike), default=0.0)
 
 
 def has_both_signs(norm: Normalize) -> bool:

@@ -15,10 +15,9 @@ from vibropipe.figures.units import LOWERED
 from vibropipe.report.findings import largest, place_texts
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import map_axes
-from vibropipe.scenes.sweep.maps import drawn_panels, has_negative
+from vibropipe.scenes.sweep.maps import drawn_panels, has_negative, is_rounding
 from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import (
-    DEFAULT_SHOW,
     Series,
     axis_and_others,
     exponent_ends,
@@ -36,7 +35,6 @@ from vibropipe.words.wording import capitalised
 
 MAX_TITLE = 85  # letters
 SAME_VALUE = 1e-9  # relative difference of values that are one
-NEGLIGIBLE = 1e-6  # of the largest displacement: harmonics of a mass that rests are off by 1e-8
 MANY = 0.05  # share of the points from which the place of aperiodic motion is told
 
 
@@ -59,7 +57,7 @@ def largest_title(dataset: xr.Dataset, own: Series) -> str:
     top = largest(values)
     words = series_words(dataset, own)
     plain = capitalised(words)
-    if top is None or dataset["regime"].size == 1 or is_rounding(dataset, own, float(top)):
+    if top is None or dataset["regime"].size == 1 or is_rounding(dataset, own.name, float(top)):
         return plain
     if own.name == "lyapunov_exponent":
         return exponent_title(*exponent_ends(dataset))
@@ -103,13 +101,6 @@ def subjects_of(own: Series, plain: str, of: str = "") -> list[str]:
     words = words.removesuffix(" of the support") if place else words
     subject = f"{words[0].lower()}{words[1:]}{of}{at}"
     return [f"The {subject}", subject]
-
-
-def is_rounding(dataset: xr.Dataset, own: Series, top: float) -> bool:
-    """Return whether a largest value is 0, or a displacement that is nothing beside the others."""
-    stem = own.name.partition("_")[0]
-    alike = [dataset[name] for name in DEFAULT_SHOW if name.startswith(stem) and name in dataset]
-    return abs(top) <= NEGLIGIBLE * max((float(abs(each).max()) for each in alike), default=0.0)
 
 
 def fixed_dims(alike: xr.DataArray) -> list[str] | None:

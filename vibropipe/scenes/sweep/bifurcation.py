@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import LEGEND_LINE, legend_below, zero_line
+from vibropipe.figures.canvas import legend_below, zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
@@ -33,18 +33,19 @@ from vibropipe.scenes.sweep.captions import (
     starts_text,
     unresolved_text,
 )
-from vibropipe.scenes.sweep.curves import draw_bars, finish
+from vibropipe.scenes.sweep.curves import draw_bars, finish, with_legend
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import (
     LEFT,
     MAX_MULTIPLES,
+    Layout,
     fitting_panels,
     lay_out,
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
+from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS
 from vibropipe.scenes.sweep.neighbours import doublings_of
 from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
@@ -122,9 +123,11 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     rows = rows.assign(index=(dataset["regime"].dims, index)).sortby(along)
     codes, regions = regions_of(dataset)
     rows = rows.assign(region=codes)
-    legend = region_patches(regions)
-    below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
-    layout = lay_out(rows, dims, panels, 1, True, below)
+
+    def layout_with(below: float) -> Layout:
+        return lay_out(rows, dims, panels, 1, True, below)
+
+    layout, legend = with_legend(layout_with, rows, regions, along, None)
     drawn = spot_axes(layout, along)
     letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
     for spot, ax in drawn:

@@ -6,7 +6,7 @@ were followed in both directions are drawn in one panel.
 
 from __future__ import annotations
 
-from collections.abc import Collection, Sequence
+from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -90,15 +90,10 @@ def draw_sweep(
     panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
     lines = len(list(lines_of(dataset, lines_dim)))
 
-    def layout_with(legend: list[Patch]) -> Layout:
-        below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
+    def layout_with(below: float) -> Layout:
         return lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
 
-    legend = region_patches(regions)
-    trial = draw_bars(layout_with(legend), dataset, regions, along, lines_dim)
-    named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
-    legend = [patch for patch in legend if patch.get_label() not in named]
-    layout = layout_with(legend)
+    layout, legend = with_legend(layout_with, dataset, regions, along, lines_dim)
     drawn = spot_axes(layout, along)
     first: dict[Panel, Axes] = {}
     names = []
@@ -121,6 +116,28 @@ def draw_sweep(
 
 
 def draw_bars(
+def with_legend(
+    layout_with: Callable[[float], Layout],
+    dataset: xr.Dataset,
+    regions: Sequence[Region],
+    along: str,
+    lines_dim: str | None,
+) -> tuple[Layout, list[Patch]]:
+    """Return a layout with room for a legend of the regions that no bar has room to name, and its entries.
+
+    layout_with : returns the layout with some room below it (cm)
+    """
+
+    def with_room(legend: Sequence[Patch]) -> Layout:
+        return layout_with(-(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1)
+
+    legend = region_patches(list(regions))
+    trial = draw_bars(with_room(legend), dataset, regions, along, lines_dim)
+    named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
+    legend = [patch for patch in legend if patch.get_label() not in named]
+    return with_room(legend), legend
+
+
     layout: Layout,
     dataset: xr.Dataset,
     regions: Sequence[Region],

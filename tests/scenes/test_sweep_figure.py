@@ -3,7 +3,7 @@
 import numpy as np
 import pytest
 import xarray as xr
-from drawing import draw
+from drawing import draw, picture_of
 from figures.figure_text import words
 from figures.sample_datasets import sweep
 from matplotlib.collections import PolyCollection, QuadMesh
@@ -13,11 +13,12 @@ import vibropipe as vp
 from vibropipe.figures import line_names
 from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.line_names import Named, label_lines
-from vibropipe.figures.map_shapes import cell_edges, widest_spot
+from vibropipe.figures.map_shapes import cell_edges, label_regions, widest_spot
 from vibropipe.figures.style import LINES
 from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.sweep import curves
-from vibropipe.scenes.sweep.captions import describe_sweep
+from vibropipe.scenes.sweep.bifurcation import draw_bifurcation
+from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
@@ -25,6 +26,7 @@ from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
 from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.scenes.sweep.report import grid_texts
 from vibropipe.words.regimes import Regime
 
 
@@ -45,6 +47,77 @@ def test_every_regime_present_is_named_in_a_bar_or_in_the_legend(name, figures, 
     in_legend = {text.get_text() for legend in legends for text in legend.get_texts()}
     assert in_bars | in_legend == names
     assert not in_bars & in_legend
+
+
+def test_a_bifurcation_diagram_names_a_regime_in_a_bar_or_in_the_legend():
+    figure = draw_bifurcation(sweep().assign(displacement_strobe=sweep()["displacement_mean"]))
+    in_bars = {text.get_text() for text in figure.findobj(Text) if text.get_gid() == BAR_NAME}
+    in_legend = {text.get_text() for legend in figure.legends for text in legend.get_texts()}
+    assert in_bars | in_legend == {region.words for region in regions_of(sweep())[1]}
+    assert in_bars
+    assert not in_bars & in_legend
+
+
+def test_the_label_of_a_region_is_in_its_middle():
+    ax = axes(new_canvas(9.0), 1.2, 1.2, 14.0, 7.0, xlim=(0.0, 2.0), ylim=(0.0, 1.0))
+    edges = np.linspace(0.0, 2.0, 41), np.linspace(0.0, 1.0, 21)
+    halves = np.tile(np.repeat([0, 1], 20), (20, 1))
+    label_regions(ax, halves, edges, {0: ["left"], 1: ["right"]})
+    places = {text.get_text(): text.get_position() for text in ax.texts}
+    assert places["left"] == pytest.approx((0.25, 0.5), abs=0.02)
+    assert places["right"] == pytest.approx((0.75, 0.5), abs=0.02)
+
+
+def test_what_is_rounding_has_the_scale_of_its_family():
+    grids = {"nu": np.linspace(1.6, 3.0, 12), "f": np.linspace(0.1, 0.9, 9)}
+    rows = vp.sweep(vp.Exciter(l=0.5, h=0.2, R1=0.7, R2=0.7), grids)  # symmetric motions
+    largest = float(abs(rows["displacement_amplitude"]).max())
+    assert 0.0 < float(abs(rows["displacement_mean"]).max()) < 1e-9
+    norm = value_norm(rows, "displacement_mean")
+    assert norm.vmax == pytest.approx(0.05 * largest)
+    assert "and 0 (mean displacement)" in describe_quantities(rows)
+
+
+def test_neighbouring_rows_differ_in_a_table():
+    axis = xr.DataArray(np.linspace(0.3, 3.0, 100_000), dims="nu", name="nu")
+    at = [axis.values[[100, 31_600]], axis.values[[31_601, 31_601]], axis.values[[31_602, -1]]]
+    first, lone, last = grid_texts(axis, at)
+    assert len({first.split(" … ")[1], lone, last.split(" … ")[0]}) == 3
+    coarse = xr.DataArray([0.5, 0.75, 1.0], dims="nu", name="nu")
+    assert grid_texts(coarse, [coarse.values[[0, 1]], coarse.values[[2]]]) == [
+        "0.50 … 0.75",
+        "1.00",
+    ]
+
+
+def test_a_lone_point_is_within_its_panel_and_under_no_name():
+    outputs = ["harmonics", "impacts", "stability", "motion"]
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
+    row = vp.sweep(exciter, {"nu": [1.0]}, outputs=outputs)
+    for figure in (draw_sweep(row), draw_bifurcation(row)):
+        figure.draw_without_rendering()
+        points = [
+            (ax, line)
+            for ax in figure.axes
+            for line in ax.lines
+            if line.get_marker() == "." and np.isfinite(line.get_ydata()).any()
+        ]
+        assert points
+        for ax, line in points:
+            low, high = ax.get_ylim()
+            at = np.asarray(line.get_ydata(), float)
+            at = at[np.isfinite(at)]
+            is_shown = (abs(at) < 1e-9) | (
+                (at > low + 0.02 * (high - low)) & (at < high - 0.02 * (high - low))
+            )
+            assert is_shown.all()
+            for x, y in ax.transData.transform(np.stack([np.full(at.size, 1.0), at], axis=1)):
+                assert not any(text.get_window_extent().contains(x, y) for text in ax.texts)
+    assert "from light to dark" not in describe_sweep(
+        vp.sweep(exciter, {"nu": [0.9, 1.0], "f": [-1.0]})
+    )
+    picture = picture_of("sweep", row, "portrait")
+    assert picture.title(row, None, {}) == "Phase portrait of one law of motion"
 
 
 def test_a_name_beside_a_bar_is_within_the_figure(made):

@@ -83,7 +83,7 @@ def label_lines(
         if not len(tried) and line.is_needed:
             upright = "center_baseline"  # letters without descenders are centred on their line
             tried = _evenly(inside, PLACES)
-            tried = tried[_is_free(tried, half, boxes)]
+            tried = tried[_is_free(tried, half, boxes) & ~_hides(tried, half, own)]
             clearance = _distance(tried, half, rest)
             if not (clearance >= CLEAR).any():  # over as little of the others as can be
                 clearance = -_covered(tried, half, rest)
@@ -181,6 +181,11 @@ def _covered(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
     for points in others:
         found += (np.abs(at[:, None] - points[None]) < half).all(axis=-1).sum(axis=1)
     return found
+
+
+def _hides(at: Floats, half: Floats, own: Floats) -> NDArray[np.bool_]:
+    """Return which labels would cover all points of a line."""
+    return np.all(np.abs(at[:, None] - own[None]) < half, axis=(1, 2))
 
 
 def _is_free(at: Floats, half: Floats, boxes: Sequence[Floats]) -> NDArray[np.bool_]:

@@ -168,8 +168,8 @@ def draw_diagram(ax: Axes, points: Points, x_of: Floats, panel: Panel) -> None:
     if is_impact:
         # Of all columns, which share the ordinate.
         low, high = float(points.value.min()), float(points.value.max())
-        margin = 0.05 * (high - low)
-        ax.set_ylim(low - margin if low > LOW * high else 0.0, high + max(margin, 0.05 * low))
+        margin = 0.05 * max(high - low, low)
+        ax.set_ylim(low - margin if low > LOW * high else 0.0, high + margin)
 
 
 def bifurcation_title(dataset: xr.Dataset, show: Collection[str] = ()) -> str:

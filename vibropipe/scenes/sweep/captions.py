@@ -72,9 +72,9 @@ def describe_sweep(
     left_out = without_value_text(dataset, show, quantities)
     seen = f"Steady states against {plain_symbol_of(dataset[along])}"
     if lines:
-        seen += (
-            f" for {lines}; blue, from light to dark, with {plain_symbol_of(dataset[others[0]])}"
-        )
+        seen += f" for {lines}"
+        if dataset.sizes[others[0]] > 1:
+            seen += f"; blue, from light to dark, with {plain_symbol_of(dataset[others[0]])}"
     return sentences(
         seen,
         "Blue, from dark to light: first and further harmonics"

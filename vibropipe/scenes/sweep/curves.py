@@ -61,6 +61,7 @@ from vibropipe.words.vocabulary import OF_SOFT
 
 # An axis of impacts ends at this quantile if the largest value is HIGH times as large.
 HIGH_SHARE, HIGH = 0.99, 2.0
+ROOM = 0.06  # of the largest value, that is left above it
 ALIKE: Any = (0, (3, 2))
 Curve = tuple[np.ndarray, np.ndarray]
 BACKBONE: dict[str, Any] = {
@@ -115,7 +116,6 @@ def draw_sweep(
     return layout.figure
 
 
-def draw_bars(
 def with_legend(
     layout_with: Callable[[float], Layout],
     dataset: xr.Dataset,
@@ -138,6 +138,7 @@ def with_legend(
     return with_room(legend), legend
 
 
+def draw_bars(
     layout: Layout,
     dataset: xr.Dataset,
     regions: Sequence[Region],
@@ -278,7 +279,7 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
     for each, ax in drawn.items():
         name = each.series[0].name
         if name not in SIGNED:
-            ax.set_ylim(bottom=0.0)
+            ax.set_ylim(0.0, max(ax.get_ylim()[1], (1.0 + ROOM) * sizes[each]))
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
         keep_zero_scale(ax, panel_size(dataset, each), family_size(dataset, name))

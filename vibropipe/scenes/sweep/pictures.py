@@ -12,6 +12,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from vibropipe.figures.canvas import WIDE, axes, legend_below, new_canvas, plain_ticks
+from vibropipe.figures.motion_words import amount_text
 from vibropipe.figures.phase_plane import (
     draw_points,
     draw_portrait,
@@ -172,12 +173,15 @@ def spectrum_name(show: Collection[str]) -> str:
     return "velocity" if names == {"velocity"} else "displacement"
 
 
-def rows_title(rows: Rows, what: str) -> str:
-    """Return how many rows a picture shows, and of how many laws of motion."""
+def rows_title(rows: Rows, one: str, several: str) -> str:
+    """Return how many rows a picture shows, and of how many laws of motion; empty of none."""
     laws = len({law for _, law in rows})
-    if not rows or len(rows) == laws:
-        return f"{what} of {count(laws, 'law of motion', 'laws of motion')}"
-    return f"{what} of {count(len(rows), 'aperiodic row')}"
+    if not rows:
+        return ""
+    if len(rows) == laws:
+        what = one if laws == 1 else several
+        return f"{what} of {amount_text(laws, 'law of motion', 'laws of motion')}"
+    return f"{several} of {count(len(rows), 'aperiodic row')}"
 
 
 def describe_rows(dataset: xr.Dataset, what: str, rows: Rows) -> str:
@@ -245,14 +249,16 @@ PICTURES = (
         draw_sections,
         lambda dataset: describe_rows(dataset, SECTION_TEXT, chosen_visits(dataset)),
         lambda dataset: "poincare_displacement" in dataset,
-        titled=lambda dataset: rows_title(chosen_visits(dataset), "Sections"),
+        titled=lambda dataset: rows_title(chosen_visits(dataset), "Section", "Sections"),
     ),
     Picture(
         "portrait",
         draw_portraits,
         lambda dataset: describe_rows(dataset, PORTRAIT_TEXT, portrait_rows(dataset)),
         lambda dataset: "phase" in dataset.dims,
-        titled=lambda dataset: rows_title(portrait_rows(dataset), "Phase portraits"),
+        titled=lambda dataset: rows_title(
+            portrait_rows(dataset), "Phase portrait", "Phase portraits"
+        ),
     ),
     Picture(
         "spectrum",
@@ -260,7 +266,7 @@ PICTURES = (
         lambda dataset, show: describe_rows(dataset, SPECTRUM_TEXT, spectrum_rows(dataset, show)),
         lambda dataset: "displacement_amplitude" in dataset,
         showing,
-        lambda dataset, show: rows_title(spectrum_rows(dataset, show), "Spectra"),
+        lambda dataset, show: rows_title(spectrum_rows(dataset, show), "Spectrum", "Spectra"),
     ),
     Picture(
         "energy",

@@ -48,6 +48,14 @@ def held(folder):
     return {path: path.read_bytes() for path in folder.rglob("*") if path.is_file()}
 
 
+def test_the_folder_of_results_may_be_the_current_one(place):
+    shutil.move(place / "results" / "mine", place / "mine")
+    shutil.rmtree(place / "mine" / "figures")
+    made = run("report", "mine.yaml", "--results", ".", "--output", "mine/report.pdf")
+    assert made == 0
+    assert {path.name for path in place.glob("mine/**/*.pdf")} >= {"forced.pdf", "report.pdf"}
+
+
 def refused(folder, capsys, words, *arguments):
     """Check that a command prints one message with these words and changes no file."""
     before = held(folder)

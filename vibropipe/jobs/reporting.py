@@ -83,11 +83,12 @@ def make_report(
     if partial:
         failed = {name: cause_of(study.name, name) for name in stale_scenes(study, str(folder))}
     rest = without(study, failed)
-    stale = set(stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1)))
+    # as paths: those in the current folder may begin with ./ or not
+    stale = set(map(Path, stale_files(rest, str(results), dict.fromkeys(rest.scenes, 1))))
     figures = {
         name: scene.name
         for name, scene in figures_of(rest).items()
-        if not stale.isdisjoint(f"{folder}/figures/{name}{suffix}" for suffix in SUFFIXES)
+        if not stale.isdisjoint(folder / "figures" / f"{name}{suffix}" for suffix in SUFFIXES)
     }
     if not partial and figures:
         draw_study(rest, results, figures, processes or 1)

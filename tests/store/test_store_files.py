@@ -46,6 +46,15 @@ def test_round_trip_of_a_motion(tmp_path):
     assert read.attrs == {"Conventions": "CF-1.11"} | dataset.attrs
 
 
+def test_a_study_whose_file_cannot_be_opened_is_said_to_be_damaged(tmp_path):
+    path = written(motion(), tmp_path)
+    content = bytearray(path.read_bytes())
+    content[64:2000] = bytes(1936)  # of the same length, between signature and seal
+    path.write_bytes(content)
+    with pytest.raises(StoreError, match=r"a\.nc: is damaged \(its checksum does not match\)"):
+        store.open_study(tmp_path)
+
+
 def test_round_trip_of_a_shard_with_complex_multipliers(tmp_path):
     dataset = shard(rows_of_sweep(30), 4, 20, nu=1.0)
     read = store.load(written(dataset, tmp_path))

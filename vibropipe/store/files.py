@@ -215,6 +215,7 @@ def open_lazily(path: Path, chunks: str | None) -> xr.Dataset:
                 all_variables = {**text_variables.variables, **dataset.variables}
                 variables = {name: all_variables[name] for name in variables}
     except (OSError, RuntimeError, ValueError) as error:
+        check_intact(path)  # says so of a damaged file
         raise StoreError(f"{path}: cannot be read: {error}") from error
     words = {
         name: values.astype(str)

@@ -303,6 +303,26 @@ def test_what_all_designs_meet_is_not_drawn_by_its_rounding(dataset):
         assert np.ptp(ax.get_xlim()) > 0.01
 
 
+def test_what_symmetry_lets_vanish_is_no_number():
+    """The mean displacement of an exciter with equal supports is 0, whatever its force and its length."""
+    exciter = "exciter: {l: 0.5, nu: 1, f: -1, h: 0.2, R1: 0.7}"
+    text = (
+        f"title: Even\n{exciter}\nscenes:\n  even: {{kind: design, vary: {{R2: [0.4, 0.9]}}, samples: 16, designs: 1, "
+        "target: {displacement_mean: 0}, allow: {displacement_mean: 0.01}, tolerance: {f: 0.002, l: 0.0002}}\n"
+    )
+    scene = study_of_text(text, "even").scenes["even"]
+    even = kind_of(scene).solve(scene)
+    assert 0.0 < float(abs(even["displacement_mean_deviation"]).max()) < 1e-12
+    told = " ".join(f"{each.lead} {each.rest}" for each in answers({"even": even})["even"])
+    assert "mean displacement = 0." in told
+    assert "standard deviations away" not in told
+    assert "comes from" not in told
+    tornado = picture_of("design", even, "tornado")
+    assert tornado.title(even, None, {}) == "No parameter alone moves the mean displacement"
+    (ax,) = tornado.draw(even, None, {}).axes
+    assert ax.get_xlim()[1] == pytest.approx(0.025)
+
+
 def test_the_side_has_goals_and_ranges(dataset):
     rows = {row.symbol: row.value for row in REPORT.side({"shifted": dataset}).rows}
     assert rows["mean displacement"] == "−0.1 ± 0.005"

@@ -23,6 +23,7 @@ from vibropipe.words.vocabulary import PHYSICAL_NAMES
 USUAL = ("displacement_mean", "displacement_amplitude_1", "impact_velocity_max_1")
 INNER = ("support", "harmonic", "multiplier")
 ENDS = ("target", "lower", "upper")
+NOTHING = 1e-9
 
 
 class Part(NamedTuple):
@@ -63,6 +64,7 @@ class Part(NamedTuple):
         value = float(values.values[row])
         if self.variable == "yield":  # as it is told everywhere else
             return percent(value)
+        value = 0.0 if is_nothing(dataset, self, value) else value
         write = format_number if value.is_integer() else measured
         return with_units(values, write(value, digits))
 
@@ -71,6 +73,18 @@ class Part(NamedTuple):
         if f"{self.variable}_{which}" not in dataset:
             return float("nan")
         return float(self.of(dataset, f"_{which}"))
+
+
+def is_nothing(dataset: xr.Dataset, part: Part, value: float) -> bool:
+    """Return whether a displacement, or a deviation of it, is rounding beside the distance of the supports."""
+    return part.variable.startswith("displacement") and abs(value) <= NOTHING * half_distance(
+        dataset
+    )
+
+
+def half_distance(dataset: xr.Dataset) -> float:
+    """Return half the distance between the supports of design 1."""
+    return float(np.ravel(dataset["l"].values)[0])
 
 
 def in_words(variable: str, long_name: str, dim: str = "", label: int = 0) -> str:

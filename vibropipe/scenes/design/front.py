@@ -31,7 +31,9 @@ from vibropipe.scenes.design.data import (
     Part,
     beating,
     ends_of,
+    half_distance,
     has_spread,
+    is_nothing,
     spread_parts,
     struck_texts,
     swept,
@@ -83,7 +85,7 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     """Draw the bars of one quantity, the most important parameter on top, zero in the middle."""
     moved = part.of(best, "_deviation").transpose("parameter", "side").values
     share = part.of(best, "_contribution").values
-    std = float(part.of(best, "_std").sel(estimate="first_order"))
+    std = first_order_std(best, part)
     first = WORST * np.sqrt(np.nan_to_num(share)) * std
     order = np.argsort(np.nan_to_num(np.abs(moved)).max(axis=1), kind="stable")
     place = np.arange(order.size)
@@ -103,6 +105,8 @@ def draw_bars(ax: Axes, best: xr.Dataset, part: Part) -> None:
     ax.xaxis.set_major_locator(MaxNLocator(4, steps=[1, 2, 5, 10]))
     ax.xaxis.set_major_formatter(EvenTicks())
     most = 1.05 * np.nanmax(np.abs([*moved.ravel(), *first]), initial=0.0) or 1.0
+    if is_nothing(best, part, most):
+        most = VANISHING * half_distance(best)
     ax.set_xlim(-most, most)
     ax.set_xlabel("\n".join(textwrap.wrap(f"deviation of {part.label_text(best)}", 44)))
 
@@ -154,9 +158,15 @@ def shares_of(best: xr.Dataset, part: Part) -> np.ndarray:
     return np.sign(moved) * part.of(best, "_contribution").values
 
 
+def first_order_std(best: xr.Dataset, part: Part) -> float:
+    """Return the standard deviation of a quantity, to first order."""
+    return float(part.of(best, "_std").sel(estimate="first_order"))
+
+
 def row_text(best: xr.Dataset, part: Part) -> str:
     """Write a quantity with its standard deviation."""
-    std = float(part.of(best, "_std").sel(estimate="first_order"))
+    std = first_order_std(best, part)
+    std = 0.0 if is_nothing(best, part, std) else std
     return f"{part.words(best)}\n± {with_units(best[part.variable], format_number(std, 2))}"
 
 
@@ -175,6 +185,8 @@ def leading(dataset: xr.Dataset) -> list[str]:
     texts = []
     for part in spread_parts(dataset):
         share = part.of(best, "_contribution")
+        if is_nothing(best, part, first_order_std(best, part)):
+            continue
         most = int(share.fillna(-1).argmax("parameter"))
         if float(share[most]) > 0.5:
             name = plain_symbol_of(best[str(best["parameter"].values[most])])
@@ -185,6 +197,7 @@ def leading(dataset: xr.Dataset) -> list[str]:
 
 # Relative difference of deviations that are one.
 SAME_MOVE = 1e-6
+VANISHING = 0.05  # of half the distance: the scale of deviations that are rounding
 
 
 def title_tornado(dataset: xr.Dataset) -> str:
@@ -193,6 +206,8 @@ def title_tornado(dataset: xr.Dataset) -> str:
         return "What each parameter alone does is not known"
     best = dataset.isel(design=0)
     names = [strongest(best, part) for part in parts]
+    if is_nothing(best, parts[0], float(abs(parts[0].of(best, "_deviation")).max())):
+        return f"No parameter alone moves the {parts[0].words(dataset)}"
     if not names[0]:
         return f"How each parameter moves the {parts[0].words(dataset)}"
     moved = f"the {parts[0].words(dataset)}"

@@ -38,6 +38,7 @@ MARK = "*"
 SAME_RATIO = 1e-6
 # Relative difference of one distance, by sensitivities and by the deviations of a dataset.
 SAME_DISTANCE = 1e-6
+FAR = 1e6  # standard deviations from which on the spread is rounding, as where symmetry lets it vanish
 HOLD = "the law of motion, the bounds and the targets within what is allowed hold"
 BOX = f"All parameters may be off at once: at each combination of their ends {HOLD}."
 AXES = (
@@ -245,6 +246,7 @@ def sorting_cells(rule: Sorting | None, share: float) -> list[str]:
 def nearest_limit(dataset: xr.Dataset, row: int) -> tuple[Part | None, float]:
     """Return the quantity whose limit a design is nearest to, None if not known, and how far; infinite without one."""
     away = float(dataset["reliability_index"].values[row]) if has_yield(dataset) else np.inf
+    away = away if away < FAR else np.inf
     found = [
         part
         for part in wanted_parts(dataset)

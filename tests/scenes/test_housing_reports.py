@@ -133,6 +133,7 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert axis_label(lines["housing_velocity_mean"]).startswith("progression of the housing ")
     assert bare_symbols({"a": lines}) == "fhd"
     assert bare_symbols({"a": sweep}) == "fh"
+    assert bare_symbols({"a": vp.to_physical(sweep, 1.0, 1e4)}) == "CFHP"
 
 
 def test_the_label_of_the_velocity_of_a_housing_stays_on_the_page():

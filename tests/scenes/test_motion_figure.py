@@ -25,7 +25,7 @@ from vibropipe.scenes.motion.phase_plane import describe_section, turns, visits
 from vibropipe.scenes.motion.pictures import draw_together, head_lines
 from vibropipe.scenes.motion.solve import solve
 from vibropipe.study import parse_study, study_of_text
-from vibropipe.words.vocabulary import quantity
+from vibropipe.words.vocabulary import ENERGIES, quantity
 
 M, C = 1.0, 1e4  # 40 units of tau are then 0.4 s
 
@@ -107,6 +107,13 @@ scenes:
     told = describe_spectra(free)
     assert "The mean displacement is 0; the largest harmonic is number 1, 0.4135." in told
     assert "The mean displacement is 0.1; all harmonics are 0." in describe_spectra(held)
+
+
+def test_names_below_bars_have_two_lines():
+    losses = {name: (("support",), [0.1, 0.1]) if "impact" in name else 0.1 for name in ENERGIES}
+    terms = energy_terms(xr.Dataset(losses, {"support": [1, 2]}), "energy")
+    assert "loss on\nthe ground" in [text for text, _, _ in terms]
+    assert max(text.count("\n") for text, _, _ in terms) == 1
 
 
 def test_the_departure_from_the_exact_motion_has_its_unit():

@@ -76,7 +76,7 @@ def bare_symbols(datasets: Datasets) -> str:
     if not any(is_physical(data) for data in datasets.values()):
         return f"fh{forces}"
     motions = max(data.sizes.get("attractor_id", 0) for data in datasets.values())
-    capitals = (each for each in "CFH" if string.ascii_uppercase.index(each) >= motions)
+    capitals = (each for each in "CFHP" if string.ascii_uppercase.index(each) >= motions)
     return "".join([*capitals, forces])
 
 

@@ -30,7 +30,7 @@ from vibropipe.words.wording import capitalised
 
 LEFT, BELOW, BETWEEN, SPECTRUM_CM = 1.75, 1.0, 0.5, 6.6  # cm
 FED, LOST = METHODS["crude"].colour, METHODS["exact"].colour
-LETTERS = 9  # of a line below a bar
+LETTERS = 10  # of a line below a bar
 MAX_BARS = 5  # of a panel beside another, whose texts fit below it
 FORMS = {
     "energy": "from start to end of the motion",

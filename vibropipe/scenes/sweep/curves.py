@@ -279,7 +279,7 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
     for each, ax in drawn.items():
         name = each.series[0].name
         if name not in SIGNED:
-            ax.set_ylim(0.0, max(ax.get_ylim()[1], (1.0 + ROOM) * sizes[each]))
+            ax.set_ylim(0.0, max(ax.get_ylim()[1], (1.0 + ROOM) * panel_size(dataset, each)))
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
         keep_zero_scale(ax, panel_size(dataset, each), family_size(dataset, name))

@@ -15,6 +15,7 @@ from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
+from vibropipe.scenes.basins import pictures
 from vibropipe.scenes.basins.attractors import (
     at_rest,
     beside,
@@ -435,6 +436,14 @@ def test_pictures_of_a_parameter_are_drawn(over_omega):
         figure = picture.draw(datasets["shares"], scene.figure, datasets)
         assert figure.axes
         assert "settle" in picture.describe(datasets["shares"], scene.figure, datasets).lower()
+
+
+def test_letters_are_placed_once_the_limits_are_known(over_omega, monkeypatch):
+    seen = []
+    monkeypatch.setattr(pictures, "write_beside", lambda ax, *_: seen.append(ax.get_xlim()))
+    figure = pictures.draw_shares(over_omega[1]["shares"].isel(omega=[0, 1]))
+    assert seen == [figure.axes[0].get_xlim()]
+    assert seen[0] == (80.0, 100.0)
 
 
 @pytest.mark.parametrize(

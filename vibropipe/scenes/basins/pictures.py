@@ -151,14 +151,14 @@ def draw_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> Figu
     figure = noted_canvas(10.2, parameter_line(dataset), 1.4)
     upper = axes(figure, 1.4, 5.8, 14.3, 3.8)
     lower = axes(figure, 1.4, 1.05, 14.3, 4.0, sharex=upper)
+    values = dataset[name].values
+    lower.set_xlim(with_margin(band_edges(values)))  # before letters look for a place
     if branches is not None:
         draw_branches(upper, branches, name)
     if dataset.sizes["attractor_id"]:
         draw_amplitudes(upper, dataset, name)
     else:
         write_centred(upper, "No motion was found")
-    values = dataset[name].values
-    lower.set_xlim(with_margin(band_edges(values)))
     lower.set_ylim(0, 1)
     draw_bands(lower, dataset, name)
     for ax in (upper, lower):

@@ -49,6 +49,11 @@ with h5py.File({str(path)!r}) as raw, netCDF4.Dataset({str(path)!r}) as file:
     assert printed(code) == "(40,)\n"
 
 
+def test_a_folder_is_no_file(tmp_path):
+    with pytest.raises(StoreError, match=r"must be a file, got a folder: name a \.nc file in it"):
+        atomic.check_intact(tmp_path)
+
+
 def test_each_flipped_byte_is_detected(path):
     content = path.read_bytes()
     for position in range(0, len(content), 97):

@@ -147,6 +147,8 @@ def check_intact(path: str | os.PathLike[str], every_byte: bool = True) -> None:
     Raises StoreError if the file is not intact.
     """
     path = Path(path)
+    if path.is_dir():
+        raise StoreError(f"{path}: must be a file, got a folder: name a .nc file in it")
     try:
         size = path.stat().st_size
         with path.open("rb") as file:

@@ -170,6 +170,16 @@ def test_a_motion_between_ideal_rigid_supports_is_bounded(nu: float, f: float) -
     assert int(row.regime) in (Regime.APERIODIC, Regime.UNRESOLVED)
 
 
+@pytest.mark.parametrize("half", [50.0, 200.0])
+@pytest.mark.parametrize("R", [0.5, 1.0])
+def test_a_resonance_that_meets_rigid_supports_later_is_not_unbounded(
+    half: float, R: float
+) -> None:
+    """The motion grows by pi f in each period, and reaches l = 50 after some 1,600."""
+    row = vp.steady_state(vp.Exciter(l=half, nu=1.0, f=0.01, R1=R, R2=R), outputs=())
+    assert int(row.regime) == Regime.UNRESOLVED
+
+
 def test_the_resonances_of_large_motions() -> None:
     """A mass hopping on soft ideal support 1: half of its swing takes pi, half pi / sqrt(1 + k1)."""
     k1 = 3.0

@@ -37,6 +37,7 @@ from vibropipe.orbits.recurrence import (
 )
 from vibropipe.orbits.shooting import count_as_grazings, motion_norm
 from vibropipe.orbits.window import WINDOW
+from vibropipe.physics.contact import support_position
 from vibropipe.physics.housing import runs_away
 from vibropipe.physics.linear import (
     FREQUENCY_ROUNDING,
@@ -61,6 +62,8 @@ PURSUIT = 5
 # Forcing periods, as a multiple of the patience, within which a chaotic motion that seems to repeat has to close; one
 # that repeats to rounding may do so later.
 LONG_ORBIT_PATIENCE = 3
+# Sizes of a motion at which a support that it does not strike is as good as absent.
+FAR = 1e3
 PERIODIC, APERIODIC, UNBOUNDED, DRIFTING, UNDAMPED = range(5)
 
 
@@ -95,23 +98,29 @@ def _is_whole(number) -> bool:
 
 
 @jit
-def grows_without_bound(p, log) -> bool:
+def grows_without_bound(p, log, norm) -> bool:
     """Return whether a lossless motion that grows is at the resonance of the large motions that it leads to.
 
     A large motion takes no note of where the supports are: each half of its swing takes pi, or less in a support that
     it strikes. Its period is then that of the force or of its second harmonic, or several of these. Between two rigid
-    supports there is no resonance.
+    supports there is no resonance. A support that the motion does not strike is as good as absent if it is `FAR`.
 
     log : contacts of the last period
+    norm : largest |x| + |x'| of the motion
     """
-    if log.counts[IMPACTS] == 0:
-        return is_resonant(p)
     upper, lower = 1.0, 1.0
+    strikes_upper, strikes_lower = False, False
     for i in range(min(log.counts[IMPACTS], log.position.size)):
         if abs(log.support[i]) == 1:
-            upper = _half_swing(p.k1)
+            upper, strikes_upper = _half_swing(p.k1), True
         else:
-            lower = _half_swing(p.k2)
+            lower, strikes_lower = _half_swing(p.k2), True
+    if not strikes_upper and support_position(p, 1) < FAR * norm:
+        return False
+    if not strikes_lower and -support_position(p, 2) < FAR * norm:
+        return False
+    if not (strikes_upper or strikes_lower):
+        return is_resonant(p)
     swings = 0.5 * p.nu * (upper + lower)
     return (p.f != 0.0 and _is_whole(swings)) or (p.f2 != 0.0 and _is_whole(2.0 * swings))
 
@@ -150,7 +159,7 @@ def classify_aperiodic(p, log, xs, vs, k):
         if p.h > 0.0 or has_lossy_impact(p, log):
             return DRIFTING
         if late - middle > GROWTH_PERSISTENCE * (middle - early):
-            return UNBOUNDED if grows_without_bound(p, log) else DRIFTING
+            return UNBOUNDED if grows_without_bound(p, log, late) else DRIFTING
     return APERIODIC
 
 

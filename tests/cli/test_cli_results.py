@@ -170,7 +170,7 @@ def test_nobody_is_told_to_delete_a_file_that_is_no_dataset(place, capsys):
         (["../results/mine/forced.nc"], ["forced.nc: is no shard"]),
         (["mine_1.nc", "cut.nc"], ["cut.nc: is truncated"]),
         (["mine_1.nc", "../mine.yaml"], ["mine.yaml: is no dataset (not a netCDF4 file)"]),
-        (["../shards"], ["shards: cannot be read"]),
+        (["../shards"], ["shards: must be a file, got a folder"]),
     ],
 )
 def test_shards_that_do_not_join(shards, words, place, capsys):

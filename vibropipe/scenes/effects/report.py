@@ -173,7 +173,7 @@ def methods(_datasets: Datasets) -> list[Line]:
     """Return the line on times and on what is left out."""
     timed = (
         "CPU time of one core without compilation and the checks and labels of a call, ratios round by round; kernels "
-        "have the code of the effects of a scene alone, and closed forms are used where they exist"
+        "have the code of a scene's effects, restitution and rest, and closed forms are used where they exist"
     )
     return [Line("Time", timed)]
 

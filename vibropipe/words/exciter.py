@@ -182,13 +182,13 @@ class OfExciter:
         effect="housing",
     )
     housing_friction_1: float = parameter_record(
-        NOT_NEGATIVE, 0.0, "$d_1$", "d₁", "dry friction of the housing that slides up",
+        NOT_NEGATIVE, 0.0, "$d_1$", "d₁", "dry friction of the housing that slides along x",
         "housing friction along x",
         "Dry friction against a housing that slides in the direction of x, for mass_ratio > 0", "force",
         Physical("D1", "$D_1$", "D₁"), effect="housing", twin="housing_friction_2",
     )
     housing_friction_2: float = parameter_record(
-        NOT_NEGATIVE, 0.0, "$d_2$", "d₂", "dry friction of the housing that slides down",
+        NOT_NEGATIVE, 0.0, "$d_2$", "d₂", "dry friction of the housing that slides against x",
         "housing friction against x",
         "Dry friction against a housing that slides against x, for mass_ratio > 0", "force",
         Physical("D2", "$D_2$", "D₂"), effect="housing", twin="housing_friction_1",

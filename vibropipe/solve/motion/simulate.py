@@ -79,7 +79,8 @@ def simulate(
     effects : sequence of str, optional
         Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic,
         housing, no_pull, shaker (default: the first six, and those of the others that the parameters have). A
-        specialised kernel without the others marches the motion; it is compiled on first use.
+        specialised kernel without the others, but with restitution and rest at any support, marches the motion; it is
+        compiled on first use.
     energy : bool
         Whether to compute the energy balance from start to end.
     housing_v0 : float

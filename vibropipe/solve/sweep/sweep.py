@@ -77,8 +77,8 @@ def sweep(
     effects : sequence of str, optional
         Any of damping, forcing, support_1, support_2, restitution, rest, load, soft, friction, second_harmonic,
         housing, no_pull, shaker (default: the first six, and those of the others that the parameters have). A
-        specialised kernel without the others marches the rows; it is compiled on first use. A row that reaches a
-        support left out has status `support_reached`.
+        specialised kernel without the others, but with restitution and rest at any support, marches the rows; it is
+        compiled on first use. A row that reaches a support left out has status `support_reached`.
     client : dask.distributed.Client, optional
         The workers of its cluster solve the rows; rows of a lost worker are solved by another one. On machines of the
         same kind the result is bitwise identical.

@@ -37,6 +37,7 @@ from vibropipe.scenes.sweep.quantities import DEFAULT_SHOW as USUAL
 from vibropipe.scenes.sweep.quantities import SIGNED as WITH_SIGN
 from vibropipe.scenes.sweep.quantities import (
     Series,
+    family_size,
     fitted_title,
     is_shown,
     series_of,
@@ -246,20 +247,13 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
     high = high or float(values.max(initial=0.0)) or 1.0
     is_signed = name in WITH_SIGN and found.min(initial=0.0) < -ROUNDING * high
     if is_rounding(dataset, name, float(values.max(initial=0.0))):
-        high = VANISHING * family_size(dataset, name) or 1.0
+        high = VANISHING * family_size(dataset, name, USUAL) or 1.0
     return Normalize(-high if is_signed else 0.0, high)
 
 
 def is_rounding(dataset: xr.Dataset, name: str, top: float) -> bool:
-    """Return whether the largest value of a quantity is 0, or nothing beside others of its family."""
-    return abs(top) <= NEGLIGIBLE * family_size(dataset, name)
-
-
-def family_size(dataset: xr.Dataset, name: str) -> float:
-    """Return the largest magnitude of the usual quantities with the same first word, such as displacements."""
-    stem = name.partition("_")[0]
-    alike = [each for each in USUAL if each.partition("_")[0] == stem and each in dataset]
-    return max((float(abs(dataset[each]).max()) for each in alike), default=0.0)
+    """Return whether the largest value of a quantity is 0, or nothing beside the usual ones of its family."""
+    return abs(top) <= NEGLIGIBLE * family_size(dataset, name, USUAL)
 
 
 def has_both_signs(norm: Normalize) -> bool:

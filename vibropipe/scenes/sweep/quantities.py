@@ -280,14 +280,23 @@ def first_fitting(texts: list[str], array: xr.DataArray, width_cm: float) -> str
     return shown
 
 
-def family_size(dataset: xr.Dataset, name: str) -> float:
-    """Return the largest magnitude of all quantities with the first word and the dimension of one."""
-    (stem, dimension), size = family_of(name), 0.0
-    for other in dataset.data_vars:
-        if other in VOCABULARY and family_of(str(other)) == (stem, dimension):
+def family_size(dataset: xr.Dataset, name: str, among: Iterable[str] | None = None) -> float:
+    """Return the largest magnitude of quantities with the first word and the dimension of one; no sample counts.
+
+    among : their names (default: all in the dataset)
+    """
+    size = 0.0
+    for other in map(str, dataset.data_vars if among is None else among):
+        is_known = other in dataset and other in VOCABULARY
+        if is_known and family_of(other) == family_of(name) and is_of_rows(dataset[other]):
             values = np.abs(dataset[other].values)
             size = max(size, float(values[np.isfinite(values)].max(initial=0.0)))
     return size
+
+
+def is_of_rows(array: xr.DataArray) -> bool:
+    """Return whether an array has few values for each row: no samples of a motion, sections or impacts one by one."""
+    return not {"phase", "visit", "impact"} & {*array.dims}
 
 
 def family_of(name: str) -> tuple[str, str]:

@@ -11,15 +11,13 @@ import numpy as np
 from vibropipe.solve.design.goals import MET
 from vibropipe.solve.design.problem import Problem
 from vibropipe.solve.rows.named import Named
-from vibropipe.solve.rows.points import within_ranges
+from vibropipe.solve.rows.points import on_ends, within_ranges
 
 # Residual in place of that of a trial with another law of motion: steps that lead there are refused.
 REFUSED = 1e3
 # Refused trials after which a search for targets ends; trials of one, and steps that lower a cost.
 MAX_REFUSED = 12
 MAX_TRIALS, MAX_ITERATIONS = 60, 60
-# Share of a range: a least squares search, which stays inside, is at an end this near to it.
-AT_END = 1e-12
 # Residual of a trial that ends a search for targets: rounding.
 THERE = 1e-13
 # Reach of the first step in shares of the ranges, the reach and the predicted gain at which steps end.
@@ -73,7 +71,7 @@ class Search:
 
     def at(self, share: np.ndarray) -> Trial:
         """Return the trial at a point."""
-        share = np.where(share < AT_END, 0.0, np.where(share > 1.0 - AT_END, 1.0, share))
+        share = on_ends(share, 0.0, 1.0)
         key = share.tobytes()
         if key in self._tried:
             return self._tried[key]

@@ -14,7 +14,7 @@ from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit import curve_fit
 from vibropipe.solve.rows.gradient import STEP, parameter_steps
 from vibropipe.solve.rows.named import Named, harmonics_of, outputs_of
-from vibropipe.solve.rows.points import clipped, solve_points
+from vibropipe.solve.rows.points import clipped, on_ends, solve_points
 from vibropipe.words.outputs import OUTPUTS
 
 # Widths of the boxes around the best fit that samples are taken from, in shares of the ranges; samples refined in each;
@@ -25,8 +25,6 @@ REFINED, MAX_EVALUATIONS = 4, 40
 ABSENT, SIZED = 10.0, 32
 # Largest misfit after a refinement in which what does not count stays the same, over that before it.
 WORSE = 1.01
-# Share of a range within which a value is at its end.
-AT_END = 1e-12
 # Largest number of misfits at once.
 BLOCK = 4_000_000
 
@@ -238,7 +236,4 @@ def _least_squares(
         lambda point: model.jacobian(point), bounds=(low, high), x_scale=high - low,
         xtol=model.TOLERANCE, ftol=model.TOLERANCE, max_nfev=MAX_EVALUATIONS,
     )  # fmt: skip
-    # It stays inside of the ranges, and at their ends as near as rounding allows.
-    least = AT_END * (high - low)
-    end = np.where(fit.x - low < least, low, np.where(high - fit.x < least, high, fit.x))
-    return end, float(fit.cost)
+    return on_ends(fit.x, low, high), float(fit.cost)

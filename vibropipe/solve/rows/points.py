@@ -29,6 +29,8 @@ if TYPE_CHECKING:
 # Marches of a call that may take the largest work of a row (some 25 s of a core); all others take START_WORK on
 # average. Ordinary searches need at most half of it.
 LONG_MARCHES = 100
+# Share of a range within which a value is at its end.
+AT_END = 1e-12
 
 
 class Points(NamedTuple):
@@ -162,6 +164,12 @@ def within_ranges(parameters: np.ndarray) -> np.ndarray:
         inside &= (column > low if entry.range.above else column >= low) & (column <= high)
     half, delta = (parameters[:, Parameters._fields.index(name)] for name in ("l", "delta"))
     return inside & (delta - half < delta + half)
+
+
+def on_ends(values: np.ndarray, low: Any, high: Any) -> np.ndarray:
+    """Return values in their ranges, those within rounding of an end on it: least squares searches stay inside."""
+    least = AT_END * (high - low)
+    return np.where(values - low < least, low, np.where(high - values < least, high, values))
 
 
 def clipped(parameters: np.ndarray) -> np.ndarray:

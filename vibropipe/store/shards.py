@@ -87,11 +87,7 @@ def reading(path: Path) -> Iterator[None]:
         yield
     except StoreError:
         raise
-    except (
-        OSError,
-        RuntimeError,
-        KeyError,
-    ) as error:  # h5py has KeyError for a group of a damaged file
+    except (OSError, RuntimeError, KeyError) as error:  # the last: a group of a damaged file
         check_intact(path)
         raise StoreError(f"{path}: cannot be read: {error}") from error
 

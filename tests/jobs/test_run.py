@@ -84,6 +84,25 @@ def test_a_scene_takes_fewer_cores_where_its_kernels_have_to_be_compiled_first(
     assert run.threads(*wide) == round(2e6 * 4e-5 / 4)
 
 
+def test_jobs_share_the_cores_by_their_work(folder, monkeypatch):
+    monkeypatch.setattr("vibropipe.jobs.run.has_kernels", lambda module: True)
+    sweep = "{{kind: sweep, over: {{nu: {{start: 0.5, stop: 2, points: {}}}}}}}"
+    text = "title: T\nexciter: {l: 0.5, nu: 1, f: -1}\nscenes:\n"
+    for name, sizes in (("first", (300_000, 300_000)), ("second", (200_000,)), ("third", (100,))):
+        scenes = (f"  s{k}: {sweep.format(size)}\n" for k, size in enumerate(sizes))
+        (folder / f"config/{name}.yaml").write_text(text + "".join(scenes))
+    both = {name: [f"s{k}" for k in range(n)] for name, n in (("first", 2), ("second", 1))}
+    alone = read_run(None, {"studies": ["first"]})
+    assert alone.threads("first", both["first"], 2) == 2
+    run = read_run(None, {"studies": ["first", "second", "third"]})
+    assert [run.threads("first", both["first"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 3, 3]
+    assert [run.threads("second", both["second"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 1, 2]
+    assert run.threads("third", ["s0"], 64) == 1
+    # each sweep has one figure
+    assert [run.drawing_threads("first", cores) for cores in (1, 2, 4, 64)] == [1, 1, 2, 2]
+    assert alone.drawing_threads("first", 64) == 2
+
+
 def test_long_work_comes_first(folder):
     run = read_run(None, {})
     at = {name: run.priority("first", [name]) for name in ("race", "cases", "wide", "one")}

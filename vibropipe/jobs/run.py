@@ -74,26 +74,51 @@ class Run:
             yield from ((study, scenes) for scenes in (small, *([n] for n in alone)) if scenes)
 
     def threads(self, study: str, scenes: Sequence[str], cores: int) -> int:
-        """Return the number of threads of a job that solves scenes, on a machine with `cores` cores."""
+        """Return the number of threads of a job that solves scenes, on a machine with `cores` cores.
+
+        It is at most the job's share of the work of the run: jobs side by side leave fewer cores idle than one job on
+        all of them, whose last scene runs alone.
+        """
         plans = [self.plans[study][scene] for scene in scenes]
         if any(plan.is_timed for plan in plans):
             return cores
         stale = self.stale_of(study, "{}.nc", scenes)
-        whole = sum(plan.seconds for plan in plans) / seconds_per_thread()
-        side_by_side = min(len(stale), math.ceil(whole) if has_kernels(ROWS) else len(stale))
-        return max(1, min(cores, max(side_by_side, *map(useful_threads, plans))))
+        whole = sum(plan.seconds for plan in plans)
+        most = math.ceil(whole / seconds_per_thread()) if has_kernels(ROWS) else len(stale)
+        useful = max(min(len(stale), most), *map(useful_threads, plans))
+        own = sum(self.plans[study][scene].seconds for scene in stale)
+        return max(1, min(useful, round(cores * own / self._seconds_to_solve)))
+
+    @functools.cached_property
+    def _seconds_to_solve(self) -> float:
+        """Planned seconds of all scenes that have to be solved beside others, above 0."""
+        own = (
+            self.plans[study][scene]
+            for study in self.at_work()
+            for scene in self.stale_of(study, "{}.nc", self.plans[study])
+        )
+        return sum(plan.seconds for plan in own if not plan.is_timed) or math.inf
+
+    def drawing_threads(self, study: str, cores: int) -> int:
+        """Return the number of threads of a study's last job: its share of the figures that the run draws."""
+        own = len(self.figures_to_draw(study))
+        whole = sum(len(self.figures_to_draw(each)) for each in self.at_work())
+        return max(1, min(own, round(cores * own / max(whole, 1))))
 
     def priority(self, study: str, scenes: Sequence[str]) -> int:
         """Return the priority of a job that solves scenes, shards included; a larger one starts earlier.
 
-        Jobs that take several cores come first, since later they would wait until all other jobs are done. The others
-        are ordered by the seconds left of their study: their own work, and about a second for each figure.
+        Jobs that take all cores come first, since later they would wait until all other jobs are done, and before
+        others those that may take several. The rest are ordered by the seconds left of their study: their own work,
+        and about a second for each figure.
         """
         plans = [self.plans[study][scene] for scene in scenes]
-        if plans[0].shards == 1 and any(p.is_timed or useful_threads(p) > 1 for p in plans):
+        if any(plan.is_timed for plan in plans):
             return FIRST
+        if plans[0].shards == 1 and any(useful_threads(plan) > 1 for plan in plans):
+            return FIRST - 1
         seconds = sum(plan.seconds for plan in plans)
-        return min(math.ceil(seconds) + len(self.plans[study]), FIRST - 1)
+        return min(math.ceil(seconds) + len(self.plans[study]), FIRST - 2)
 
     def shards(self, job: Any) -> list[str]:
         """Return the files of all shards of a sweep."""

@@ -28,7 +28,7 @@ for study in RUN.studies:
             "logs/{study}/report.log",
         wildcard_constraints:
             study=study,
-        threads: max(len(RUN.figures_to_draw(study)), 1)
+        threads: lambda wildcards: RUN.drawing_threads(wildcards.study, workflow.cores)
         resources:
             mem_mb=2000,
             runtime=10,

@@ -19,13 +19,24 @@ from vibropipe.study import load_study
 
 CONFIG = Path(__file__).parents[2] / "config"
 PYTHON, STUDIES = all_blocks("python"), all_blocks("yaml")
+# What a snippet has that takes ten seconds and more; it is run with the patient tests.
+PATIENT = ("vp.prove_knock(", "LocalCluster(", "fold_omega_up", 'tolerance={"delta"')
 
 
 def lines(text: str) -> list[str]:
     return [line.rstrip() for line in text.strip().splitlines()]
 
 
-@pytest.mark.parametrize("block", PYTHON, ids=str)
+@pytest.mark.parametrize(
+    "block",
+    [
+        pytest.param(block, marks=pytest.mark.slow)
+        if any(call in block.text for call in PATIENT)
+        else block
+        for block in PYTHON
+    ],
+    ids=str,
+)
 def test_a_snippet_runs_and_prints_what_is_shown(
     block: Block, folder: Path, monkeypatch: pytest.MonkeyPatch, capsys: pytest.CaptureFixture[str]
 ) -> None:

@@ -132,6 +132,7 @@ def axis_of(dataset) -> str:
     return vp.plot(dataset).axes[-1].get_xlabel()
 
 
+@pytest.mark.slow
 def test_an_edit_of_the_units_of_a_study_is_followed_at_once(results, tmp_path, monkeypatch):
     folder = tmp_path / "results" / "units"
     shutil.copytree(results, folder)

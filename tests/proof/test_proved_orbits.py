@@ -220,7 +220,11 @@ RIGID = vp.Exciter(l=0.5, nu=1.8, f=0.4, h=0.15, R1=0.7, R2=0.6)
 SOFT = vp.Exciter(l=0.5, nu=2.2, f=0.5, h=0.1, k1=50, h1=1, k2=20, h2=0.5)
 
 
-@pytest.fixture(scope="module", params=[RIGID, SOFT], ids=["rigid", "soft"])
+@pytest.fixture(
+    scope="module",
+    params=[RIGID, pytest.param(SOFT, marks=pytest.mark.slow)],
+    ids=["rigid", "soft"],
+)
 def proved(request):
     found = vp.attractors(request.param, 512)
     return request.param, with_proved_knocks(found, 300)

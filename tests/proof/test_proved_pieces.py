@@ -142,7 +142,7 @@ def test_pieces_lead_through_motions_known_to_20_digits(motion):
 
 @pytest.mark.parametrize(
     "exciter",
-    [SOFT, pytest.param(TURNS, marks=pytest.mark.slow), STICKS],
+    [pytest.param(e, marks=pytest.mark.slow) for e in (SOFT, TURNS)] + [STICKS],
     ids=["soft", "turns", "sticks"],
 )
 def test_all_exciters_within_tolerances_lie_within_the_bounds(exciter):

@@ -178,6 +178,7 @@ def test_rows_that_are_disproved_are_told(rows):
     assert answer.rest.startswith("1 is disproved and 7 rows ")
 
 
+@pytest.mark.slow
 def test_rows_are_proved_alike_on_any_number_of_processes():
     rows = vp.sweep(EXCITER, {"nu": np.linspace(0.5, 1.3, 2 * ROWS_PER_PROCESS)})
     found, n = [], rows.sizes["nu"]

@@ -98,6 +98,7 @@ def test_a_motion_has_its_proof_and_a_page() -> None:
     assert float(alone.displacement_mean_high) <= high
 
 
+@pytest.mark.slow
 def test_the_first_figure_of_a_later_scene_stands_under_its_title() -> None:
     keys = (
         "tau_end: 20, prove: {within: {delta: 0.001}}, figure: {pictures: [certificate, portrait]}"
@@ -148,6 +149,7 @@ scenes:
         assert ours.values == pytest.approx(theirs.values, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_a_motion_with_a_soft_support_and_friction_has_its_events_and_its_depth() -> None:
     text = MOTION.replace("R1: 0.7", "k1: 200, h1: 8, friction: 0.02").replace("R1: 0.01, ", "")
     _study, dataset = solved(text)

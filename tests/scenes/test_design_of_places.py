@@ -41,6 +41,7 @@ def dataset():
     return kind_of(scene).solve(scene)
 
 
+@pytest.mark.slow
 def test_the_branch_of_the_design_has_its_fold_there(dataset):
     best = dataset.isel(design=0)
     made = vp.Exciter.from_physical(

@@ -110,6 +110,7 @@ def test_from_yaml_to_report(tmp_path, monkeypatch, capsys):
     }
 
 
+@pytest.mark.slow
 def test_a_scene_is_the_call(dataset):
     scene = study_of_text(STUDY, "wanted").scenes["shifted"]
     called = vp.design(vp.Exciter(**scene.resolved_exciter()), **scene.arguments())
@@ -190,6 +191,7 @@ def test_the_sorting_rule_of_a_study_with_units_is_told_in_them():
     )
 
 
+@pytest.mark.slow
 def test_the_table_has_the_rule_and_the_nearest_limit_of_each_design():
     scene = study_of_text(FAILING.replace("designs: 1", "designs: 3"), "wanted").scenes["loose"]
     found = kind_of(scene).solve(scene)
@@ -655,6 +657,7 @@ def test_goals_are_written_in_the_units_shown():
     assert wanted_text(plain) == "displacement mean = −0.1"
 
 
+@pytest.mark.slow
 def test_a_study_with_units_has_goals_and_designs_in_si():
     study = study_of_text(PHYSICAL, "wanted")
     scene = study.scenes["shifted"]

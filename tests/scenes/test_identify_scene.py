@@ -222,6 +222,7 @@ def test_bad_tables_are_refused_in_words(tmp_path, text, table, message):
     assert re.search(message.replace("(", r"\(").replace(")", r"\)"), line), line
 
 
+@pytest.mark.slow
 def test_a_record_is_a_file_with_times(tmp_path):
     """Parameters, twin and sensors of a record are told in words, and the study states no frequency."""
     true = vp.Exciter(

@@ -136,6 +136,7 @@ def test_what_is_not_known_is_told(branch: xr.Dataset) -> None:
     assert title_motor(one).startswith("The motor ")
 
 
+@pytest.mark.slow
 def test_several_exciters_have_the_speeds_of_each() -> None:
     made = study(
         f"{ALONG}, over: {{h: [0.1, 0.2, 0.4]}}, motor: {LINE}", "exciter: {f: 0.3, l: 50}\n"
@@ -247,6 +248,7 @@ def test_orbits_that_begin_at_a_pitchfork_may_keep_the_speed() -> None:
     assert not solved(study(f"{along}, switch: [pitchfork], {motor}", top)).sizes["jump"]
 
 
+@pytest.mark.slow
 def test_jumps_along_the_orbits_of_a_law_are_known(branch: xr.Dataset) -> None:
     torque = {"no_load": 2.2, "stall": 0.55}
     of_law = vp.branch(LINEAR, "nu", (0.2, 2.9), law=(1, 0, 0), outputs=OUTPUTS)

@@ -21,7 +21,7 @@ def jumps():
     return vp.basins(PAPER, *STARTS, starts=64, over={"nu": np.linspace(1.5, 3.8, 24)})
 
 
-@pytest.mark.parametrize("index", [3, 10, 23])
+@pytest.mark.parametrize("index", [pytest.param(3, marks=pytest.mark.slow), 10, 23])
 def test_each_value_has_the_basins_of_its_exciter(jumps, index):
     at = jumps.isel(nu=index)
     exciter = vp.Exciter(**{**vars(PAPER), "nu": float(at.nu)})

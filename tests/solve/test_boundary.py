@@ -240,6 +240,7 @@ def largest_linear_displacement(exciter, nu, f):
     return top + (before - after) ** 2 / (8 * (2 * top - before - after))
 
 
+@pytest.mark.slow
 def test_under_two_harmonics_the_first_grazing_is_that_of_the_linear_motion(borders_of_two):
     nu, f = of_law(borders_of_two, "grazing", 1, 0, 0)
     assert nu.size > 50

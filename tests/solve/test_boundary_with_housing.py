@@ -54,7 +54,10 @@ def orbit_at(case, curve, i):
     return at, state, int(curve.period_multiple[i])
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize(
+    "case",
+    [pytest.param(case, marks=pytest.mark.slow) if case == "struck" else case for case in CASES],
+)
 def test_orbits_have_the_multiplier_of_their_bifurcation(curves, case):
     """The multiplier is that of differences of motions, too."""
     curve = curves[case]
@@ -207,7 +210,9 @@ RETURNING = {
 @pytest.mark.parametrize(
     "case",
     [
-        pytest.param(case, marks=pytest.mark.slow) if case in ("chatter", "rests") else case
+        pytest.param(case, marks=pytest.mark.slow)
+        if case in ("chatter", "rests", "rubbed")
+        else case
         for case in RETURNING
     ],
 )

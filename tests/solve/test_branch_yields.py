@@ -27,6 +27,7 @@ def branch():
     )
 
 
+@pytest.mark.slow
 def test_the_yield_of_a_point_is_that_of_tolerance(branch):
     known = np.isfinite(branch["yield"].values)
     assert (known == ((branch.stable == 1) & branch.nu.isin([1.0, 1.1, 1.2])).values).all()

@@ -73,6 +73,7 @@ def test_a_worker_killed_half_way_changes_nothing(client: Client) -> None:
     identical(local, spread)
 
 
+@pytest.mark.slow
 def test_dask_arrays_and_followed_chains(client: Client) -> None:
     over = {"nu": OVER["nu"][:9], "f": OVER["f"][:5]}
     options = {"follow": ("nu", "down"), "outputs": ("harmonics", "energy"), "harmonics": 2}

@@ -71,6 +71,7 @@ def test_a_record_tells_parameters_frequency_and_offset(displacement):
     assert turns == pytest.approx(expected, abs=1e-9)
 
 
+@pytest.mark.slow
 def test_the_mirror_image_is_named_where_the_direction_of_the_sensor_is_not_known(displacement):
     record, _force = displacement
     found = identified(record)
@@ -90,6 +91,7 @@ def test_the_mirror_image_is_named_where_the_direction_of_the_sensor_is_not_know
     assert "twin" not in identified(record, sign="known").dims
 
 
+@pytest.mark.slow
 def test_a_mirror_image_with_a_blind_support_is_one_twin():
     true = vp.Exciter(l=0.5, nu=0.9, f=0.3, h=0.1, R1=0.6, R2=0.7, delta=0.3)
     record, _force = record_by_solve_ivp(true, {"displacement": 2e-3}, seed=3)
@@ -103,6 +105,7 @@ def test_a_mirror_image_with_a_blind_support_is_one_twin():
     assert told.endswith(", R₂ not determined")
 
 
+@pytest.mark.slow
 def test_a_reversed_sensor_is_told_where_the_ranges_decide(displacement):
     record, _force = displacement
     reversed_record = {**record, "displacement": -record["displacement"]}
@@ -203,6 +206,7 @@ def test_a_transient_is_left_out():
     assert int(identified(record, steady_from=0.0).fit_result) == FitResult.BEYOND_NOISE
 
 
+@pytest.mark.slow
 def test_the_forcing_frequency_may_be_a_multiple_of_the_largest_line():
     true = vp.Exciter(l=1.0, nu=3.6, f=1.0, h=0.1, delta=-1.0, R1=0.8, R2=0.8)
     assert int(vp.steady_state(true).period_multiple) == 2
@@ -283,6 +287,7 @@ def frames(bench):
     return frame, xr.Dataset(arrays, {"time": ("time", bench["time"], {"units": "s"})})
 
 
+@pytest.mark.slow
 def test_a_record_with_units_of_any_kind_gives_parameters_with_units(bench, tmp_path):
     known = vp.Exciter.from_physical(**PHYSICAL)
     frame, dataset = frames(bench)

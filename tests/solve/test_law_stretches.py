@@ -133,6 +133,7 @@ def test_a_law_without_orbits_is_told():
         vp.branch(SYMMETRIC, "nu", (2.0, 3.0), law=(1, 5, 0))
 
 
+@pytest.mark.slow
 def test_a_boundary_keeps_the_curves_of_a_law():
     box = {
         "of": ("grazing", "fold"),

@@ -118,6 +118,7 @@ def test_a_sweep_crosses_no_level_that_is_not_a_curve():
         assert float(np.hypot(found.nu - nu[i], found.f - at).min()) < 0.05
 
 
+@pytest.mark.slow
 def test_a_symmetric_exciter_has_both_images():
     ones = [
         vp.boundary(EXCITER, {name: value}, within=BOX, lines=6)

@@ -145,7 +145,7 @@ def test_a_contact_gives_the_speed_of_the_closed_form(given: float, is_: float) 
     assert float(motion.contact_duration[0]) < float(pulls.contact_duration[0])
 
 
-@pytest.mark.parametrize("undamped", [True, False])
+@pytest.mark.parametrize("undamped", [True, pytest.param(False, marks=pytest.mark.slow)])
 def test_a_support_that_never_pulls_is_the_same_either_way(undamped: bool) -> None:
     soft = {"k1": 80.0, "k2": 80.0} if undamped else {"R1": 0.6, "R2": 0.6}
     plain = vp.Exciter(l=0.5, nu=1.3, f=1.1, h=0.1, **soft)

@@ -155,6 +155,7 @@ def test_both_supports_share_the_fold_of_a_symmetric_orbit():
     assert first + second == pytest.approx((at[0] - at[1]) / 2e-4, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_the_deviation_is_that_of_scattered_parts():
     sigma = {"f": 0.002, "R1": 0.004, "delta": 0.001}
     branch = places(STRUCK, (0.9, 1.3), tolerance=sigma)

@@ -32,6 +32,7 @@ def curves() -> xr.Dataset:
     return vp.boundary(BASE, [*KINDS, LEVEL], ("nu", "me"), BOX, lines=3, ties=TIES)
 
 
+@pytest.mark.slow
 def test_curves_of_an_unbalance_are_those_of_a_shaker(curves):
     # f = e nu^2 by a tie and as a parameter: by laws, and by impacts.
     exciter = vp.Exciter(l=0.5, nu=1, h=0.15, R1=0.7, R2=0.7)

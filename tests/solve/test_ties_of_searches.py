@@ -90,6 +90,7 @@ def test_derivatives_by_shares_are_those_of_differences() -> None:
     }  # fmt: skip
 
 
+@pytest.mark.slow
 def test_a_quantity_is_least_along_the_tie() -> None:
     """With f = 0.5 nu^2 the least impact velocity lies elsewhere than with f of the lower end."""
     exciter, vary = vp.Exciter(l=1.0, delta=0.1, h=0.1, R1=0.6), {"nu": (1.05, 1.4)}

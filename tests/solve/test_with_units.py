@@ -113,6 +113,7 @@ def test_boundaries_and_basins_have_units_too():
     assert basins.v0.attrs["units"] == "m s-1"
 
 
+@pytest.mark.slow
 def test_designs_have_units_too():
     found = vp.design(
         EXCITER,

@@ -150,6 +150,7 @@ scenes:
 """
 
 
+@pytest.mark.slow
 def test_a_scene_has_the_curves_of_the_call(tmp_path):
     study = study_of(BOUNDARIES, tmp_path)
     scene = study.scenes["s"]

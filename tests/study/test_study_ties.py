@@ -115,6 +115,7 @@ def test_one_fault_is_told_once(tmp_path):
     assert len(faults(text(own="h: 2 * eta, f: 0.5 * nu**2", over="nu: [1, 2]"), tmp_path)) == 1
 
 
+@pytest.mark.slow
 def test_a_design_and_a_fit_are_those_in_python(tmp_path):
     nu = [1.0, 1.1, 1.2, 1.3]
     whole = f"""\

@@ -73,6 +73,7 @@ def test_a_second_study(project):
     assert made(project) == {"second/other", "second/figures", "second/report"}
 
 
+@pytest.mark.slow
 def test_a_study_that_is_on_no_list(project):
     project.path("config/second.yaml").write_text(SECOND)
     assert made(project, "results/second/other.nc") == {"second/other"}

@@ -60,9 +60,8 @@ def test_new_points_are_solved_and_nothing_is_left(edited, fresh_bytes, environm
     assert edited.path(TARGET).read_bytes() == fresh_bytes
 
 
-@pytest.mark.parametrize(
-    "moment", [pytest.param("solving response", marks=pytest.mark.slow), "Finished jobid"]
-)
+@pytest.mark.slow
+@pytest.mark.parametrize("moment", ["solving response", "Finished jobid"])
 def test_a_run_that_is_killed_goes_on_with_the_earlier_rows(edited, fresh_bytes, moment):
     process = edited.start(TARGET, **OFTEN)
     read_until(moment, process)

@@ -99,6 +99,7 @@ def test_results_may_be_copied_run_from_elsewhere_and_renamed(tmp_path):
     assert run(there, "other.yaml") == {"fit", "free", "figures", "report"}
 
 
+@pytest.mark.slow
 def test_snakemake_needs_no_records_either(project):
     shutil.rmtree(project.path(".snakemake"))
     assert project.planned() == set()

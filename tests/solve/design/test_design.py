@@ -145,6 +145,7 @@ def test_a_front_is_not_dominated_by_the_samples():
     assert not beaten.any()
 
 
+@pytest.mark.slow
 def test_no_row_of_a_dense_sweep_dominates_a_front():
     # Slow impacts come with chatter and a rest, large amplitudes with two impacts: between them the laws of motion are
     # narrow, and the front crosses some twenty of them.

@@ -70,6 +70,7 @@ def test_of_a_motion_without_an_orbit_it_is_not_known() -> None:
     assert reached_from_rest(chaotic).tolist() == [CODES["unknown"]]
 
 
+@pytest.mark.slow
 def test_a_cost_is_lowered_as_far_as_the_start_leads_to_the_design() -> None:
     """Targets and the bound can be met; the least power lies at an end of the law, not reached from rest."""
     exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.6)

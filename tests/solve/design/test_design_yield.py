@@ -53,6 +53,7 @@ def test_no_design_lies_on_its_bound(base):
     assert (base.delta_tolerance > 1e-6).all()
 
 
+@pytest.mark.slow
 def test_the_yield_is_that_of_parts_marched_one_by_one():
     exciter = vp.Exciter(l=0.5, nu=1.0, f=-1.0, h=0.2, R1=0.7, R2=0.7)
     sigma, n = {"delta": 0.003, "R1": 0.02}, 400

@@ -146,6 +146,7 @@ def test_derivatives_are_differences_of_branches(exciter, name, parameter, step)
     assert float(spread[f"{name}_sensitivity"][0]) == pytest.approx(slope, rel=1e-5)
 
 
+@pytest.mark.slow
 def test_units_of_a_place_are_those_of_its_parameter():
     exciter = vp.Exciter.from_physical(**PHYSICAL, F="90 N", delta="1 mm", R1=0.7, R2=0.75)
     designs = vp.design(

@@ -17,7 +17,7 @@ from vibropipe.figures.text import scalar_parameters
 from vibropipe.figures.units import LOWERED
 from vibropipe.words.vocabulary import PLAIN_SYMBOLS
 
-DASH = "–"
+DASH = "–"  # as `format_number` writes NaN
 MAX_ROWS, ROWS_SHOWN = 12, 10  # of a table, and of one that is cut
 
 Datasets = Mapping[str, xr.Dataset]
@@ -85,6 +85,11 @@ class Table:
             "widths": list(widths),
             "left": self.left,
         }
+
+
+def head_and_rows(columns: Mapping[str, Sequence[str]]) -> tuple[list[str], list[list[str]]]:
+    """Return the first two fields of a table, from its cells by the heads of their columns."""
+    return [*columns], [list(row) for row in zip(*columns.values(), strict=True)]
 
 
 def told_once(table: Table, whose: str) -> Table:

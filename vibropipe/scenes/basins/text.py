@@ -26,7 +26,7 @@ from vibropipe.figures.text import (
     sentences,
     with_units,
 )
-from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table
+from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Table, head_and_rows
 from vibropipe.scenes.basins.attractors import (
     KNOCK,
     at_rest,
@@ -249,66 +249,61 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the attractors of a map: shares, multipliers, hardest impacts, knocks."""
     if not dataset.sizes["attractor_id"]:
         return None
+    indices = ordered(dataset)
+    rows = [dataset.sel(attractor_id=index) for index in indices]
+    columns = {
+        "": [*letters_of(dataset).values()],
+        "motion": [attractor_words(dataset, index) for index in indices],
+    }
+    if "housing_velocity_mean" in dataset:
+        head = in_brackets("progression", dataset["housing_velocity_mean"])
+        columns[head] = [digits(progression_of(row)) for row in rows]
+    columns["share of the starts"] = [share_text(row) for row in rows]
+    columns["multiplier"] = [
+        modulus_text(float(np.abs(row["floquet_multiplier"].values).max())) for row in rows
+    ]
     is_soft = "support_force_max" in dataset
     hardest = "support_force_max" if is_soft else "impact_velocity_max"
-    has_housing = "housing_velocity_mean" in dataset
-    knocks, beyond = knocks_of(dataset), beyond_map(dataset)
-    speed, step = dataset[KNOCK if KNOCK in dataset else "v0"], step_of(dataset)
-    has_knocks = any(math.isfinite(knock) for knock in knocks.values())  # not of one motion alone
-    rows = []
-    for index in ordered(dataset):
-        row = dataset.sel(attractor_id=index)
-        low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
-        ends = outwards(low, high, 3)
-        largest = float(np.abs(row["floquet_multiplier"].values).max())
-        progression = progression_of(row)
-        rows.append(
-            [
-                letters_of(dataset)[index],
-                attractor_words(dataset, index),
-                *(
-                    [digits(progression) if math.isfinite(progression) else DASH]
-                    if has_housing
-                    else []
-                ),
-                f"{percent(float(row['basin_share']))} ({ends[0]} … {ends[1]})",
-                DASH if math.isnan(largest) else modulus_text(largest),
-                largest_text(row, hardest),
-                *(
-                    [
-                        "≥\u00a0" * (index in beyond)
-                        + knock_text(knocks[index], step, KNOCK in dataset)
-                    ]
-                    * has_knocks
-                ),
-                *([proved_text(row[PROVED])] if PROVED in dataset else []),
-            ]
-        )
-    head = [
-        "", "motion", *([in_brackets("progression", dataset["housing_velocity_mean"])] if has_housing else []),
-        "share of the starts", "multiplier",
-        in_brackets("largest force" if is_soft else "hardest impact", dataset[hardest]) if hardest in dataset
-        else "hardest impact",
-        *([in_brackets("least impulse that ends it" if KNOCK in dataset else "knock survived", speed)] * has_knocks),
-        *([in_brackets("proved impulse", dataset[PROVED])] if PROVED in dataset else []),
-    ]  # fmt: skip
-    note = (
+    head = "largest force" if is_soft else "hardest impact"
+    head = in_brackets(head, dataset[hardest]) if hardest in dataset else head
+    columns[head] = [largest_text(row, hardest) for row in rows]
+    if has_knocks(dataset):
+        knocks, beyond, step = knocks_of(dataset), beyond_map(dataset), step_of(dataset)
+        head = "least impulse that ends it" if KNOCK in dataset else "knock survived"
+        columns[in_brackets(head, dataset[KNOCK if KNOCK in dataset else "v0"])] = [
+            "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step, KNOCK in dataset)
+            for index in indices
+        ]
+    if PROVED in dataset:
+        head = in_brackets("proved impulse", dataset[PROVED])
+        columns[head] = [at_least(float(row[PROVED])) for row in rows]
+    note = safety_note(dataset)
+    if any(DASH in cells for cells in columns.values()):
+        note += " A dash: none, or not known."
+    title = "How safe each motion is"
+    return Table(*head_and_rows(columns), note, left=2, title=title, scene=scene)
+
+
+def safety_note(dataset: xr.Dataset) -> str:
+    """Write what the numbers of a table of attractors are."""
+    note = f"{PROGRESSION}. " * ("housing_velocity_mean" in dataset)
+    if "x0" in dataset.dims and dataset.sizes["attractor_id"] > 1:
+        note = steps_text(dataset) + note
+    note += (
         "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
-        "in a period of the motion, in the long run. "
+        "in a period of the motion, in the long run."
     )
-    note = f"{PROGRESSION}. " * has_housing + note
-    note = steps_text(dataset) * ("x0" in dataset.dims and len(rows) > 1) + note
-    if KNOCK in dataset and has_knocks:
-        note += f"Impulse{knock_when(dataset)}, of those tried, rounded up."
-    elif has_knocks:
+    if has_knocks(dataset) and KNOCK in dataset:
+        note += f" Impulse{knock_when(dataset)}, of those tried, rounded up."
+    elif has_knocks(dataset):
         note += (
-            f"Knock: change of velocity{knock_when(dataset)} within which all starts of the map beside the states of "
+            f" Knock: change of velocity{knock_when(dataset)} within which all starts of the map beside the states of "
             "the motion lead back, rounded down, 0 for less than a step of the map, "
-            f"{with_units(speed, format_number(step_of(dataset), 3))}."
+            f"{with_units(dataset['v0'], format_number(step_of(dataset), 3))}."
         )
-    if beyond:
+    if beyond_map(dataset):
         note += " With ≥: to the end of the map."
-    if any(len(images_of(dataset, index)) > 1 for index in knocks):
+    if any(len(images_of(dataset, index)) > 1 for index in knocks_of(dataset)):
         note += " Mirror images have one knock, the smaller: each is the other half a period later."
     if PROVED in dataset:
         note += (
@@ -317,10 +312,19 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
         )
     if REFUSED in dataset.attrs:
         note += f" Nothing was proved: {dataset.attrs[REFUSED]}."
-    unknown = " A dash: none, or not known." if any(DASH in row for row in rows) else ""
-    return Table(
-        head, rows, note.rstrip() + unknown, left=2, title="How safe each motion is", scene=scene
-    )
+    return note
+
+
+def has_knocks(dataset: xr.Dataset) -> bool:
+    """Return whether the knock of any motion is known: none is of one motion alone."""
+    return any(math.isfinite(knock) for knock in knocks_of(dataset).values())
+
+
+def share_text(row: xr.Dataset) -> str:
+    """Write the share of the starts that settle on a motion, with its interval."""
+    low, high = (100 * float(row[f"basin_share_{end}"]) for end in ("low", "high"))
+    low_text, high_text = outwards(low, high, 3)
+    return f"{percent(float(row['basin_share']))} ({low_text} … {high_text})"
 
 
 def knock_text(knock: float, step: float, ends: bool = False) -> str:
@@ -341,11 +345,6 @@ def knock_text(knock: float, step: float, ends: bool = False) -> str:
     units = knock / unit
     units = math.ceil(units * (1 - 1e-12)) if ends else math.floor(units * (1 + 1e-12))
     return format_number(unit * units)
-
-
-def proved_text(value: xr.DataArray) -> str:
-    """Write a proved bound, rounded down; a dash if nothing is proved."""
-    return DASH if math.isnan(float(value)) else at_least(float(value))
 
 
 def largest_text(row: xr.Dataset, name: str) -> str:

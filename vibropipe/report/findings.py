@@ -103,12 +103,16 @@ def value_text(array: xr.DataArray, value: Any, digits: int = 4) -> str:
     return with_units(array, format_number(float(value), digits))
 
 
+def equal_text(array: xr.DataArray, value: Any, digits: int = 4) -> str:
+    """Write that a variable has a value: `ν = 1.2`."""
+    return f"{symbol_text(array)} = {value_text(array, value, digits)}"
+
+
 def at_text(coordinates: Iterable[xr.DataArray]) -> str:
     """Write a point of the grid, given by its scalar coordinates, text last: `ν = 1.2, f = 0.5, upwards`."""
     ordered = sorted(coordinates, key=is_text)
     return ", ".join(
-        text_of(one) if is_text(one) else f"{symbol_text(one)} = {value_text(one, one.item())}"
-        for one in ordered
+        text_of(one) if is_text(one) else equal_text(one, one.item()) for one in ordered
     )
 
 
@@ -142,7 +146,7 @@ def range_text(array: xr.DataArray, values: np.ndarray) -> str:
     """Write the range of some values of a coordinate: `ν = 0.3 … 1.2`."""
     low, high = values.min(), values.max()
     if low == high:
-        return f"{symbol_text(array)} = {value_text(array, low)}"
+        return equal_text(array, low)
     return f"{symbol_text(array)} = {format_number(float(low))} … {value_text(array, high)}"
 
 

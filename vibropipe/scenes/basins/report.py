@@ -13,7 +13,7 @@ from vibropipe.figures.claims import DIGITS, at_least, at_most, outwards
 from vibropipe.figures.motion_words import amount_text, aperiodic_text, number_word
 from vibropipe.figures.text import format_number, in_brackets, sentences, with_units
 from vibropipe.report.exciter import side_of_first
-from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.findings import equal_text, symbol_text
 from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
 from vibropipe.scenes.basins.attractors import (
     Change,
@@ -63,7 +63,7 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
 def only_value(dataset: xr.Dataset) -> str:
     """Write the value of the parameter if it has but one; else empty."""
     axis = dataset[str(swept_name(dataset))]
-    return f"{symbol_text(axis)} = {value_text(axis, axis.values[0])}" if axis.size == 1 else ""
+    return equal_text(axis, axis.values[0]) if axis.size == 1 else ""
 
 
 def describe_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str:
@@ -205,7 +205,7 @@ def _place(axis: xr.DataArray, border: Border, rounded: Callable[[float, int], s
     if border is None:
         return ""
     if len(border) == 1:
-        return f"{symbol_text(axis)} = {value_text(axis, border[0])}"
+        return equal_text(axis, border[0])
     return f"at least {symbol_text(axis)} = {with_units(axis, rounded(border[0], DIGITS))}"
 
 
@@ -223,7 +223,7 @@ def change_answer(dataset: xr.Dataset) -> Answer | None:
     if not ends:
         return Answer(lead)
     last = max(ends, key=lambda change: presence(dataset, change.attractor).sum())
-    place = f"{symbol_text(axis)} = {value_text(axis, last.value)}"
+    place = equal_text(axis, last.value)
     follows = letters_of(dataset)[last.other]
     vanishing = named(dataset, last.attractor)
     rest = f"With increasing {symbol_text(axis)}, {vanishing} vanishes at {place} and {follows} follows."
@@ -245,7 +245,7 @@ def rare_answer(dataset: xr.Dataset) -> Answer | None:
     if len(alike) > 1:
         return Answer(f"The smallest share is that of {found[0]}.")
     ((row, index),) = alike
-    place = f"{symbol_text(axis)} = {value_text(axis, axis.values[row])}"
+    place = equal_text(axis, axis.values[row])
     return Answer(
         f"The smallest share is that of {letters[int(index)]}.",
         f"At {place}, {starts_text(dataset, float(least))} it.",

@@ -10,9 +10,17 @@ import xarray as xr
 
 from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import format_number, with_units
-from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.findings import equal_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
-from vibropipe.scenes.branch.lines import cascade_of, followed, is_symmetric, places_of, swept
+from vibropipe.scenes.branch.lines import (
+    cascade_of,
+    followed,
+    is_symmetric,
+    place_text,
+    places_of,
+    swept,
+    values_beside,
+)
 from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.branch.stretches import (
     SAME,
@@ -59,8 +67,7 @@ def law_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     """Write where orbits of the law that was sought exist, and where they are stable; None without a law."""
     if "law" not in dataset.attrs:
         return None
-    along, over = dataset[followed(dataset)].values, swept(dataset)
-    beside = dataset[over].values if over else np.zeros(along.size)
+    along, beside, over = dataset[followed(dataset)].values, values_beside(dataset), swept(dataset)
     ids = dataset["branch_id"].values
     found = {
         float(value): united(
@@ -108,15 +115,13 @@ def ranges_text(
 def at_text(dataset: xr.Dataset, value: float) -> str:
     """Write a value of the parameter that is followed: ν = 1.723."""
     axis = dataset[followed(dataset)]
-    return f"{symbol_text(axis)} = {value_text(axis, value)}"
+    return equal_text(axis, value)
 
 
 def over_text(dataset: xr.Dataset, value: float) -> str:
     """Write the value of the further parameter: at f = 1; empty without one."""
     over = swept(dataset)
-    if over is None:
-        return ""
-    return f" at {symbol_text(dataset[over])} = {value_text(dataset[over], value)}"
+    return f" at {equal_text(dataset[over], value)}" if over else ""
 
 
 def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
@@ -259,24 +264,18 @@ def peak_text(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
     reach = float(np.abs(axis.values[beside] - value).max())
     last = math.floor(math.log10(abs(value)))
     digits = next((n for n in (4, 3, 2) if reach <= 10.0 ** (last - n + 1)), 1)
-    return f"near {symbol_text(axis)} = {value_text(axis, value, digits)}"
+    return f"near {equal_text(axis, value, digits)}"
 
 
 def places_alike(dataset: xr.Dataset, velocity: xr.DataArray, point: int) -> str:
     """Write where the largest velocity lies if points that are no neighbours have it; empty of one peak."""
     most = np.nan_to_num(velocity.max("support").values)
     alike = np.flatnonzero(most >= (1.0 - SAME) * most[point])
-    axis, over = dataset[followed(dataset)], swept(dataset)
-    parameters = [axis, *([dataset[over]] if over else [])]
+    axis = dataset[followed(dataset)]
     ids = dataset["branch_id"].values
     runs = 1 + int(((np.diff(alike) > 1) | (np.diff(ids[alike]) != 0)).sum())
-    texts = [
-        ", ".join(
-            f"{symbol_text(each)} = {value_text(each, float(each[n]))}" for each in parameters
-        )
-        for n in alike[np.argsort(axis.values[alike], kind="stable")]
-    ]
-    texts = [*dict.fromkeys(texts)]
+    ordered = alike[np.argsort(axis.values[alike], kind="stable")]
+    texts = [*dict.fromkeys(place_text(dataset, n) for n in ordered)]
     if len(texts) == 1 or (runs == 1 and alike.size <= PEAK):
         return ""
     if len(texts) == 2:
@@ -303,7 +302,7 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
     if not bool((velocity > 0).any()):
         return None
     top = velocity.isel({str(k): int(v) for k, v in velocity.argmax(...).items()})
-    axis, over = dataset[followed(dataset)], swept(dataset)
+    axis = dataset[followed(dataset)]
     point = int(velocity.max("support").argmax("point"))
     value = float(axis.values[point])
     most = velocity.max("support").values
@@ -313,7 +312,7 @@ def velocity_answer(dataset: xr.Dataset) -> Answer | None:
             lead, f"The largest velocity before impact is {value_text(top, float(top), 3)}."
         )
     where_else = places_alike(dataset, velocity, point)
-    beside = over_text(dataset, float(dataset[over][point])) if over else ""
+    beside = over_text(dataset, values_beside(dataset)[point])
     end = end_text(dataset, value)
     both, most = velocity.isel(point=point).values, velocity.max("point").values
     where = f"support {int(top['support'])}"

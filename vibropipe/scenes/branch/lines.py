@@ -2,7 +2,8 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Mapping, Sequence
+from collections.abc import Iterable, Iterator, Mapping, Sequence
+from dataclasses import replace
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -10,7 +11,16 @@ import numpy as np
 import xarray as xr
 
 from vibropipe.figures.motion_words import orbit_texts
-from vibropipe.figures.text import ORDINALS, flag_texts, in_brackets, parameter_names, symbol_of
+from vibropipe.figures.text import (
+    ORDINALS,
+    flag_texts,
+    format_number,
+    in_brackets,
+    parameter_names,
+    symbol_of,
+)
+from vibropipe.report.findings import at_text, symbol_text
+from vibropipe.report.parts import Table
 from vibropipe.solve.branch import problem
 from vibropipe.solve.rebuild import exciter_of, ties_of
 from vibropipe.words.bifurcations import Bifurcation
@@ -72,6 +82,31 @@ def swept(dataset: xr.Dataset) -> str | None:
     return next((name for name in names if dataset[name].dims == ("point",)), None)
 
 
+def values_beside(dataset: xr.Dataset) -> np.ndarray:
+    """Return the further parameter at each point; zeros without one."""
+    over = swept(dataset)
+    return dataset[over].values if over else np.zeros(dataset.sizes["point"])
+
+
+def with_values_beside(table: Table, dataset: xr.Dataset, values: Iterable[float]) -> Table:
+    """Return a table with the value of the further parameter of each row as its first column; as it is without one."""
+    if (over := swept(dataset)) is None:
+        return table
+    return replace(
+        table,
+        head=[in_brackets(symbol_text(dataset[over]), dataset[over]), *table.head],
+        rows=[[format_number(value), *row] for value, row in zip(values, table.rows, strict=True)],
+        widths=table.widths and ("auto", *table.widths),
+        left=table.left + 1,
+    )
+
+
+def place_text(dataset: xr.Dataset, point: int) -> str:
+    """Write where a point lies: ν = 1.723, f = 1."""
+    names = filter(None, (followed(dataset), swept(dataset)))
+    return at_text(dataset[name][point] for name in names)
+
+
 def panels_of(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> list[Panel]:
@@ -108,8 +143,7 @@ def panels_of(
 
 def both_alike(dataset: xr.Dataset, array: xr.DataArray) -> bool:
     """Return whether the lines of both supports are the same, those of mirror images taken together."""
-    along, over = dataset[followed(dataset)].values, swept(dataset)
-    beside = dataset[over].values if over else np.zeros(along.size)
+    along, beside = dataset[followed(dataset)].values, values_beside(dataset)
     # points of mirror images differ by rounding
     along = np.round(along / np.ptp(along), 8)
     first, second = (array.sel(support=support).values for support in (1, 2))
@@ -163,8 +197,7 @@ def stable_points(dataset: xr.Dataset) -> np.ndarray:
 def pieces_of(dataset: xr.Dataset) -> Iterator[Piece]:
     """Yield the pieces of all branches; each ends at the first point of the next one of its branch."""
     branches, stable = dataset["branch_id"].values, stable_points(dataset)
-    laws, over = orbit_texts(dataset, "point"), swept(dataset)
-    values = dataset[over].values if over else np.zeros(branches.size)
+    laws, values = orbit_texts(dataset, "point"), values_beside(dataset)
     keys = list(zip(branches, stable, laws, strict=True))
     cuts = [0, *(n + 1 for n in range(len(keys) - 1) if keys[n] != keys[n + 1]), len(keys)]
     for start, stop in pairwise(cuts):
@@ -196,9 +229,9 @@ def places_of(dataset: xr.Dataset) -> dict[str, np.ndarray]:
     Mirror images have the same bifurcation, and at a grazing all branches end that meet there. Places at several values
     of a further parameter are several.
     """
-    along, over = followed(dataset), swept(dataset)
+    along = followed(dataset)
     at = dataset[f"bifurcation_{along}"].values
-    beside = dataset[over].values[dataset["bifurcation_point"].values] if over else 0.0 * at
+    beside = values_beside(dataset)[dataset["bifurcation_point"].values]
     reach = SAME_PLACE * float(np.ptp(dataset[along].values))
     places = {}
     for kind, mask in kinds_present(dataset).items():

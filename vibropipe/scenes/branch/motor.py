@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from typing import Any
 
 import numpy as np
@@ -24,7 +24,7 @@ from vibropipe.figures.text import (
     ties_text,
     with_units,
 )
-from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.findings import equal_text, symbol_text, value_text
 from vibropipe.report.parts import DASH, MAX_ROWS, Answer, Table
 from vibropipe.scenes.branch.curves import (
     BETWEEN,
@@ -39,7 +39,7 @@ from vibropipe.scenes.branch.curves import (
     draw_speeds,
     stabilities,
 )
-from vibropipe.scenes.branch.lines import followed, has_points, pieces_of, swept
+from vibropipe.scenes.branch.lines import followed, has_points, pieces_of, swept, with_values_beside
 from vibropipe.scenes.branch.names import line_names, write_names
 from vibropipe.store.table import is_neutral
 
@@ -190,7 +190,7 @@ def jump_text(dataset: xr.Dataset) -> str:
     text = f"With {change} {which} torque a speed is lost at {value_text(speeds, float(lost[n]))}"
     if over := swept(dataset):
         at = float(dataset[f"jump_{over}"][n])
-        text += f", where {symbol_text(dataset[over])} = {value_text(dataset[over], at)},"
+        text += f", where {equal_text(dataset[over], at)},"
     if may_be_kept(dataset)[n]:
         return f"{text.rstrip(',')}, unless a motion that is not followed here keeps it."
     if not np.isfinite(reached[n]):
@@ -202,41 +202,28 @@ def speed_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the speeds at which both torques are equal; None without one."""
     if not has_motor(dataset) or not dataset.sizes["crossing"]:
         return None
-    speeds, torques, over = crossing_speeds(dataset), dataset["motor_torque"], swept(dataset)
+    speeds, torques = crossing_speeds(dataset), dataset["motor_torque"]
     rows = [
         [
-            *values_beside(dataset, "crossing", n),
             words_of(dataset.isel(point=int(point))), format_number(float(speed), 5),
             format_number(float(torque)), "yes" if is_kept else "no",
         ]
-        for n, (point, speed, torque, is_kept) in enumerate(zip(
+        for point, speed, torque, is_kept in zip(
             dataset["crossing_point"].values, speeds.values, torques.values,
             dataset["speed_is_stable"].values == 1, strict=True,
-        ))
+        )
     ]  # fmt: skip
-    head = [
-        *head_beside(dataset),
-        "motion",
-        in_brackets("speed", speeds),
-        in_brackets("torque", torques),
-        "kept",
-    ]
+    head = ["motion", in_brackets("speed", speeds), in_brackets("torque", torques), "kept"]
     note = "A speed is kept where the motion is stable and the torque of the load rises over that of the motor."
     title = "At which speeds the torques of motor and load are equal"
-    left = 2 if over else 1
-    return Table(head, rows, note, left=left, title=title, scene=scene, picture="motor")
+    table = Table(head, rows, note, title=title, scene=scene, picture="motor")
+    return with_values_beside(table, dataset, beside_at(dataset, "crossing", range(len(rows))))
 
 
-def head_beside(dataset: xr.Dataset) -> list[str]:
-    """Return the head of the column of the further parameter; none without one."""
+def beside_at(dataset: xr.Dataset, dim: str, indices: Iterable[int]) -> list[float]:
+    """Return the further parameter at crossings or jumps; nothing without one."""
     over = swept(dataset)
-    return [in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []
-
-
-def values_beside(dataset: xr.Dataset, dim: str, n: int) -> list[str]:
-    """Return the cell of the further parameter at a crossing or a jump; none without one."""
-    over = swept(dataset)
-    return [format_number(float(dataset[f"{dim}_{over}"][n]))] if over else []
+    return [float(dataset[f"{dim}_{over}"][n]) for n in indices] if over else []
 
 
 def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -251,14 +238,13 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
         order = np.lexsort([np.abs(torque), [not is_ahead(dataset, n) for n in order.tolist()]])
     rows = [
         [
-            *values_beside(dataset, "jump", n), format_number(float(torque[n]), 3), WAYS[int(dataset["jump_way"][n])],
-            format_number(float(lost[n]), 5),
-            format_number(float(reached[n]), 5) if np.isfinite(reached[n]) else DASH,
+            format_number(float(torque[n]), 3), WAYS[int(dataset["jump_way"][n])],
+            format_number(float(lost[n]), 5), format_number(float(reached[n]), 5),
         ]
         for n in order.tolist()
     ]  # fmt: skip
     head = [
-        *head_beside(dataset), in_brackets("torque added", torques), "as it is",
+        in_brackets("torque added", torques), "as it is",
         in_brackets("speed lost", speeds), in_brackets("next speed", speeds),
     ]  # fmt: skip
     note = (
@@ -270,7 +256,9 @@ def jump_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += " A dash: what follows is not among the motions followed here"
         note += ", and may keep the speed." if is_open else "."
     title = "Where the speed jumps" + (", or motions followed here end" if is_open else "")
-    return Table(head, rows, note, title=title, scene=scene, picture="motor")
+    left = 0 if swept(dataset) else 1
+    table = Table(head, rows, note, left=left, title=title, scene=scene, picture="motor")
+    return with_values_beside(table, dataset, beside_at(dataset, "jump", order))
 
 
 def crossing_speeds(dataset: xr.Dataset) -> xr.DataArray:

@@ -14,7 +14,15 @@ from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Table, of_each, tables_of_each
 from vibropipe.scenes.branch.answers import branch_answers, distinct_texts
-from vibropipe.scenes.branch.lines import KINDS, cascade_of, followed, places_of, swept
+from vibropipe.scenes.branch.lines import (
+    KINDS,
+    cascade_of,
+    followed,
+    places_of,
+    swept,
+    values_beside,
+    with_values_beside,
+)
 from vibropipe.scenes.branch.motor import jump_table, question_of, speed_table
 from vibropipe.scenes.branch.stretches import (
     SAME,
@@ -40,22 +48,19 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     """Return the table of the stable motions: from where to where, and what ends them; None without ends."""
     if not dataset.sizes["bifurcation"] or is_one_cascade(dataset):
         return None
-    axis, over = dataset[followed(dataset)], swept(dataset)
+    axis = dataset[followed(dataset)]
     limits = (float(axis.min()), float(axis.max()))
     kept = image_groups(list(stretches_of(dataset)))
     widest = sorted(kept, key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
     images = sorted(widest, key=lambda alike: (alike[0].over, alike[0].values[0]))
     shown = [alike[0] for alike in images]
     texts = distinct_texts(*((float(each.values[0]), float(each.values[-1])) for each in shown))
-    rows = [
-        stable_row(dataset, alike, ends, limits) for alike, ends in zip(images, texts, strict=True)
-    ]
+    rows = [stable_row(alike, ends, limits) for alike, ends in zip(images, texts, strict=True)]
     if len(rows) == 1 and {*rows[0][-N_ENDS:]} == {DASH}:
         return None  # one motion, stable all along
     if "from_rest" in dataset:
         rows = [[*row, rest_text(alike)] for row, alike in zip(rows, images, strict=True)]
     head = [
-        *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
         "stable motion", in_brackets("from", axis), "begins at a", in_brackets("to", axis), "ends at a",
         *(["from rest"] if "from_rest" in dataset else []),
     ]  # fmt: skip
@@ -71,9 +76,9 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
     note += ". Mirror images are listed once." if has_images else "."
     if len(kept) > len(shown):
         note += f" Left out: {amount_text(len(kept) - len(shown), 'narrower range')}."
-    left = 2 if over else 1
     title = "Which motions are stable, and where"
-    return Table(head, rows, note, left=left, title=title, scene=scene)
+    table = Table(head, rows, note, title=title, scene=scene)
+    return with_values_beside(table, dataset, (each.over for each in shown))
 
 
 def is_one_cascade(dataset: xr.Dataset) -> bool:
@@ -84,7 +89,7 @@ def is_one_cascade(dataset: xr.Dataset) -> bool:
 
 
 def stable_row(
-    dataset: xr.Dataset, alike: list[Stretch], texts: tuple[str, str], limits: tuple[float, float]
+    alike: list[Stretch], texts: tuple[str, str], limits: tuple[float, float]
 ) -> list[str]:
     """Return the cells of a stable stretch and its mirror image, if it has one; texts : its ends."""
     stretch = alike[0]
@@ -93,8 +98,7 @@ def stable_row(
         (DASH, DASH) if value == limit and not kind else (text, kind or DASH)
         for value, limit, text, kind in zip((low, high), limits, texts, stretch.ends, strict=True)
     ]
-    over = [format_number(stretch.over)] if swept(dataset) else []
-    return [*over, group_words(alike), *ends[0], *ends[1]]
+    return [group_words(alike), *ends[0], *ends[1]]
 
 
 def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -102,8 +106,8 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
     None for one interval alone, and without a further parameter, where the bars and the stable motions say it.
     """
-    axis, over = dataset[followed(dataset)], swept(dataset)
-    if over is None:
+    axis = dataset[followed(dataset)]
+    if swept(dataset) is None:
         return None
     found = [
         (value, *ends) for value, intervals in coexistence(dataset).items() for ends in intervals
@@ -114,22 +118,16 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
     texts = distinct_texts(*((low, high) for _, low, high in shown))
     stretches = list(stretches_of(dataset))
     rows = [
-        [
-            format_number(value),
-            stable_words([s for s in stretches if s.over == value], low, high),
-            *ends,
-        ]
+        [stable_words([s for s in stretches if s.over == value], low, high), *ends]
         for (value, low, high), ends in zip(shown, texts, strict=True)
     ]
-    head = [
-        in_brackets(symbol_text(dataset[over]), dataset[over]),
-        "stable motions", in_brackets("from", axis), in_brackets("to", axis),
-    ]  # fmt: skip
+    head = ["stable motions", in_brackets("from", axis), in_brackets("to", axis)]
     note = f"Values of {symbol_text(axis)} between which the start decides which of the motions followed here settles."
     if len(found) > len(shown):
         note += f" Left out: {amount_text(len(found) - len(shown), 'narrower range')}."
     title = "Where at least two motions are stable"
-    return Table(head, rows, note, left=2, title=title, scene=scene)
+    table = Table(head, rows, note, title=title, scene=scene)
+    return with_values_beside(table, dataset, (value for value, *_ends in shown))
 
 
 def cascade_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -191,9 +189,9 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     place = f"bifurcation_{axis.name}"
     if f"{place}_std" not in dataset:
         return None
-    deviations, at, over = dataset[f"{place}_std"].values, dataset[place].values, swept(dataset)
+    deviations, at = dataset[f"{place}_std"].values, dataset[place].values
     points = dataset["bifurcation_point"].values
-    beside = dataset[over].values[points] if over else np.zeros(points.size)
+    beside = values_beside(dataset)[points]
     reach = SAME * float(np.ptp(axis.values))
     ends: dict[tuple[float, str, str], tuple[int, float]] = {}  # mirror images have the same
     for each in sorted(stretches_of(dataset), key=lambda each: -np.ptp(each.values)):
@@ -213,22 +211,18 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if not ends:
         return None
     listed = [(words, *end) for (_over, words, _value), end in ends.items()][:MAX_ROWS]
+    listed.sort(key=lambda each: (beside[each[1]], at[each[1]]))
     rows = []
-    for words, n, size in sorted(listed, key=lambda each: (beside[each[1]], at[each[1]])):
+    for words, n, size in listed:
         shares = dataset[f"{place}_contribution"].isel(bifurcation=n).fillna(0.0)
         most = shares.isel(parameter=int(shares.argmax("parameter")))
         by = f"{symbol_text(dataset[str(most['parameter'].values)])} ({100 * float(most):.0f} %)"
         by = by if size == size else DASH
-        value = [format_number(float(beside[n]))] if over else []
         kind = KINDS[int(dataset["bifurcation_kind"][n])]
-        deviation = at_most(size, 2) if size == size else DASH
-        place_text = format_number(float(at[n]), 5)
-        rows.append([*value, words, kind, place_text, deviation, by])
+        rows.append([words, kind, format_number(float(at[n]), 5), at_most(size, 2), by])
     head = [
-        *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
         "stable motion", "ends at a", in_brackets(f"at {symbol_text(axis)}", axis),
-        in_brackets("standard deviation", axis),
-        "mostly by",
+        in_brackets("standard deviation", axis), "mostly by",
     ]  # fmt: skip
     note = "Of parts that scatter as the study says, to first order; in brackets its share of the variance."
     if any(DASH in row for row in rows):
@@ -239,7 +233,8 @@ def scatter_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if len(ends) > len(listed):
         note += f" Left out: {amount_text(len(ends) - len(listed), 'end')} of narrower ranges."
     title = "How far the places where stable motions end scatter"
-    return Table(head, rows, note, left=3 if over else 2, title=title, scene=scene)
+    table = Table(head, rows, note, left=2, title=title, scene=scene)
+    return with_values_beside(table, dataset, (beside[n] for _words, n, _size in listed))
 
 
 answers = of_each(branch_answers)

@@ -8,9 +8,9 @@ import xarray as xr
 from vibropipe.figures.claims import percent
 from vibropipe.figures.motion_words import amount_text, words_of
 from vibropipe.figures.text import format_number, in_brackets
-from vibropipe.report.findings import symbol_text, value_text
+from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import ROWS_SHOWN, Answer, Table
-from vibropipe.scenes.branch.lines import followed, swept
+from vibropipe.scenes.branch.lines import followed, place_text, values_beside, with_values_beside
 from vibropipe.scenes.design.sorting_words import sorting_of
 from vibropipe.scenes.design.workshop import MADE, sorting_cells
 
@@ -22,9 +22,8 @@ def scattered_at(dataset: xr.Dataset) -> np.ndarray:
     if "yield" not in dataset:
         return np.empty(0, int)
     known = np.flatnonzero(np.isfinite(dataset["yield"].values))
-    along, over = dataset[followed(dataset)].values[known], swept(dataset)
-    beside = dataset[over].values[known] if over else np.zeros(known.size)
-    return known[np.lexsort([along, beside])]
+    along, beside = dataset[followed(dataset)].values, values_beside(dataset)
+    return known[np.lexsort([along[known], beside[known]])]
 
 
 def kept_words(dataset: xr.Dataset) -> str:
@@ -52,10 +51,7 @@ def yield_answer(dataset: xr.Dataset) -> Answer | None:
     fewest = f"The fewest, {percent(float(shares.min()))} of {PARTS}, do at"
     if alike > 1:
         return Answer(lead, f"{fewest} {alike} of these points.")
-    axis, over = dataset[followed(dataset)], swept(dataset)
-    places = [axis, *([dataset[over]] if over else [])]
-    at = ", ".join(f"{symbol_text(v)} = {value_text(v, float(v[least]))}" for v in places)
-    return Answer(lead, f"{fewest} {at}.")
+    return Answer(lead, f"{fewest} {place_text(dataset, least)}.")
 
 
 def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
@@ -66,7 +62,7 @@ def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
     shown = points
     if points.size > ROWS_SHOWN:
         shown = points[np.linspace(0, points.size - 1, ROWS_SHOWN).round().astype(int)]
-    axis, over = dataset[followed(dataset)], swept(dataset)
+    axis = dataset[followed(dataset)]
     values = [dataset[name] for name in ("yield", "yield_low", "yield_high")]
     rules = {point: sorting_of(dataset, point) for point in shown.tolist()}
     has_rule = any(rule is not None for rule in rules.values())
@@ -76,13 +72,11 @@ def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
         ends = f"{percent(low).removesuffix(' %')} to {percent(high, up=True)}"
         rows.append(
             [
-                *([format_number(float(dataset[over][point]))] if over else []),
                 words_of(dataset.isel(point=point)), format_number(float(axis[point]), 5),
                 percent(share), ends, *(sorting_cells(rule, share) if has_rule else []),
             ]
         )  # fmt: skip
     head = [
-        *([in_brackets(symbol_text(dataset[over]), dataset[over])] if over else []),
         "stable motion", in_brackets(f"at {symbol_text(axis)}", axis), "yield", "95 % interval",
         *(["parts are good whose", "is", "sorted wrongly"] if has_rule else []),
     ]  # fmt: skip
@@ -94,8 +88,7 @@ def yield_table(scene: str, dataset: xr.Dataset) -> Table | None:
         note += " Sorted wrongly: between which shares of all parts, with 95 % confidence."
     if points.size > len(shown):
         note += f" Left out: {amount_text(points.size - len(shown), 'point')} between these."
-    widths = ("auto",) * bool(over) + ("1fr", "auto", "auto", "auto")
-    widths += ("1.2fr", "auto", "auto") if has_rule else ()
-    return Table(
-        head, rows, note, widths, 2 if over else 1, "How many scattered parts are good along the branches", scene,
-    )  # fmt: skip
+    widths = ("1fr", "auto", "auto", "auto", *("1.2fr", "auto", "auto") * has_rule)
+    title = "How many scattered parts are good along the branches"
+    table = Table(head, rows, note, widths, title=title, scene=scene)
+    return with_values_beside(table, dataset, values_beside(dataset)[shown])

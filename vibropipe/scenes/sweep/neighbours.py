@@ -21,7 +21,7 @@ from numpy.typing import NDArray
 from vibropipe.figures.claims import at_least, at_most, between_text
 from vibropipe.figures.motion_words import times_word
 from vibropipe.figures.text import with_units
-from vibropipe.report.findings import point_text, symbol_text, value_text
+from vibropipe.report.findings import equal_text, point_text, symbol_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.quantities import directions, strikes
 from vibropipe.solve.shown_units import shown_factor
@@ -148,7 +148,7 @@ def border_text(line: xr.Dataset, axis: str, followed: bool = False) -> str:
     if place is not None:
         step = abs(high - low)
         digits = max(4, 3 + int(np.ceil(np.log10(max(abs(place), step) / step))))
-        where = f"{symbol_text(line[axis])} = {value_text(line[axis], place, digits)}"
+        where = equal_text(line[axis], place, digits)
         return f"The motion without impacts touches a support at {where}."
     if followed:
         return ""

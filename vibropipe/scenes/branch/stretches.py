@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator, Sequence
+from collections.abc import Callable, Iterable, Iterator, Sequence
 from dataclasses import dataclass
 from itertools import pairwise
 from typing import NamedTuple
@@ -19,7 +19,7 @@ from vibropipe.scenes.branch.lines import (
     is_symmetric,
     pieces_of,
     stable_points,
-    swept,
+    values_beside,
 )
 from vibropipe.words.quantities import FLAGS
 
@@ -107,22 +107,13 @@ def is_same(one: Stretch, other: Stretch, struck: np.ndarray, gap: float) -> boo
 
 def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
     """Yield the stable stretches of all branches, also those of an orbit that was followed twice."""
-    along = dataset[followed(dataset)].values
+    along, over = dataset[followed(dataset)].values, values_beside(dataset)
     amplitude, speed = _sizes_of(dataset)
     mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
-    points = dataset["bifurcation_point"].values
-    kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
     branches, stable = dataset["branch_id"].values, stable_points(dataset)
     moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
-    over = dataset[swept(dataset)].values if swept(dataset) else np.zeros(along.size)
-    gap = SAME * float(along.max() - along.min())
+    bifurcations = _bifurcations_of(dataset)
     has_image = {v: is_symmetric(dataset.isel(point=over == v)) for v in np.unique(over).tolist()}
-
-    def beside(index: int) -> str:
-        """Return the bifurcation of another branch at which this one ends: a grazing is stored with one of them."""
-        is_there = (np.abs(along[points] - along[index]) <= gap) & (over[points] == over[index])
-        return kinds[int(is_there.argmax())] if is_there.any() else ""
-
     for piece in pieces_of(dataset):
         first, last = piece.points.start, piece.points.stop - 1
         # Where a branch begins, at a flip or a pitchfork of another, its multiplier is 1 but for rounding.
@@ -131,43 +122,74 @@ def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
         )
         if not piece.is_stable or (is_first_alone and moduli[first] > 1.0 - SAME):
             continue
-        ends = []
-        for index, is_first in ((first, True), (last, False)):
-            near = {
-                point: kind
-                for point, kind in zip(points.tolist(), kinds, strict=True)
-                if abs(point - index) <= 1 and branches[point] == branches[first]
-            }
-            # Next to a bifurcation that ends stability, pieces may change without consequence.
-            kind = min(near.values(), key=lambda each: each == "change", default="")
-            before = index - 1
-            if is_first and not near and before >= 0 and branches[before] == branches[index]:
-                kind = (
-                    beside(before) if before == 0 or branches[before - 1] < branches[before] else ""
-                )
-                first -= bool(kind)
-            ends.append(kind or beside(index))
-            # stability ends at the bifurcation itself, which is a point, maybe the one before or after the piece
-            if near and is_first:
-                first = max(near)
-            elif near:
-                last = min(near)
-        if last <= first:
+        ends = (bifurcations.end(first, max), bifurcations.end(last, min))
+        points = np.arange(ends[0][0], ends[1][0] + 1)
+        if points.size < 2:
             continue
-        order = slice(None) if along[last] > along[first] else slice(None, None, -1)
+        if along[points[-1]] <= along[points[0]]:
+            points, ends = points[::-1], ends[::-1]
         yield Stretch(
-            np.maximum.accumulate(along[first : last + 1][order]),
-            amplitude[first : last + 1][order],
-            speed[first : last + 1][order],
-            piece.law,
-            words_of(dataset.isel(point=piece.points.start)),
-            piece.value,
-            (ends[0], ends[1]) if order.step is None else (ends[1], ends[0]),
-            from_rest_of(dataset, slice(first, last + 1))[order],
-            mean[first : last + 1][order],
-            np.arange(first, last + 1)[order],
-            has_image[piece.value],
-        )
+            np.maximum.accumulate(along[points]), amplitude[points], speed[points], piece.law,
+            words_of(dataset.isel(point=piece.points.start)), piece.value, (ends[0][1], ends[1][1]),
+            from_rest_of(dataset, points), mean[points], points, has_image[piece.value],
+        )  # fmt: skip
+
+
+class _Bifurcations(NamedTuple):
+    """Where bifurcations lie among the points of branches.
+
+    along, over, branches : both parameters and the branch of each point
+    points, kinds : the point of each bifurcation, and its kind
+    reach : largest difference of places that are one
+    """
+
+    along: np.ndarray
+    over: np.ndarray
+    branches: np.ndarray
+    points: np.ndarray
+    kinds: list[str]
+    reach: float
+
+    def end(self, index: int, inmost: Callable[[Iterable[int]], int]) -> tuple[int, str]:
+        """Return the point at which a stable piece ends that begins or ends at a point, and the bifurcation there.
+
+        inmost : which of several points bounds the piece: `max` where it begins, `min` where it ends
+        """
+        own = self.branches[index]
+        near = {
+            point: kind
+            for point, kind in zip(self.points.tolist(), self.kinds, strict=True)
+            if abs(point - index) <= 1 and self.branches[point] == own
+        }
+        if near:
+            # Stability ends at the bifurcation itself, maybe a point before or after the piece. Next to it, pieces may
+            # change without consequence.
+            return inmost(near), min(near.values(), key=lambda each: each == "change")
+        before = index - 1
+        if inmost is max and before >= 0 and self.branches[before] == own:
+            is_begin = before == 0 or self.branches[before - 1] < own
+            if is_begin and (kind := self._beside(before)):
+                return before, kind
+        return index, self._beside(index)
+
+    def _beside(self, index: int) -> str:
+        """Return the bifurcation of another branch at which one ends: a grazing is stored with one of them."""
+        there = np.abs(self.along[self.points] - self.along[index]) <= self.reach
+        there &= self.over[self.points] == self.over[index]
+        return self.kinds[int(there.argmax())] if there.any() else ""
+
+
+def _bifurcations_of(dataset: xr.Dataset) -> _Bifurcations:
+    """Return where the bifurcations of all branches lie."""
+    along = dataset[followed(dataset)].values
+    return _Bifurcations(
+        along,
+        values_beside(dataset),
+        dataset["branch_id"].values,
+        dataset["bifurcation_point"].values,
+        [KINDS[int(code)] for code in dataset["bifurcation_kind"].values],
+        SAME * float(np.ptp(along)),
+    )
 
 
 def _sizes_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
@@ -181,11 +203,10 @@ def _sizes_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:
     return amplitude, np.nan_to_num(dataset["impact_velocity_max"].max("support").values)
 
 
-def from_rest_of(dataset: xr.Dataset, points: slice) -> np.ndarray:
+def from_rest_of(dataset: xr.Dataset, points: np.ndarray) -> np.ndarray:
     """Return the codes of `from_rest` of some points, of which those at the ends may not be stable."""
-    n = points.stop - points.start
     if "from_rest" not in dataset:
-        return np.full(n, FLAGS["settled_same"]["unknown"])
+        return np.full(points.size, FLAGS["settled_same"]["unknown"])
     stable = dataset["stable"].values[points] == 1
     return np.where(stable, dataset["from_rest"].values[points], NOT_STABLE)
 

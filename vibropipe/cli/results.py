@@ -7,12 +7,15 @@ import os
 import sys
 import warnings
 from pathlib import Path
-from typing import Annotated
+from typing import TYPE_CHECKING, Annotated
 
 import typer
 
 from vibropipe.cli.options import ComparisonFile, PageFile, ResultsFolder, TableFile
 from vibropipe.words.exit_codes import INTERRUPTED
+
+if TYPE_CHECKING:
+    from vibropipe.view.results import Results
 
 # Folders that contain the workflow: in an installed package, and in a clone.
 INSTALLED = Path(__file__).parents[1] / "_workflow"
@@ -263,28 +266,7 @@ def view(
     from vibropipe.view.results import check_installed
 
     check_installed()
-    from vibropipe.view.one_exciter import (
-        EXAMPLE,
-        OPTION,
-        exciter_results,
-        tree_of_file,
-        tree_of_text,
-    )
-
-    text = EXAMPLE if exciter is None else exciter
-    tree = tree_of_text(text) if results is None else tree_of_file(results)
-    if tree is not None:
-        from vibropipe.jobs.progress import show_progress
-
-        for option, value in (("--scene", scene), ("--save", save)):
-            if value is not None:
-                raise typer.BadParameter("needs the results of a study", param_hint=option)
-        with show_progress("exciter", "starts") as progress:
-            opened = exciter_results(tree, str(results or OPTION), progress)
-    elif results is not None:
-        from vibropipe.view.results import open_results
-
-        opened = open_results(results, folder, scene)
+    opened = _opened(results, exciter, folder, scene, save)
     if opened.note:
         typer.echo(opened.note, err=True)
     if save is not None:
@@ -302,3 +284,24 @@ def view(
         port,
     )
     typer.echo("\nended")
+
+
+def _opened(
+    file: Path | None, text: str | None, folder: Path, scene: str | None, save: Path | None
+) -> Results:
+    """Return what `view` shows: the results of a study, or of one exciter, which are solved now."""
+    from vibropipe.jobs.progress import show_progress
+    from vibropipe.view import one_exciter
+    from vibropipe.view.results import open_results
+
+    if file is None:
+        tree = one_exciter.tree_of_text(one_exciter.EXAMPLE if text is None else text)
+    elif (found := one_exciter.tree_of_file(file)) is None:
+        return open_results(file, folder, scene)
+    else:
+        tree = found
+    for option, value in (("--scene", scene), ("--save", save)):
+        if value is not None:
+            raise typer.BadParameter("needs the results of a study", param_hint=option)
+    with show_progress("exciter", "starts") as progress:
+        return one_exciter.exciter_results(tree, str(file or one_exciter.OPTION), progress)

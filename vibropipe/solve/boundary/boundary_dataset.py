@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
+from collections.abc import Iterable, Sequence
 from functools import partial
 from typing import TYPE_CHECKING, Any
 
@@ -59,58 +59,40 @@ def boundary_dataset(
     """
     import xarray as xr
 
-    names = box.names
-    following = () if box.tied is None else (*box.tied.following,)
     parts = [_label(box, each, quantities) for each in boundaries]
     if law is not None:
         kept = [n for n, part in enumerate(parts) if law in _laws_of(box, boundaries[n], part)]
         boundaries, parts = [boundaries[n] for n in kept], [parts[n] for n in kept]
-    rows = concatenate(parts or [_empty(box)])
     sizes = [len(each.points) for each in boundaries]
-    begins = np.cumsum([0, *sizes])
-    kinds = np.array([each.curve.kind for each in boundaries], np.int8)
-    values = np.array([point.u[-2:] for each in boundaries for point in each.points]).reshape(-1, 2)
-    meetings = [
-        (Meeting[met.kind.upper()], int(begin) + met.point, bool(met.reason))
-        for begin, each in zip(begins, boundaries, strict=False)
-        for met in each.meetings
-    ]
-    points = np.array([point for _kind, point, _ends in meetings], np.int64)
+
+    def of_curves(values: Iterable[int], dtype: type) -> tuple[tuple[str, ...], np.ndarray]:
+        return ("point",), np.repeat(np.array([*values], dtype), sizes)
+
+    curves = [each.curve for each in boundaries]
     variables: Variables = {
         key: (tuple("point" if dim == "row" else dim for dim in dims), numbers)
-        for key, (dims, numbers) in rows.items()
+        for key, (dims, numbers) in concatenate(parts or [_empty(box)]).items()
     }
-    variables |= {
-        "curve_id": (("point",), np.repeat(np.arange(len(sizes)), sizes)),
-        "boundary_kind": (("point",), np.repeat(kinds, sizes)),
-        "meeting_kind": (("meeting",), np.array([kind for kind, _p, _e in meetings], np.int8)),
-        "meeting_point": (("meeting",), points),
-        "meeting_ends": (("meeting",), np.array([ends for _k, _p, ends in meetings], np.int8)),
-    }
+    variables["curve_id"] = of_curves(range(len(sizes)), int)
+    variables["boundary_kind"] = of_curves((curve.kind for curve in curves), np.int8)
+    variables |= _meetings(boundaries)
     if levels:
-        numbers = [
-            each.curve.level.number if isinstance(each.curve, LevelCurve) else -1
-            for each in boundaries
-        ]
-        variables["level_of"] = (("point",), np.repeat(np.array(numbers, np.int32), sizes))
-    for column, name in enumerate(names):
-        variables[name] = (("point",), values[:, column])
-        variables[f"meeting_{name}"] = (("meeting",), values[points, column])
-    of_points = np.tile(box.values, (len(values), 1))
-    of_points[:, box.along] = values
-    if box.tied is not None:
-        for row in of_points:
-            box.tied.fill(row)
-    for name in following:
-        variables[name] = (("point",), of_points[:, Parameters._fields.index(name)])
+        numbers = (each.level.number if isinstance(each, LevelCurve) else -1 for each in curves)
+        variables["level_of"] = of_curves(numbers, np.int32)
+    varied = _parameters(box, boundaries)
+    for name, values in varied.items():
+        variables[name] = (("point",), values)
+        if name in box.names:
+            at_meetings = values[variables["meeting_point"][1]]
+            variables[f"meeting_{name}"] = (("meeting",), at_meetings)
     own = Parameters(*box.values[: len(Parameters._fields)])._asdict()
     coords: dict[str, Any] = {
-        other: ((), np.array(value))
-        for other, value in without_absent(own).items()
-        if other not in (*names, *following)
+        name: ((), np.array(value))
+        for name, value in without_absent(own).items()
+        if name not in varied
     }
     attrs = origin_attrs(effects, "orbits that settle on a grid of lines")
-    attrs["boundary"] = " ".join(names)
+    attrs["boundary"] = " ".join(box.names)
     if box.tied is not None:
         attrs |= box.tied.ties.attrs
     if levels:
@@ -118,8 +100,38 @@ def boundary_dataset(
     if law is not None:
         attrs["law"] = f"({law[0]}; {law[1]}, {law[2]})"
     dataset = xr.Dataset(variables | coords, coordinates(variables, 1), attrs)
-    varied = (*names, *following, *(f"meeting_{name}" for name in names))
-    return describe(dataset.set_coords([*coords, *varied]))
+    return describe(
+        dataset.set_coords([*coords, *varied, *(f"meeting_{name}" for name in box.names)])
+    )
+
+
+def _meetings(boundaries: Sequence[Boundary]) -> Variables:
+    """Return what boundaries meet, over `meeting`."""
+    begins = np.cumsum([0, *(len(each.points) for each in boundaries)])
+    kinds, points, ends = [], [], []
+    for begin, each in zip(begins.tolist(), boundaries, strict=False):
+        for met in each.meetings:
+            kinds.append(Meeting[met.kind.upper()])
+            points.append(begin + met.point)
+            ends.append(bool(met.reason))
+    return {
+        "meeting_kind": (("meeting",), np.array(kinds, np.int8)),
+        "meeting_point": (("meeting",), np.array(points, np.int64)),
+        "meeting_ends": (("meeting",), np.array(ends, np.int8)),
+    }
+
+
+def _parameters(box: Box, boundaries: Sequence[Boundary]) -> dict[str, np.ndarray]:
+    """Return both parameters, and what is tied to them, at the points of boundaries."""
+    values = np.array([point.u[-2:] for each in boundaries for point in each.points]).reshape(-1, 2)
+    rows = np.tile(box.values, (len(values), 1))
+    rows[:, box.along] = values
+    found = dict(zip(box.names, values.T, strict=True))
+    if box.tied is not None:
+        for row in rows:
+            box.tied.fill(row)
+        found |= {name: rows[:, Parameters._fields.index(name)] for name in box.tied.following}
+    return found
 
 
 def _laws_of(box: Box, boundary: Boundary, part: Variables) -> set[tuple[int, int, int]]:

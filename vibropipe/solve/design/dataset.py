@@ -132,23 +132,15 @@ def design_dataset(
 ) -> xr.Dataset:
     """Return designs as a labelled dataset; `swept` are the points of a grid that a front was sought on."""
     harmonics = harmonics_of(problem.names, HARMONICS)
-    parameters = problem.parameters(np.array([candidate.share for candidate in designs]))
-    start = problem.x0, problem.v0
+    shares = np.array([candidate.share for candidate in designs])
+    parameters = problem.parameters(shares)
     held = {*spread.OUTPUTS, *problem.outputs} - {SENSITIVITY}
     outputs = tuple(name for name in OUTPUTS if name in held)
-    points = with_places(solve_points(parameters, start, outputs, harmonics), problem.names)
-    columns = columns_of(parameters)
-    attrs = {
-        **origin_attrs(
-            all_effect_names(columns, pieces=True, housing=True),
-            start_text(columns, problem.x0, problem.v0),
-        ),
-        **problem.goals.texts,
-        **problem.ties.attrs,
-    }
-    attrs["vary"] = " ".join(problem.vary)
+    points = solve_points(parameters, (problem.x0, problem.v0), outputs, harmonics)
+    points = with_places(points, problem.names)
+    attrs = attributes(problem, columns_of(parameters), has_yield=bool(all_judged))
     dataset = points_dataset(points, "design", harmonics, attrs, [*problem.ranges])
-    found = problem.low + np.array([candidate.share for candidate in designs]) * problem.width
+    found = problem.low + shares * problem.width
     own = [(n, name) for n, name in enumerate(problem.vary) if name not in Parameters._fields]
     dataset = dataset.assign_coords({name: ("design", found[:, n]) for n, name in own})
     misses = problem.misses(np.array([candidate.values for candidate in designs]))
@@ -163,15 +155,10 @@ def design_dataset(
         **range_variables(problem.vary),
     }
     if all_judged:
-        attrs["scatter"] = "given" if problem.tolerance else "assumed"
-        if problem.allow:
-            attrs["allow"] = "; ".join(
-                f"{name} = {off:.12g}" for name, off in problem.allow.items()
-            )
         variables |= variables_of_yield(problem, all_judged) | tolerances(problem, designs)
         variables |= {f"{name}_std": ((), value) for name, value in problem.scatter.items()}
         variables |= sorting_of_designs(problem, points, all_judged)
-    dataset = dataset.assign(variables).assign_attrs(attrs)
+    dataset = dataset.assign(variables)
     if all_judged:
         dataset = dataset.assign_coords(quantile=list(QUANTILES))
     if not problem.tolerance:
@@ -186,6 +173,25 @@ def design_dataset(
         )  # fmt: skip
         steps.add()
     return spread.with_spread(dataset, spreads, problem.tolerance, ("design",))
+
+
+def attributes(
+    problem: Problem, columns: Mapping[str, np.ndarray], has_yield: bool
+) -> dict[str, Any]:
+    """Return the attributes of designs with some parameters: what was sought, and how parts scatter."""
+    effects = all_effect_names(columns, pieces=True, housing=True)
+    attrs = {
+        **origin_attrs(effects, start_text(columns, problem.x0, problem.v0)),
+        **problem.goals.texts,
+        **problem.ties.attrs,
+        "vary": " ".join(problem.vary),
+    }
+    if has_yield:
+        attrs["scatter"] = "given" if problem.tolerance else "assumed"
+        if problem.allow:
+            allowed = (f"{name} = {off:.12g}" for name, off in problem.allow.items())
+            attrs["allow"] = "; ".join(allowed)
+    return attrs
 
 
 def sorting_of_designs(

@@ -5,6 +5,7 @@ from __future__ import annotations
 from collections.abc import Callable
 from contextlib import suppress
 from dataclasses import dataclass, field, replace
+from typing import NamedTuple
 
 import numpy as np
 
@@ -26,8 +27,6 @@ FIRST_REACH, LAST_REACH, LAST_GAIN = 0.05, 1e-6, 1e-9
 PENALTY = 10.0
 # Steps of Newton's method that bring a trial back to what is to be met.
 CORRECTIONS = 4
-# Cost, its gradient, slopes and values of what must be 0 or at most 0, and which must be 0.
-Linear = tuple[float, np.ndarray, np.ndarray, np.ndarray, np.ndarray]
 
 
 class _EndedError(Exception):
@@ -43,6 +42,49 @@ class Trial:
     jacobian: np.ndarray
     state: np.ndarray
     valid: bool
+
+
+class Linear(NamedTuple):
+    """The cost at a trial, its gradient, and slopes and values of what must be 0 (`is_equal`) or at most 0."""
+
+    cost: float
+    gradient: np.ndarray
+    slopes: np.ndarray
+    values: np.ndarray
+    is_equal: np.ndarray
+
+    def violation(self) -> float:
+        """Return by how much what must be 0, or at most 0, is missed."""
+        missed = np.where(self.is_equal, np.abs(self.values), np.maximum(self.values, 0.0))
+        return float(missed.sum())
+
+    def merit(self) -> float:
+        """Return the cost with its penalty."""
+        return self.cost + PENALTY * self.violation()
+
+    def gain(self, move: np.ndarray) -> float:
+        """Return by how much a move lowers the merit."""
+        after = self._replace(values=self.values + self.slopes @ move)
+        missed = PENALTY * (self.violation() - after.violation())
+        return missed - float(self.gradient @ move)
+
+    def least_move(self, share: np.ndarray, reach: float) -> np.ndarray:
+        """Return the move of least merit within a reach and the ranges."""
+        from scipy.optimize import linprog
+
+        k, n = share.size, len(self.values)
+        # Unknowns: the move, then the miss of each row.
+        above = np.hstack([self.slopes, -np.eye(n)])
+        below = np.hstack([-self.slopes, -np.eye(n)])[self.is_equal]
+        ends = [(max(-reach, -u), min(reach, 1 - u)) for u in share.tolist()]
+        solved = linprog(
+            np.concatenate([self.gradient, np.full(n, PENALTY)]),
+            A_ub=np.vstack([above, below]) if n else None,
+            b_ub=np.concatenate([-self.values, self.values[self.is_equal]]) if n else None,
+            bounds=[*ends, *[(0.0, None)] * n],
+            method="highs-ds",
+        )
+        return np.zeros(k) if solved.x is None else solved.x[:k]
 
 
 @dataclass
@@ -149,22 +191,18 @@ class Search:
         cost = 1.0 if which is None else abs(self._cost(best, which))
         scale = max(cost, 1e-3 * problem.exciter.l)
 
+        def linear(trial: Trial) -> Linear:
+            return self._linear(trial, which, limits, scale)
+
         def merit(trial: Trial) -> float:
-            cost, _, _, misses, is_equal = self._linear(trial, which, limits, scale)
-            return cost + PENALTY * _violation(misses, is_equal) if trial.valid else np.inf
+            return linear(trial).merit() if trial.valid else np.inf
 
         reach = FIRST_REACH
         for _ in range(MAX_ITERATIONS):
-            _, gradient, rows, misses, is_equal = self._linear(best, which, limits, scale)
-            move = _least_move(gradient, rows, misses, is_equal, best.share, reach)
-            predicted = PENALTY * (
-                _violation(misses, is_equal) - _violation(misses + rows @ move, is_equal)
-            )
-            predicted -= float(gradient @ move)
-            trial = self.at(best.share + move)
-            trial = self._restored(
-                trial, merit, lambda each: self._linear(each, which, limits, scale)
-            )
+            here = linear(best)
+            move = here.least_move(best.share, reach)
+            predicted = here.gain(move)
+            trial = self._restored(self.at(best.share + move), linear)
             gained = merit(best) - merit(trial)
             if gained > 0:
                 best = trial
@@ -174,19 +212,18 @@ class Search:
                 break
         return self._settle(best)
 
-    def _restored(
-        self, trial: Trial, merit: Callable[[Trial], float], linear: Callable[[Trial], Linear]
-    ) -> Trial:
+    def _restored(self, trial: Trial, linear: Callable[[Trial], Linear]) -> Trial:
         """Return a trial moved back to what is to be met, which curves away from a linear step."""
         for _ in range(CORRECTIONS):
             if not trial.valid:
                 break
-            _, _, rows, left, is_equal = linear(trial)
-            active = is_equal | (left > 0)
-            if _violation(left, is_equal) < MET:
+            here = linear(trial)
+            active = here.is_equal | (here.values > 0)
+            if here.violation() < MET:
                 break
-            moved = self.at(trial.share - np.linalg.pinv(rows[active]) @ left[active])
-            if merit(moved) >= merit(trial):
+            back = np.linalg.pinv(here.slopes[active]) @ here.values[active]
+            moved = self.at(trial.share - back)
+            if not moved.valid or linear(moved).merit() >= here.merit():
                 break
             trial = moved
         return trial
@@ -197,7 +234,7 @@ class Search:
     def _linear(
         self, trial: Trial, which: int | None, limits: dict[int, float], scale: float
     ) -> Linear:
-        """Return the cost, its gradient, and the slopes and values of what must be 0 (equal) or at most 0."""
+        """Return cost, targets, bounds and limits at a trial, to first order."""
         problem = self.problem
         rows, values, is_equal = [], [], []
 
@@ -218,20 +255,17 @@ class Search:
                     add(False, bound.quantity, sign, end - sign * problem.inside(n), size)
         for other, most in limits.items():
             objective = problem.goals.objectives[other]
-            add(
-                False,
-                objective.quantity,
-                objective.sign,
-                objective.sign * most,
-                max(abs(most), 1e-12),
-            )
+            end, size = objective.sign * most, max(abs(most), 1e-12)
+            add(False, objective.quantity, objective.sign, end, size)
         cost, gradient = 0.0, np.zeros(trial.share.size)
         if which is not None:
             objective = problem.goals.objectives[which]
             slope = trial.jacobian[problem.names.index(objective.quantity)]
             cost, gradient = self._cost(trial, which), objective.sign * slope
         slopes = np.array(rows).reshape(-1, trial.share.size)
-        return (cost / scale, gradient / scale, slopes, np.array(values), np.array(is_equal, bool))
+        return Linear(
+            cost / scale, gradient / scale, slopes, np.array(values), np.array(is_equal, bool)
+        )
 
     def _valid(self) -> list[Trial]:
         return [trial for trial in self._tried.values() if trial.valid] or [self.last]
@@ -268,34 +302,3 @@ class Search:
     def _inside(share: np.ndarray) -> np.ndarray:
         """Return a point moved off the ends of the ranges, where the search could not begin."""
         return np.clip(share, 1e-6, 1 - 1e-6)
-
-
-def _violation(values: np.ndarray, is_equal: np.ndarray) -> float:
-    """Return by how much what must be 0, or at most 0, is missed."""
-    return float(np.where(is_equal, np.abs(values), np.maximum(values, 0.0)).sum())
-
-
-def _least_move(
-    gradient: np.ndarray,
-    rows: np.ndarray,
-    values: np.ndarray,
-    is_equal: np.ndarray,
-    share: np.ndarray,
-    reach: float,
-) -> np.ndarray:
-    """Return the move of least linear cost within a reach and the ranges; misses cost PENALTY each."""
-    from scipy.optimize import linprog
-
-    k, n = share.size, len(values)
-    # Unknowns: the move, then the miss of each row.
-    above = np.hstack([rows, -np.eye(n)])
-    below = np.hstack([-rows, -np.eye(n)])[is_equal]
-    ends = [(max(-reach, -u), min(reach, 1 - u)) for u in share.tolist()]
-    solved = linprog(
-        np.concatenate([gradient, np.full(n, PENALTY)]),
-        A_ub=np.vstack([above, below]) if n else None,
-        b_ub=np.concatenate([-values, values[is_equal]]) if n else None,
-        bounds=[*ends, *[(0.0, None)] * n],
-        method="highs-ds",
-    )
-    return np.zeros(k) if solved.x is None else solved.x[:k]

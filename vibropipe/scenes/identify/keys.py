@@ -145,15 +145,13 @@ class IdentifyScene(VariedScene):
 def _measured(scene: IdentifyScene) -> Iterator[Problem]:
     """Check the table as `vibropipe.identify` does, and that its parameters are in range and stated once."""
     from vibropipe.solve.fit.identify import read_table
+    from vibropipe.solve.fit.record import Reading
 
     try:
-        p = None
-        if scene.mass_and_stiffness is not None:
-            p = eigenfrequency(*scene.mass_and_stiffness)
-        read_table(
-            Exciter(**scene.known_exciter()), scene.measured, scene.ranges(),
-            scene.noise or None, scene.steady_from, scene.blanking, scene.sign, p, scene.tied(),
-        )  # fmt: skip
+        p = eigenfrequency(*scene.mass_and_stiffness) if scene.mass_and_stiffness else None
+        reading = Reading(scene.steady_from, scene.blanking, scene.sign, p)
+        known, noise = Exciter(**scene.known_exciter()), scene.noise or None
+        read_table(known, scene.measured, scene.ranges(), noise, reading, scene.tied())
     except ParameterError as error:
         owner = {"nu": ("exciter",), "omega": ("physical",)}.get(error.name, ())
         yield refused((*owner, *argument_path(error)), error)

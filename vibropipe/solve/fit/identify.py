@@ -25,7 +25,7 @@ from vibropipe.solve.fit.measured_table import (
     plain_arguments,
     plain_table,
 )
-from vibropipe.solve.fit.record import UNKNOWN, Record, read_record
+from vibropipe.solve.fit.record import UNKNOWN, Reading, Record, read_record
 from vibropipe.solve.fit.record_frequency import (
     frequency_text,
     ranges_with_frequency,
@@ -165,7 +165,8 @@ def identify(
     if with_units:
         given = plain_arguments(exciter, given)
     untied, tied = ties_of_call(exciter, ties, vary)
-    found = _identify(untied, table, samples, tied, sign, **given)
+    reading = Reading(given.pop("steady_from"), given.pop("blanking"), sign)
+    found = _identify(untied, table, samples, tied, reading, **given)
     return to_physical(found, exciter) if with_units else found
 
 
@@ -174,23 +175,22 @@ def _identify(
     table: dict[str, np.ndarray],
     samples: int,
     ties: Ties,
-    sign: str,
+    reading: Reading,
     *,
     vary: Mapping[str, tuple[float, float]],
     noise: Mapping[str, float] | None,
     x0: float | None,
     v0: float,
-    steady_from: float | None,
-    blanking: float | None,
 ) -> xr.Dataset:
     """Return the parameters found, without units."""
     over = {n: v for n, v in table.items() if n in Parameters._fields and v.size}
-    first, p = {name: float(values[0]) for name, values in over.items()}, None
+    first = {name: float(values[0]) for name, values in over.items()}
     ranges = check_vary(exciter, vary, ties, first)
     check_whole("samples", samples, DESIGN_SAMPLES)
     if exciter.written:
         p = eigenfrequency(*(si_value(name, exciter.written[name]) for name in ("m", "C")))
-    data = read_table(exciter, table, ranges, noise, steady_from, blanking, sign, p, ties)
+        reading = reading._replace(p=p)
+    data = read_table(exciter, table, ranges, noise, reading, ties)
     if isinstance(data, Record):
         first = {"nu": data.line.nu}
     start = at_lower_ends(exciter, ranges, ties, first)
@@ -202,7 +202,8 @@ def _identify(
     if isinstance(data, Record):
         found = _searched(_models_of(exciter, data, ranges, x0, v0, ties), samples)
         if found is None:
-            must = f"must hold the frequency of the record, {frequency_text(data.line.nu, p)}"
+            nu = frequency_text(data.line.nu, reading.p)
+            must = f"must hold the frequency of the record, {nu}"
             raise ParameterError("vary.nu", ranges["nu"], must=must, got="")
         return found
     low, high = np.array(list(ranges.values())).T
@@ -279,31 +280,28 @@ def read_table(
     exciter: Exciter,
     measured: Any,
     ranges: Mapping[str, tuple[float, float]],
-    noise: Mapping[str, float] | None = None,
-    steady_from: float | None = None,
-    blanking: float | None = None,
-    sign: str = UNKNOWN,
-    p: float | None = None,
-    ties: Ties | None = None,
+    noise: Mapping[str, float] | None,
+    reading: Reading,
+    ties: Ties,
 ) -> Measured | Record:
     """Return a table without units, of a motion, a response or a record, or raise a ParameterError.
 
     exciter : the parameters that are known
     measured : columns by name
-    noise, steady_from, blanking, sign : as `identify` takes them
-    p : eigenfrequency (rad/s), for messages in Hz
+    noise : as `identify` takes it
+    reading : of a record alone
     ties : a record is read with the tied parameters at the lower ends of the ranges
     """
     table = {name: column.values for name, column in columns_of(measured).items()}
     if TAU in table:  # a record
-        ties = ties or Ties()
         if "nu" in ties.expressions:
             must = "must be left out beside a record, in which the frequency is found"
             raise ParameterError("ties.nu", ties.texts["nu"], must=must, got="")
         lows = {name: ends[0] for name, ends in ranges.items()}
         exciter = replace(exciter, **ties.checked({**exciter.numbers()._asdict(), **lows}))
-        return read_record(exciter, table, ranges, noise, steady_from, blanking, sign, p)
-    for name, value in (("steady_from", steady_from), ("blanking", blanking)):
+        return read_record(exciter, table, ranges, noise, reading)
+    of_record = {"steady_from": reading.steady_from, "blanking": reading.blanking}
+    for name, value in of_record.items():
         if value is not None:
             raise ParameterError(name, value, must=NO_RECORD, got="")
     return read_measured(table, ranges, noise)

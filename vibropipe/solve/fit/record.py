@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Mapping
 from dataclasses import dataclass
+from typing import NamedTuple
 
 import numpy as np
 
@@ -70,24 +71,33 @@ class Record:
         return self.phase is None or self.phase_slack > 0.0
 
 
+class Reading(NamedTuple):
+    """How a record is read.
+
+    steady_from, blanking : as `identify` takes them, in tau
+    sign : `known` or `unknown`
+    p : eigenfrequency (rad/s), for messages in Hz
+    """
+
+    steady_from: float | None = None
+    blanking: float | None = None
+    sign: str = UNKNOWN
+    p: float | None = None
+
+
 def read_record(
     exciter: Exciter,
     table: Mapping[str, np.ndarray],
     ranges: Mapping[str, tuple[float, float]],
     noise: Mapping[str, float] | None,
-    steady_from: float | None = None,
-    blanking: float | None = None,
-    sign: str = UNKNOWN,
-    p: float | None = None,
+    reading: Reading,
 ) -> Record:
     """Return a record without units, or raise a ParameterError.
 
     exciter : its frequency is that of the record unless it states none or nu varies
     table : columns (n,) of finite numbers: `tau`, columns of `SENSORS`, and at most one of `TRIGGERS`
-    steady_from, blanking : as `identify` takes them, in tau
-    sign : `known` or `unknown`
-    p : eigenfrequency (rad/s), for messages in Hz
     """
+    steady_from, blanking, sign, p = reading
     tau = table[TAU]
     columns = _checked_columns(table, exciter)
     _check_times(tau)

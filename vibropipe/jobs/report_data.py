@@ -8,6 +8,8 @@ from dataclasses import asdict, dataclass, field, replace
 from pathlib import Path
 from typing import Any
 
+import xarray as xr
+
 from vibropipe.jobs.drawing import figure_entries, figure_names, figures_of, words_of
 from vibropipe.report.exciter import bare_symbols, drawing_of, said_beside, side_of
 from vibropipe.report.findings import UNSOLVED_HEADING, unsolved_line, unsolved_table
@@ -53,14 +55,11 @@ def report_data(
     """
     datasets = study.shown(datasets)
     labels, titles = scene_labels(study), scene_labels(study, math.inf)
-    parts = {
-        kind: {
-            labels[name]: datasets[name] for name in datasets if kind_of(study.scenes[name]) is kind
-        }
-        for kind in dict.fromkeys(kind_of(study.scenes[name]) for name in datasets)
-    }
+    parts: dict[Kind, dict[str, xr.Dataset]] = {}
+    for name, data in datasets.items():
+        parts.setdefault(kind_of(study.scenes[name]), {})[labels[name]] = data
     hero_scene, hero_name = hero_of(study)
-    main = kind_of(study.scenes[hero_scene])
+    main, label = kind_of(study.scenes[hero_scene]), labels[hero_scene]
     figures = list(figure_entries(study, datasets))
     drawn = {labels[entry["scene"]] for entry in figures}
     together = {labels[name]: len(s.figure.drawn_together()) for name, s in study.scenes.items()}
@@ -70,7 +69,7 @@ def report_data(
     }
     order = dict.fromkeys([hero_scene, *(entry["scene"] for entry in figures)])
     shown = {labels[name]: datasets[name] for name in order}
-    answers = _answers(parts, main, labels[hero_scene], chief, shown)
+    answers = _answers(parts, main, label, chief, shown)
     hero = next(entry for entry in figures if entry["name"] == hero_name)
     groups = _groups(study, labels, figures, answers, parts, hero)
     if study.table is not None:
@@ -79,25 +78,24 @@ def report_data(
     unsolved = unsolved_table(titled)
     if unsolved is not None:
         groups.append(Group(UNSOLVED_HEADING, items=[unsolved.as_data()]))
-    side = (main.report.side or side_of)(
-        {labels[hero_scene]: parts[main][labels[hero_scene]], **parts[main]}
-        if main.report.side
-        else {labels[n]: d for n, d in datasets.items()}
-    )
+    if main.report.side:
+        side = main.report.side({label: parts[main][label], **parts[main]})
+    else:
+        side = side_of({labels[name]: data for name, data in datasets.items()})
+    drawn_beside = side.drawn or datasets
     if side.has_drawing:
-        beside = side.drawn or datasets
-        hero["caption"] = said_beside(hero["caption"], datasets[hero_scene], beside)
+        hero["caption"] = said_beside(hero["caption"], datasets[hero_scene], drawn_beside)
     return {
         "title": study.title,
         "kind": " · ".join(dict.fromkeys(kind.report.noun for kind in (main, *parts))),
         "question": study.question or main.report.asked(parts[main]),
         "answers": [
             *warning_answers(study),
-            *([asdict(each) for each in own_answers(study.answers)] or answers.pop("", [])),
+            *(map(asdict, own_answers(study.answers)) if study.answers else answers.pop("", [])),
         ],
         "side": {
             "rows": [asdict(row) for row in side.rows],
-            "drawing": drawing_of(side.drawn or datasets) if side.has_drawing else None,
+            "drawing": drawing_of(drawn_beside) if side.has_drawing else None,
         },
         "symbols": bare_symbols(datasets),
         "hero": hero,

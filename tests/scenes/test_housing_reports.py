@@ -8,7 +8,7 @@ import xarray as xr
 from figures.figure_text import texts
 
 import vibropipe as vp
-from vibropipe.figures.motion_words import progression_of
+from vibropipe.figures.motion_words import progression_of, slides_away
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import axis_label, digits, format_number
 from vibropipe.jobs.solving import solve_scene
@@ -21,7 +21,7 @@ from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
-from vibropipe.scenes.sweep.laws import regions_of, slides_away
+from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.progress import progress_answer

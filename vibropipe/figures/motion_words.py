@@ -10,8 +10,10 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.text import REST
+from vibropipe.solve.shown_units import in_si
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime
+from vibropipe.words.vocabulary import physical_name
 from vibropipe.words.wording import count
 
 # Of the largest speed of a housing: a mean that is rounding.
@@ -38,6 +40,20 @@ def progression_of(dataset: xr.Dataset) -> float:
         return math.nan
     mean, most = (float(dataset[f"housing_velocity_{name}"]) for name in ("mean", "max"))
     return 0.0 if abs(mean) <= NO_PROGRESS * most else mean
+
+
+def slides_away(dataset: xr.Dataset) -> xr.DataArray:
+    """Return in which rows the constant forces exceed the friction of a housing, as `physics.housing.runs_away`."""
+
+    def of(name: str) -> xr.DataArray:
+        held = name if name in dataset.variables else physical_name(name)
+        if held not in dataset.variables:
+            return xr.DataArray(0.0)
+        return dataset[held].copy(data=in_si(dataset[held]))
+
+    force = of("load") + of("housing_load")
+    too_large = (force > of("housing_friction_1")) | (force < -of("housing_friction_2"))
+    return (of("mass_ratio") > 0.0) & too_large & xr.ones_like(dataset["regime"], bool)
 
 
 def is_unstable(dataset: xr.Dataset) -> NDArray[np.bool_]:

@@ -8,7 +8,7 @@ from collections.abc import Collection, Iterable, Mapping
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.motion_words import stability_text, way_of
+from vibropipe.figures.motion_words import slides_away, stability_text, way_of
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     REGIME_TEXT,
@@ -20,12 +20,10 @@ from vibropipe.figures.text import (
     regime_name,
     times,
 )
-from vibropipe.physics.housing import runs_away
 from vibropipe.report.findings import value_text
 from vibropipe.report.parts import DASH, MAX_ANSWERS, Answer, Answers, Datasets
 from vibropipe.scenes.certificate_page import certificate_answer
 from vibropipe.scenes.motion.captions import seen_text
-from vibropipe.solve.rebuild import exciter_of
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
@@ -111,11 +109,6 @@ def motion_answer(dataset: xr.Dataset) -> Answer | None:
     if has_room and (mean := mean_text(dataset)) is not None:
         tail.append(f"{'its' if tail else 'Its'} mean displacement is {mean}")
     return Answer(f"{text}.", f"{series(tail)}." if tail else "")
-
-
-def slides_away(dataset: xr.Dataset) -> bool:
-    """Return whether the constant forces drive a housing against all friction."""
-    return "housing_velocity_mean" in dataset and runs_away(exciter_of(dataset).parameters())
 
 
 def progression_answer(dataset: xr.Dataset) -> Answer | None:

@@ -12,12 +12,10 @@ import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
-from vibropipe.figures.motion_words import number_word, orbit_text, times_word
+from vibropipe.figures.motion_words import number_word, orbit_text, slides_away, times_word
 from vibropipe.figures.palette import PROOF_STYLES, REGIME_STYLES, RegimeStyle, shaded
 from vibropipe.figures.text import REGIME_TEXT, regime_name
-from vibropipe.solve.shown_units import in_si
 from vibropipe.words.regimes import Regime
-from vibropipe.words.vocabulary import physical_name
 
 # Code of orbits that strike both supports, but not each of them once a forcing period.
 MORE = max(Regime) + 1
@@ -221,20 +219,6 @@ def regions_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Region]]:
         words = AWAY if is_away else words
         found.append(Region(code, name, *words, amount, codes.size))
     return codes, found
-
-
-def slides_away(dataset: xr.Dataset) -> xr.DataArray:
-    """Return in which rows the constant forces exceed the friction of a housing, as `physics.housing.runs_away`."""
-
-    def of(name: str) -> xr.DataArray:
-        held = name if name in dataset.variables else physical_name(name)
-        if held not in dataset.variables:
-            return xr.DataArray(0.0)
-        return dataset[held].copy(data=in_si(dataset[held]))
-
-    force = of("load") + of("housing_load")
-    too_large = (force > of("housing_friction_1")) | (force < -of("housing_friction_2"))
-    return (of("mass_ratio") > 0.0) & too_large & xr.ones_like(dataset["regime"], bool)
 
 
 def by_amount(codes: xr.DataArray) -> list[tuple[int, int]]:

@@ -16,6 +16,13 @@ from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
 from vibropipe.scenes.basins import pictures
+from vibropipe.scenes.basins.answers import (
+    basin_answers,
+    knock_answers,
+    knock_text,
+    safety_table,
+    steps_text,
+)
 from vibropipe.scenes.basins.attractors import (
     at_rest,
     beside,
@@ -34,14 +41,7 @@ from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.motions_beside import motion_texts
 from vibropipe.scenes.basins.pictures import title_basins, write_beside
 from vibropipe.scenes.basins.report import answers, rare_answer, tables
-from vibropipe.scenes.basins.text import (
-    basin_answers,
-    describe_basins,
-    knock_answers,
-    knock_text,
-    safety_table,
-    steps_text,
-)
+from vibropipe.scenes.basins.text import describe_basins
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
 from vibropipe.store import StoreError, load, save

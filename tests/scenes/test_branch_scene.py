@@ -95,7 +95,7 @@ def test_the_picture_marks_what_the_data_hold(scene, dataset):
 
 def test_the_table_lists_where_each_motion_is_stable(dataset):
     table = stable_table("response", dataset)
-    stretches = list(stretches_of(dataset))
+    stretches = stretches_of(dataset)
     assert len(table.rows) == len(
         {(s.over, s.words, *s.values[[0, -1]].round(8)) for s in stretches}
     )
@@ -354,10 +354,10 @@ def test_findings_count_the_stable_motions_that_are_followed():
     text = text.replace("[0.8, 3]", "[0.78, 1.1]").replace("[1, 2]", "[1]")
     scene = study_of_text(text, "laws").scenes["response"]
     dataset = kind_of(scene).solve(scene)
-    intervals = common_intervals(list(stretches_of(dataset)))
+    intervals = common_intervals(stretches_of(dataset))
     flips = places_of(dataset)["flip"]
     assert any(low < flip < high for low, high in intervals for flip in flips)
-    together = together_answer(dataset, list(stretches_of(dataset)))
+    together = together_answer(dataset, stretches_of(dataset))
     assert together.lead.startswith("The start decides which motion settles from ν = ")
 
 

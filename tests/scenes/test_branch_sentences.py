@@ -27,17 +27,11 @@ from vibropipe.scenes.branch.answers import (
 )
 from vibropipe.scenes.branch.answers import together_answer as branch_together
 from vibropipe.scenes.branch.curves import REACHED, draw_branches, drawn_pieces, enlarged
+from vibropipe.scenes.branch.jumps import arrows_of, jumps_of
 from vibropipe.scenes.branch.lines import velocities_of
 from vibropipe.scenes.branch.pictures import describe_branches, title_branches
 from vibropipe.scenes.branch.report import cascade_table, stable_table
-from vibropipe.scenes.branch.stretches import (
-    Stretch,
-    arrows_of,
-    image_groups,
-    jumps_of,
-    stable_words,
-    stretches_of,
-)
+from vibropipe.scenes.branch.stretches import Stretch, image_groups, stable_words, stretches_of
 from vibropipe.words.bifurcations import Bifurcation
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import describe
@@ -101,16 +95,16 @@ def mirrored(second: tuple[float, ...] = (1.1, 0.9)) -> xr.Dataset:
 def test_orbits_that_were_followed_twice_are_one_stretch():
     twice = mirrored((0.9, 1.1))
     twice["displacement_mean"][:] = 0.1
-    assert len([*stretches_of(twice)]) == 1
+    assert len(stretches_of(twice)) == 1
     assert "mirror" not in " ".join(stable_table("s", with_a_fold(twice)).rows[0])
-    assert len([*stretches_of(mirrored())]) == 2
+    assert len(stretches_of(mirrored())) == 2
     twice["displacement_mean"][NU.size :] = -0.1
-    assert len([*stretches_of(twice)]) == 2
+    assert len(stretches_of(twice)) == 2
     # mirror images are one orbit at the pitchforks where they begin and end
     ends = [0, NU.size - 1, NU.size, -1]
     twice["displacement_mean"][ends] = 0.0
     twice["impact_velocity_max"][ends] = 1.0
-    assert len([*stretches_of(twice)]) == 2
+    assert len(stretches_of(twice)) == 2
 
 
 def with_a_fold(dataset: xr.Dataset) -> xr.Dataset:
@@ -319,7 +313,7 @@ def test_a_further_parameter_may_end_the_symmetry():
     two = [points.assign(delta=("point", np.full(points.sizes["point"], d))) for d in (0, 0.003)]
     dataset = xr.concat(two, "point", data_vars="minimal").assign(both)
     dataset["branch_id"][points.sizes["point"] :] += 2
-    alike = [(each[0].over, len(each)) for each in image_groups([*stretches_of(dataset)])]
+    alike = [(each[0].over, len(each)) for each in image_groups(stretches_of(dataset))]
     assert alike == [(0.0, 2), (0.003, 1), (0.003, 1)]
 
 

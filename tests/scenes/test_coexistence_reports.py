@@ -36,7 +36,7 @@ def solved(study: str, scene: str, *changes: tuple[str, str]) -> Any:
 
 def intervals_of(dataset: Any) -> np.ndarray:
     """Return the intervals of coexistence of branches within the frequencies of all studies, (n, 2)."""
-    ends = np.array(common_intervals(list(stretches_of(dataset)))).clip(LOW, HIGH)
+    ends = np.array(common_intervals(stretches_of(dataset))).clip(LOW, HIGH)
     return ends[ends[:, 1] > ends[:, 0]]
 
 

@@ -13,7 +13,7 @@ from vibropipe.figures.style import house_style
 from vibropipe.figures.text import axis_label, digits, format_number
 from vibropipe.jobs.solving import solve_scene
 from vibropipe.report.exciter import bare_symbols, values_text
-from vibropipe.scenes.basins.text import basin_answers, progression_answers, safety_table
+from vibropipe.scenes.basins.answers import basin_answers, progression_answers, safety_table
 from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.findings import orbit_text

@@ -35,6 +35,7 @@ from vibropipe.figures.text import (
     symbol_of,
     value_text,
 )
+from vibropipe.scenes.basins.answers import NOT_FOUND
 from vibropipe.scenes.basins.attractors import (
     changes_of,
     colours_of,
@@ -53,7 +54,7 @@ from vibropipe.scenes.basins.report import (
     title_share_maps,
     title_shares,
 )
-from vibropipe.scenes.basins.text import NOT_FOUND, describe_basins
+from vibropipe.scenes.basins.text import describe_basins
 from vibropipe.scenes.branch.curves import UNSTABLE
 from vibropipe.scenes.branch.lines import pieces_of
 from vibropipe.scenes.kind import Picture, showing

@@ -15,6 +15,7 @@ from vibropipe.figures.text import format_number, in_brackets, sentences, with_u
 from vibropipe.report.exciter import side_of_first
 from vibropipe.report.findings import equal_text, symbol_text
 from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
+from vibropipe.scenes.basins.answers import NOT_FOUND, basin_answers, not_found, safety_table
 from vibropipe.scenes.basins.attractors import (
     Change,
     attractor_words,
@@ -26,14 +27,7 @@ from vibropipe.scenes.basins.attractors import (
     presence,
     swept_name,
 )
-from vibropipe.scenes.basins.text import (
-    NOT_FOUND,
-    basin_answers,
-    missing_text,
-    not_found,
-    safety_table,
-    start_text,
-)
+from vibropipe.scenes.basins.text import missing_text, start_text
 from vibropipe.scenes.branch.stretches import united
 from vibropipe.scenes.kind import ReportPart
 from vibropipe.words.wording import count, part_text, series

@@ -12,6 +12,7 @@ from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import format_number, with_units
 from vibropipe.report.findings import equal_text, symbol_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
+from vibropipe.scenes.branch.jumps import jumps_of
 from vibropipe.scenes.branch.lines import (
     cascade_of,
     followed,
@@ -25,10 +26,10 @@ from vibropipe.scenes.branch.motor import motor_answer
 from vibropipe.scenes.branch.stretches import (
     SAME,
     Stretch,
+    coexistence,
     common_intervals,
     group_words,
     image_groups,
-    jumps_of,
     stable_words,
     stretches_of,
     united,
@@ -46,7 +47,7 @@ PEAK = 3  # points of a peak that are equally high but for SAME
 
 def branch_answers(dataset: xr.Dataset) -> list[Answer]:
     """Return the answers of one scene: coexistence, jumps or period doublings or else bifurcations, hardest impact."""
-    stretches = list(stretches_of(dataset))
+    stretches = stretches_of(dataset)
     changes = None
     if "law" not in dataset.attrs:
         changes = jump_answer(dataset, stretches) or cascade_answer(dataset)
@@ -128,8 +129,8 @@ def together_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | N
     """Write between which values of the parameter several motions are stable: the widest interval."""
     found = [
         (high - low, low, high, value)
-        for value in dict.fromkeys(stretch.over for stretch in stretches)
-        for low, high in common_intervals([s for s in stretches if s.over == value])
+        for value, intervals in coexistence(stretches).items()
+        for low, high in intervals
     ]
     if not found:
         return None

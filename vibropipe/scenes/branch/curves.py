@@ -18,6 +18,7 @@ from vibropipe.figures.canvas import arrow, axes, jump, legend_above, noted_canv
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
 from vibropipe.figures.text import axis_label, in_brackets, parameter_line
 from vibropipe.physics.exciter import ParameterError
+from vibropipe.scenes.branch.jumps import Jump, arrows_of, jumps_of
 from vibropipe.scenes.branch.lines import (
     Panel,
     Piece,
@@ -30,7 +31,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.names import line_names, write_names
-from vibropipe.scenes.branch.stretches import Jump, arrows_of, coexistence, jumps_of, stretches_of
+from vibropipe.scenes.branch.stretches import coexistence, stretches_of
 from vibropipe.words.quantities import FLAGS
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
@@ -74,7 +75,8 @@ def draw_branches(
         )
         raise ParameterError("dataset", dataset, must=must, got="")
     panels, along = panels_of(dataset, show, backbone), followed(dataset)
-    bars, pieces = coexistence(dataset), drawn_pieces(dataset)
+    stretches, pieces = stretches_of(dataset), drawn_pieces(dataset)
+    bars, jumps = coexistence(stretches), jumps_of(dataset, stretches)
     limits = float(dataset[along].min()), float(dataset[along].max())
     close = enlarged(dataset)
     shown = [(each, limits) for each in panels] + [(each, close) for each in panels if close]
@@ -85,7 +87,6 @@ def draw_branches(
     note = parameter_line(dataset)
     figure = noted_canvas(base + number * (high + between) + TOP, note, LEFT)
     colours, drawn, names = colours_of(dataset, pieces), [], line_names(dataset, pieces)
-    jumps = jumps_of(dataset, list(stretches_of(dataset)))
     for position, (each, ends) in enumerate(shown):
         bottom = base + (number - 1 - position) * (high + between)
         ax = axes(figure, LEFT, bottom, WIDTH, high)

@@ -12,6 +12,7 @@ from vibropipe.figures.motion_words import amount_text, changing_text
 from vibropipe.figures.text import sentences, ties_text
 from vibropipe.report.findings import symbol_text
 from vibropipe.scenes.branch.curves import draw_branches, enlarged, is_reached, stabilities
+from vibropipe.scenes.branch.jumps import arrows_of, jumps_of
 from vibropipe.scenes.branch.keys import BranchFigure
 from vibropipe.scenes.branch.lines import (
     cascade_of,
@@ -24,7 +25,7 @@ from vibropipe.scenes.branch.lines import (
     swept,
 )
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
-from vibropipe.scenes.branch.stretches import arrows_of, coexistence, jumps_of, stretches_of
+from vibropipe.scenes.branch.stretches import coexistence, stretches_of
 from vibropipe.scenes.kind import Picture
 from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import capitalised, series
@@ -39,11 +40,12 @@ def title_branches(
     symbol = symbol_text(dataset[followed(dataset)])
     if places := cascade_of(dataset):
         return f"Each of {amount_text(len(places), 'flip')} along {symbol} doubles the period"
-    number = sum(len(intervals) for intervals in coexistence(dataset).values())
+    together = coexistence(stretches_of(dataset))
+    number = sum(len(intervals) for intervals in together.values())
     if not number:
         return _alone(dataset, symbol)
     if over := swept(dataset):
-        is_each = len(coexistence(dataset)) == np.unique(dataset[over].values).size
+        is_each = len(together) == np.unique(dataset[over].values).size
         which = f"{'each' if is_each else 'some'} {symbol_text(dataset[over])}"
         return f"At {which}, several motions are stable in places along {symbol}"
     intervals = amount_text(number, "interval")
@@ -72,7 +74,8 @@ def describe_branches(
     dataset: xr.Dataset, show: Sequence[str], backbone: xr.Dataset | None = None
 ) -> str:
     """Return the caption: what is drawn, and how many bifurcations there are."""
-    ties, jumps = ties_text(dataset), jumps_of(dataset, list(stretches_of(dataset)))
+    ties, stretches = ties_text(dataset), stretches_of(dataset)
+    jumps = jumps_of(dataset, stretches)
     panels = panels_of(dataset, show, backbone)
     lines = {"stable": "solid: stable", "unstable": "dashed: unstable"}
     drawn = ", ".join(lines[name] for name in stabilities(dataset))
@@ -85,7 +88,7 @@ def describe_branches(
         "Unstable orbits of many periods are not drawn" if enlarged(dataset) else "",
         "Arrows: jumps" if any(arrows_of(jumps, each.values) for each in panels) else "",
         "Bars below: where at least two of these motions are stable"
-        if coexistence(dataset)
+        if coexistence(stretches)
         else "",
         f"Change: {changing_text(dataset)}" if "change" in kinds_present(dataset) else "",
         "Wide grey line: conservative exciter" if backbone is not None else "",

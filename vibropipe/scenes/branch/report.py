@@ -50,7 +50,7 @@ def stable_table(scene: str, dataset: xr.Dataset) -> Table | None:
         return None
     axis = dataset[followed(dataset)]
     limits = (float(axis.min()), float(axis.max()))
-    kept = image_groups(list(stretches_of(dataset)))
+    kept = image_groups(stretches_of(dataset))
     widest = sorted(kept, key=lambda alike: -np.ptp(alike[0].values))[:MAX_ROWS]
     images = sorted(widest, key=lambda alike: (alike[0].over, alike[0].values[0]))
     shown = [alike[0] for alike in images]
@@ -109,14 +109,14 @@ def together_table(scene: str, dataset: xr.Dataset) -> Table | None:
     axis = dataset[followed(dataset)]
     if swept(dataset) is None:
         return None
+    stretches = stretches_of(dataset)
     found = [
-        (value, *ends) for value, intervals in coexistence(dataset).items() for ends in intervals
+        (value, *ends) for value, intervals in coexistence(stretches).items() for ends in intervals
     ]
     if len(found) < 2:
         return None
     shown = sorted(sorted(found, key=lambda each: each[1] - each[2])[:MAX_ROWS])
     texts = distinct_texts(*((low, high) for _, low, high in shown))
-    stretches = list(stretches_of(dataset))
     rows = [
         [stable_words([s for s in stretches if s.over == value], low, high), *ends]
         for (value, low, high), ends in zip(shown, texts, strict=True)

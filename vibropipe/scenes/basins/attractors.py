@@ -17,8 +17,9 @@ from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness, shaded
 from vibropipe.figures.style import LINE_MARKERS
 from vibropipe.words.regimes import Regime
 
-# Difference of what mirror images have alike, relative to their amplitude.
+# Difference of what mirror images have alike, relative to their amplitude, and the quantities that tell them.
 SAME_VALUES = 1e-6
+OF_IMAGES = ("displacement_mean", "displacement_amplitude", "period_multiple", "impacts_per_orbit")
 KNOCK = "knock_impulse"
 
 
@@ -75,22 +76,15 @@ def _least(knocks: Sequence[tuple[float, bool]]) -> tuple[float, bool]:
 
 def images_of(dataset: xr.Dataset, index: int) -> list[int]:
     """Return an attractor and, if there is one, its mirror image."""
-    own, twins = dataset.sel(attractor_id=index), [index]
-    size = float(own["displacement_amplitude"].max())
-    for other in dataset["attractor_id"].values.tolist():
-        row = dataset.sel(attractor_id=other)
-        differences = [
-            row["displacement_mean"] + own["displacement_mean"],
-            *(row["displacement_amplitude"] - own["displacement_amplitude"]).values,
-        ]
-        is_image = (
-            other != index
-            and int(row["period_multiple"]) == int(own["period_multiple"])
-            and np.array_equal(row["impacts_per_orbit"], own["impacts_per_orbit"][::-1])
-            and float(np.max(np.abs(differences))) <= SAME_VALUES * size
-        )
-        twins += [int(other)] if is_image else []
-    return twins
+    ids = dataset["attractor_id"].values
+    own = int(np.flatnonzero(ids == index)[0])
+    mean, amplitude, m, impacts = (
+        dataset[name].transpose("attractor_id", ...).values for name in OF_IMAGES
+    )
+    apart = np.maximum(abs(mean + mean[own]), abs(amplitude - amplitude[own]).max(axis=1))
+    is_image = (m == m[own]) & (impacts == impacts[own, ::-1]).all(axis=1)
+    is_image &= (apart <= SAME_VALUES * amplitude[own].max()) & (ids != index)
+    return [index, *ids[is_image].tolist()]
 
 
 def states_of(dataset: xr.Dataset, index: int) -> np.ndarray:

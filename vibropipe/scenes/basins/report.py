@@ -17,6 +17,7 @@ from vibropipe.report.findings import equal_text, symbol_text
 from vibropipe.report.parts import DASH, Answer, Table, of_each, tables_of_each
 from vibropipe.scenes.basins.answers import NOT_FOUND, basin_answers, not_found, safety_table
 from vibropipe.scenes.basins.attractors import (
+    OF_IMAGES,
     Change,
     attractor_words,
     changes_of,
@@ -293,10 +294,10 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
 
 def image_text(dataset: xr.Dataset, index: int) -> str:
     """Write of which other attractor one is the mirror image, after its words: wherever it is, or in part."""
-    name = str(swept_name(dataset))
+    name, alike = str(swept_name(dataset)), dataset[list(OF_IMAGES)]
     own = np.flatnonzero(presence(dataset, index))
     found = Counter(
-        image for n in own for image in images_of(dataset.isel({name: int(n)}), index)[1:]
+        image for n in own for image in images_of(alike.isel({name: int(n)}), index)[1:]
     )
     if not found:
         return ""

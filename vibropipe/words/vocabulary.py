@@ -186,6 +186,7 @@ def of_proof(name: str) -> str:
     return name if name == "support" else f"{PREFIX}{name}"
 
 
+@functools.cache
 def split_suffix(name: str) -> tuple[str, str]:
     """Return the quantity that one is derived from, and its suffix; the name itself and "" of any other."""
     for suffix in SUFFIXES:

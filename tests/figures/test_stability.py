@@ -7,7 +7,7 @@ import xarray as xr
 import vibropipe as vp
 from vibropipe.figures.motion_words import is_unstable, stability_text
 from vibropipe.scenes.sweep.captions import row_kinds_text
-from vibropipe.scenes.sweep.quantities import row_kinds
+from vibropipe.scenes.sweep.sweep_rows import row_kinds
 from vibropipe.solve.multipliers import decay
 from vibropipe.store.table import is_neutral
 from vibropipe.words.bifurcations import Bifurcation

@@ -6,6 +6,7 @@ import xarray as xr
 from figures.sample_datasets import sweep
 
 from vibropipe.figures.canvas import new_canvas
+from vibropipe.figures.regime_words import regime_name
 from vibropipe.figures.style import house_style
 from vibropipe.figures.text import (
     axis_label,
@@ -13,7 +14,6 @@ from vibropipe.figures.text import (
     grid_text,
     modulus_text,
     parameter_line,
-    regime_name,
     scalar_parameters,
 )
 from vibropipe.words.quantities import REGIMES
@@ -56,7 +56,7 @@ def test_amounts_lists_and_names():
     assert [count(1, "row"), count(3, "row")] == ["1 row", "3 rows"]
     assert [series([]), series("a"), series("abc")] == ["", "a", "a, b and c"]
     assert [regime_name(code) for code in REGIMES.values()] == list(REGIMES)
-    with pytest.raises(KeyError, match="99"):
+    with pytest.raises(ValueError, match="99"):
         regime_name(99)
 
 

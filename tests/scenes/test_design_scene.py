@@ -15,7 +15,8 @@ from vibropipe.figures.claims import percent
 from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
 from vibropipe.report.parts import Answer, beside_pictures
-from vibropipe.scenes.design.data import beating, swept, wanted_text
+from vibropipe.scenes.design.data import wanted_text
+from vibropipe.scenes.design.front import beating, swept
 from vibropipe.scenes.design.nominal import nominal_numbers, nominal_text, shown_tolerance
 from vibropipe.scenes.design.pictures import describe_sketch
 from vibropipe.scenes.design.ranking import describe_designs, verdicts

@@ -16,9 +16,9 @@ from vibropipe.report.exciter import bare_symbols, values_text
 from vibropipe.scenes.basins.answers import basin_answers, progression_answers, safety_table
 from vibropipe.scenes.motion.captions import describe_motion
 from vibropipe.scenes.motion.findings import answers as motion_answers
-from vibropipe.scenes.motion.findings import orbit_text
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
+from vibropipe.scenes.motion.steady_text import orbit_text
 from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.laws import regions_of

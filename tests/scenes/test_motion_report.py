@@ -8,7 +8,7 @@ from figures.sample_datasets import motion, steady
 from vibropipe.figures.text import format_number, parameters_text
 from vibropipe.report.exciter import side_of
 from vibropipe.scenes.motion.captions import steady_text
-from vibropipe.scenes.motion.findings import answers, exponent_answers, orbit_text
+from vibropipe.scenes.motion.findings import answers, exponent_answers
 from vibropipe.scenes.motion.report import (
     MAX_COLUMNS,
     fitting,
@@ -16,6 +16,7 @@ from vibropipe.scenes.motion.report import (
     steady_columns,
     steady_tables,
 )
+from vibropipe.scenes.motion.steady_text import orbit_text
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe
 

@@ -29,7 +29,7 @@ from vibropipe.scenes.sweep.bifurcation import diagram_panels as panels_of
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.keys import SweepFigure
 from vibropipe.scenes.sweep.pictures import PICTURES
-from vibropipe.scenes.sweep.quantities import orbit_impacts, row_at
+from vibropipe.scenes.sweep.sweep_rows import orbit_impacts, row_at
 from vibropipe.words.regimes import Regime
 
 

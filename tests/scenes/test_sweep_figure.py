@@ -25,8 +25,8 @@ from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
 from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
-from vibropipe.scenes.sweep.quantities import row_kinds
 from vibropipe.scenes.sweep.report import grid_texts
+from vibropipe.scenes.sweep.sweep_rows import row_kinds
 from vibropipe.words.regimes import Regime
 
 

@@ -32,14 +32,9 @@ from vibropipe.scenes.sweep.laws import (
 from vibropipe.scenes.sweep.lines import BAR_NAME
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.neighbours import jump_steps
-from vibropipe.scenes.sweep.quantities import (
-    axis_and_others,
-    directions,
-    fitted_label,
-    panels_of,
-    swept,
-)
+from vibropipe.scenes.sweep.quantities import fitted_label, panels_of
 from vibropipe.scenes.sweep.report import tables
+from vibropipe.scenes.sweep.sweep_rows import axis_and_others, directions, swept
 from vibropipe.scenes.sweep.titles import map_title, quantities_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe

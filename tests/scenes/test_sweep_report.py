@@ -8,15 +8,11 @@ import xarray as xr
 from figures.sample_datasets import sweep
 
 import vibropipe as vp
-from vibropipe.scenes.sweep.answers import (
-    hardest_answer,
-    impacts_answer,
-    mean_answer,
-    sweep_answers,
-)
+from vibropipe.scenes.sweep.answers import hardest_answer, mean_answer, sweep_answers
 from vibropipe.scenes.sweep.bifurcation import bifurcation_title
 from vibropipe.scenes.sweep.captions import starts_text
 from vibropipe.scenes.sweep.laws import regions_of, share_text
+from vibropipe.scenes.sweep.moves import impacts_answer
 from vibropipe.scenes.sweep.neighbours import border_text, doubling_answer, jumps_of
 from vibropipe.scenes.sweep.quantities import exponent_ends
 from vibropipe.scenes.sweep.report import (

@@ -12,16 +12,12 @@ from vibropipe.scenes.accuracy.summary import multiple_text
 from vibropipe.scenes.basins.report import starts_text
 from vibropipe.scenes.basins.text import percent
 from vibropipe.scenes.motion.captions import seen_text
-from vibropipe.scenes.sweep.answers import (
-    fills_answer,
-    hardest_answer,
-    impacts_answer,
-    sweep_answers,
-    unresolved_answer,
-)
+from vibropipe.scenes.sweep.answers import hardest_answer, sweep_answers, unresolved_answer
+from vibropipe.scenes.sweep.moves import fills_answer, impacts_answer
 from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
-from vibropipe.scenes.sweep.quantities import Series, strikes
+from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.scenes.sweep.report import lines_table, motions_table
+from vibropipe.scenes.sweep.sweep_rows import strikes
 from vibropipe.scenes.sweep.titles import largest_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import describe

@@ -15,9 +15,9 @@ from vibropipe.figures.motion_words import (
 )
 from vibropipe.figures.text import format_number
 from vibropipe.report.parts import DASH
-from vibropipe.scenes.motion.findings import multiplier_text, orbit_text, struck_text
 from vibropipe.scenes.motion.report import steady_columns
-from vibropipe.scenes.sweep.quantities import with_impacts_per_period
+from vibropipe.scenes.motion.steady_text import multiplier_text, orbit_text, struck_text
+from vibropipe.scenes.sweep.sweep_rows import with_impacts_per_period
 from vibropipe.view.row_numbers import law_text, lines_of
 from vibropipe.words.regimes import Chaos, Regime
 

@@ -1,4 +1,4 @@
-"""Text of numbers, parameters and regimes in figures and reports: plain text or mathtext, never markup.
+"""Text of numbers and parameters in figures and reports: plain text or mathtext, never markup.
 
 Only values and names of the vocabulary pass through here, never a user's own text.
 """
@@ -16,8 +16,7 @@ import xarray as xr
 from vibropipe.figures.units import RAISED, unit_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import FORCES, FURTHER, PARAMETERS, PHYSICAL
-from vibropipe.words.quantities import FLAGS, REGIMES
-from vibropipe.words.status import Status
+from vibropipe.words.quantities import FLAGS
 from vibropipe.words.vocabulary import (
     ERROR_SUFFIX,
     PLAIN_SYMBOLS,
@@ -25,7 +24,6 @@ from vibropipe.words.vocabulary import (
     physical_name,
     quantity,
 )
-from vibropipe.words.wording import series
 
 # Width of a line of parameters across a figure, in digits: 14.6 cm, with many units 15.6 cm.
 LINE_DIGITS = 95
@@ -54,21 +52,6 @@ def width_in_digits(text: str) -> float:
     return len(shown) - 0.5 * narrow + 0.4 * wide
 
 
-REGIME_TEXT = {name: name.replace("_", " ") for name in REGIMES} | {
-    "one_sided_1": "one-sided, support 1",
-    "one_sided_2": "one-sided, support 2",
-    "two_sided": "two-sided",
-}
-# Reason why a row is unresolved, by status.
-UNRESOLVED_TEXT = {
-    Status.MAX_IMPACTS: "too many impacts in a forcing period",
-    Status.MAX_PERIODS: "still changing at the end of the march",
-    Status.ROOT_BOUND: "impact not located",
-    Status.NOT_FINITE: "floating-point overflow",
-    Status.LOG_FULL: "more contacts than the log holds",
-    Status.SUPPORT_REACHED: "a support left out of the effects is reached",
-    Status.MAX_STEPS: "too many steps",
-}
 # Amplitudes of the force, with and without units.
 OF_FORCE = (*FORCES, *map(physical_name, FORCES))
 # Parameters whose values are words, and these.
@@ -89,43 +72,6 @@ NO_SUPPORT_STRUCK = "No support is struck"
 FEW_VALUES = 8
 CYCLES = "/2π"
 ORDINALS = ("first", "second", "third", "fourth", "fifth", "sixth", "seventh", "eighth")
-
-
-def regime_clause(text: str, plural: bool = False) -> str:
-    """Write a regime, given as in REGIME_TEXT, as what motions do: `is two-sided`, `has no impact`.
-
-    >>> regime_clause("two-sided"), regime_clause("no impact"), regime_clause("with rest", plural=True)
-    ('is two-sided', 'has no impact', 'come to rest on a support')
-    """
-    if text == REGIME_TEXT["no_impact"]:
-        return f"{'have' if plural else 'has'} {text}"
-    if text == REGIME_TEXT["with_rest"]:
-        return f"{'come' if plural else 'comes'} to rest on a support"
-    return f"{'are' if plural else 'is'} {text}"
-
-
-def regime_name(code: int) -> str:
-    """Return the name of a regime's integer value; raises KeyError for an unknown value."""
-    for name, value in REGIMES.items():
-        if value == code:
-            return name
-    raise KeyError(f"{code} is not a regime (vibropipe/words/vocabulary.py)")
-
-
-def reasons_text(status: np.ndarray) -> str:
-    """Write why rows are unresolved, with the number of rows of each reason if there are several."""
-    codes, amounts = np.unique(status, return_counts=True)
-    words = [UNRESOLVED_TEXT.get(Status(code), status_words(code)) for code in codes.tolist()]
-    if len(words) == 1:
-        return words[0]
-    return series(f"{text} ({n:,})" for text, n in zip(words, amounts.tolist(), strict=True))
-
-
-def status_words(code: int) -> str:
-    """Write a status in words."""
-    if code == Status.MAX_PERIODS:
-        return "no orbit found"
-    return Status(code).name.lower().replace("_", " ").replace("max ", "too many ")
 
 
 def format_number(value: float | str, digits: int = 4) -> str:

@@ -11,7 +11,8 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.text import format_number, plain_symbol_of, status_words, with_units
+from vibropipe.figures.regime_words import status_words
+from vibropipe.figures.text import format_number, plain_symbol_of, with_units
 from vibropipe.report.parts import DASH, Datasets, Line, Table
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.regimes import Regime

@@ -10,7 +10,8 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.claims import between_text
 from vibropipe.figures.map_shapes import scale_of
-from vibropipe.figures.text import REGIME_TEXT, regime_name, sentences
+from vibropipe.figures.regime_words import regime_text
+from vibropipe.figures.text import sentences
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.view.plane import Plane
 from vibropipe.view.words import number, symbol, value_of
@@ -37,7 +38,7 @@ def regime_codes(plane: Plane) -> tuple[NDArray[np.int64], Callable[[int], str]]
     if plane.of_starts:
         return plane.codes(), lambda code: plane.regions[code].text
     codes = plane.at_further(plane.dataset["regime"]).astype(np.int64)
-    return codes, lambda code: REGIME_TEXT[regime_name(code)]
+    return codes, regime_text
 
 
 def first_step(plane: Plane, axis: int) -> int:

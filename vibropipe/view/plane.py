@@ -13,16 +13,15 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.palette import FAILED
-from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.figures.regime_words import regime_text
 from vibropipe.scenes.basins.attractors import colours_of
 from vibropipe.scenes.sweep.laws import laws_of
 from vibropipe.scenes.sweep.map_layout import map_axes
-from vibropipe.scenes.sweep.quantities import (
-    Series,
+from vibropipe.scenes.sweep.quantities import Series, series_of
+from vibropipe.scenes.sweep.sweep_rows import (
     axis_and_others,
     is_map,
     row_at,
-    series_of,
     with_impacts_per_period,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
@@ -116,7 +115,7 @@ class Plane:
         regimes = self.dataset["regime"].isel(self.further).values
         own = colours_of(self.dataset)
         for index, regime in enumerate(regimes):
-            words, colour = REGIME_TEXT[regime_name(int(regime))], own.get(index, FAILED)
+            words, colour = regime_text(int(regime)), own.get(index, FAILED)
             regions.append(Region(f"{index}", f"attractor {index}: {words}", colour))
         return regions
 

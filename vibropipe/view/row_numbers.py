@@ -11,15 +11,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import rests_of, stability_text, times_word, window_text
-from vibropipe.figures.text import (
-    REGIME_TEXT,
-    REST,
-    UNRESOLVED_TEXT,
-    parameter_names,
-    regime_name,
-    sentences,
-    with_units,
-)
+from vibropipe.figures.regime_words import UNRESOLVED_TEXT, regime_text
+from vibropipe.figures.text import REST, parameter_names, sentences, with_units
 from vibropipe.orbits.harmonics import rest_force
 from vibropipe.scenes.basins.text import percent
 from vibropipe.solve.motion.contacts import log_of
@@ -45,7 +38,7 @@ Line = tuple[str, str, str]
 def law_text(row: xr.Dataset) -> str:
     """Write the law of motion of a row as sentences; of one without a motion, the reason."""
     regime = int(row["regime"])
-    words = REGIME_TEXT[regime_name(regime)]
+    words = regime_text(regime)
     status = Status(int(row["status"])) if "status" in row else Status.OK
     if regime in (Regime.UNRESOLVED, Regime.UNBOUNDED):
         reason, plain = UNRESOLVED_TEXT.get(status, ""), status.remedy.replace("`", "")
@@ -78,7 +71,7 @@ def law_text(row: xr.Dataset) -> str:
 
 def motion_name(row: xr.Dataset) -> str:
     """Return the name of an attractor in a menu: its number, its law and its share of the starts."""
-    words, share = REGIME_TEXT[regime_name(int(row["regime"]))], float(row["basin_share"])
+    words, share = regime_text(int(row["regime"])), float(row["basin_share"])
     return f"attractor {int(row['attractor_id'])}: {words}, {percent(share)} of the starts"
 
 

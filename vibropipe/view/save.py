@@ -16,7 +16,8 @@ from bokeh.models import ColumnDataSource, CustomJS, Div
 from bokeh.resources import INLINE
 
 from vibropipe.orbits.window import LISTED_PERIODS
-from vibropipe.scenes.sweep.quantities import DEFAULT_SHOW, Series, rows_of_impacts
+from vibropipe.scenes.sweep.quantities import DEFAULT_SHOW, Series
+from vibropipe.scenes.sweep.sweep_rows import rows_of_impacts
 from vibropipe.solve.rebuild import SHOWN_PERIODS, mass_and_stiffness, motion_of, without_units
 from vibropipe.store import StoreError, atomic_file
 from vibropipe.view.page import REGIONS, Page

@@ -17,7 +17,7 @@ from bokeh.models import Button, Column, Slider, Spacer, Spinner, Toggle
 from vibropipe.figures.text import format_number, in_brackets, parameter_names, with_units
 from vibropipe.physics.exciter import Exciter
 from vibropipe.physics.start import start_at, within_room
-from vibropipe.scenes.sweep.quantities import row_at
+from vibropipe.scenes.sweep.sweep_rows import row_at
 from vibropipe.solve.basins.attractors import attractors
 from vibropipe.solve.basins.basins import basins
 from vibropipe.solve.rebuild import (

@@ -19,8 +19,6 @@ if TYPE_CHECKING:
 
 __all__ = ["CASES", "solve_hard_cases"]
 
-NOT_PASSED, PASSED, NOT_ASKED = Passed
-
 
 def solve_hard_cases(
     cases: Sequence[Case] = CASES,
@@ -50,7 +48,10 @@ def solve_hard_cases(
             results.append(evaluate_case(case, solver))
             motions.update(solver.runs if solver.steps is None else ())
         rows.append(
-            [[NOT_ASKED if value is None else value for value in result] for result in results]
+            [
+                [Passed.NOT_ASKED if value is None else value for value in result]
+                for result in results
+            ]
         )
         if progress is not None:
             progress(len(rows), len(cases))

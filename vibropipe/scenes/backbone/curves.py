@@ -20,15 +20,9 @@ from numpy.typing import NDArray
 from vibropipe.figures.canvas import WIDE, new_canvas, panel
 from vibropipe.figures.canvas import axes as placed
 from vibropipe.figures.palette import BAND, GREY, INK, SUPPORT_COLOURS, shades
+from vibropipe.figures.regime_words import regime_name
 from vibropipe.figures.style import LINE_MARKERS, ROUNDING, keep_zero_scale
-from vibropipe.figures.text import (
-    ORDINALS,
-    axis_label,
-    format_number,
-    in_brackets,
-    regime_name,
-    symbol_of,
-)
+from vibropipe.figures.text import ORDINALS, axis_label, format_number, in_brackets, symbol_of
 from vibropipe.solve.shown_units import in_si, shown_factor
 from vibropipe.words.vocabulary import PHYSICAL_NAMES, held_name, quantity
 

@@ -14,8 +14,8 @@ import xarray as xr
 from vibropipe.figures.canvas import open_mark
 from vibropipe.figures.motion_words import words_of
 from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness, shaded
+from vibropipe.figures.regime_words import regime_name
 from vibropipe.figures.style import LINE_MARKERS
-from vibropipe.words.regimes import Regime
 
 # Difference of what mirror images have alike, relative to their amplitude, and the quantities that tell them.
 SAME_VALUES = 1e-6
@@ -225,7 +225,7 @@ def named(dataset: xr.Dataset, index: int) -> str:
 
 def style_name(row: xr.Dataset) -> str:
     """Return the look of a steady state, as on maps of regimes."""
-    name = Regime(int(row["regime"])).name.lower()
+    name = regime_name(int(row["regime"]))
     once = int(row["period_multiple"]) == 1 and (row["impacts_per_orbit"].values == 1).all()
     return "two_sided_more" if name == "two_sided" and not once else name
 

@@ -17,6 +17,7 @@ from vibropipe.physics.ties import SAMPLES
 from vibropipe.scenes.costs import HEAD_BYTES, Work, slowness, stored_values
 from vibropipe.scenes.keys.base import BaseScene, EachOnce, each_once
 from vibropipe.scenes.keys.checks import (
+    L_REQUIRED,
     TIES,
     TOGETHER,
     Check,
@@ -25,7 +26,7 @@ from vibropipe.scenes.keys.checks import (
     check_varied_supports,
 )
 from vibropipe.scenes.keys.parts import FigureOptions, Law, VariedName, figure_key
-from vibropipe.scenes.keys.problems import Problem, argument_path, describe, refused, required
+from vibropipe.scenes.keys.problems import Problem, argument_path, describe, refused
 from vibropipe.scenes.keys.ties import TiedScene
 from vibropipe.scenes.keys.values import (
     Interval,
@@ -181,8 +182,7 @@ def _parameters(scene: BoundaryScene) -> Iterator[Problem]:
 def _exciter(scene: BoundaryScene) -> Iterator[Problem]:
     """Check that l is given and that the supports are distinct."""
     if not (scene.has_l() or "l" in scene.over):
-        where = ", in the scene or in the study"
-        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        yield L_REQUIRED
         return
     try:
         values = scene.extent()

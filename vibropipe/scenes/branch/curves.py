@@ -16,6 +16,7 @@ from matplotlib.lines import Line2D
 
 from vibropipe.figures.canvas import arrow, axes, jump, legend_above, noted_canvas, open_mark, panel
 from vibropipe.figures.palette import GREY, INK, REGIME_STYLES, readable, shades
+from vibropipe.figures.regime_words import regime_name
 from vibropipe.figures.text import axis_label, in_brackets, parameter_line
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.branch.jumps import Jump, arrows_of, jumps_of
@@ -33,7 +34,6 @@ from vibropipe.scenes.branch.lines import (
 from vibropipe.scenes.branch.names import line_names, write_names
 from vibropipe.scenes.branch.stretches import coexistence, stretches_of
 from vibropipe.words.quantities import FLAGS
-from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import held_name
 
 LEFT, WIDTH, LOW, TOP, BETWEEN = 1.3, 14.4, 1.05, 0.4, 0.75  # cm
@@ -196,7 +196,7 @@ def colours_of(dataset: xr.Dataset, pieces: Sequence[Piece]) -> dict[Any, str]:
 
 def regime_colour(dataset: xr.Dataset, point: int) -> str:
     """Return the colour of the regime of a point, legible as a line on white."""
-    name = Regime(int(dataset["regime"][point])).name.lower()
+    name = regime_name(int(dataset["regime"][point]))
     return INK if name == "no_impact" else readable(REGIME_STYLES[name].colour)
 
 

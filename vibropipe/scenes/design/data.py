@@ -295,10 +295,6 @@ def is_met(dataset: xr.Dataset) -> np.ndarray:
     return dataset["design_result"].values == DesignResult.MET
 
 
-# Costs within this share of their spread are the same.
-EQUAL = 1e-6
-
-
 def is_front(dataset: xr.Dataset) -> bool:
     """Return whether designs are a Pareto front that can be drawn."""
     return (
@@ -310,21 +306,3 @@ def ends_of(dataset: xr.Dataset) -> list[tuple[Part, float]]:
     """Return the two quantities of a front with their signs, -1 of one that is to be largest."""
     found = [(part_of(dataset, text.removeprefix("-")), text) for text in objectives(dataset)]
     return [(part, -1.0 if text.startswith("-") else 1.0) for part, text in found if part]
-
-
-def swept(dataset: xr.Dataset) -> np.ndarray:
-    """Return both quantities (n, 2) of the motions of the sweep; none where it is not stored."""
-    parts = [part for part, _ in ends_of(dataset)]
-    if any(f"{part.variable}_swept" not in dataset for part in parts):
-        return np.empty((0, 2))
-    return np.column_stack([part.of(dataset, "_swept").values for part in parts])
-
-
-def beating(dataset: xr.Dataset) -> int:
-    """Return how many motions of the sweep are better in both quantities than a design of the front."""
-    signs = np.array([sign for _, sign in ends_of(dataset)])
-    front = signs * np.column_stack([part.of(dataset).values for part, _ in ends_of(dataset)])
-    cloud = signs * swept(dataset)
-    room = EQUAL * np.ptp(front, axis=0)
-    better = (cloud[:, None] < front[None] - room).all(axis=2)
-    return int(better.any(axis=1).sum())

@@ -28,13 +28,7 @@ from vibropipe.report.exciter import WORDS
 from vibropipe.report.parts import DASH
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
 from vibropipe.scenes.design.data import goals, has_tolerances, is_front, is_met, wanted_parts
-from vibropipe.scenes.design.front import (
-    SENSITIVITIES,
-    TORNADO,
-    describe_front,
-    draw_front,
-    title_front,
-)
+from vibropipe.scenes.design.front import describe_front, draw_front, title_front
 from vibropipe.scenes.design.nominal import (
     held_too_wide,
     hold_at_once,
@@ -48,6 +42,7 @@ from vibropipe.scenes.design.ranking import (
     least_miss,
     title_designs,
 )
+from vibropipe.scenes.design.spread import SENSITIVITIES, TORNADO
 from vibropipe.scenes.design.workshop import no_tolerance, no_tolerance_text
 from vibropipe.scenes.kind import Picture
 from vibropipe.words.vocabulary import held_name

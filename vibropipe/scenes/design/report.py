@@ -48,7 +48,6 @@ from vibropipe.scenes.design.data import (
     varied,
     wanted_parts,
 )
-from vibropipe.scenes.design.front import leading
 from vibropipe.scenes.design.nominal import nominal, nominal_numbers, nominal_text, tolerance_of
 from vibropipe.scenes.design.ranking import (
     MOST_PARAMETERS,
@@ -57,6 +56,7 @@ from vibropipe.scenes.design.ranking import (
     least_miss,
     shown_parts,
 )
+from vibropipe.scenes.design.spread import leading
 from vibropipe.scenes.design.workshop import (
     limit_cells,
     lost_answer,

@@ -2,15 +2,11 @@
 
 from __future__ import annotations
 
-import math
 from collections.abc import Iterator
 from typing import Annotated, Literal
 
 from pydantic import Field
 
-from vibropipe.physics.effects import effect_names, effects_of
-from vibropipe.physics.exciter import Exciter
-from vibropipe.physics.start import largest_start
 from vibropipe.scenes.costs import HEAD_BYTES, Work
 from vibropipe.scenes.keys.base import EachOnce, Title
 from vibropipe.scenes.keys.checks import EXCITER, Check
@@ -72,13 +68,6 @@ class EffectsScene(SetOfMotions):
         timed = self.motions[motion]
         first = next(name for name, entry in self.motions.items() if entry.of == timed.of)
         return timed.against or first
-
-    def effects_of(self, motion: str) -> tuple[str, ...]:
-        """Return the effects that the parameters of one motion require."""
-        timed, values = self.motions[motion], self.exciter_of(motion)
-        span = math.inf if timed.of == "row" else timed.periods * Exciter(**values).period
-        start = largest_start(values, timed.start.x0), timed.start.v0
-        return effect_names(effects_of(values, *start, span), values)
 
 
 def _timed(scene: EffectsScene) -> Iterator[Problem]:

@@ -144,7 +144,7 @@ class IdentifyScene(VariedScene):
 
 def _measured(scene: IdentifyScene) -> Iterator[Problem]:
     """Check the table as `vibropipe.identify` does, and that its parameters are in range and stated once."""
-    from vibropipe.solve.fit.identify import read_table
+    from vibropipe.solve.fit.reading import read_table
     from vibropipe.solve.fit.record import Reading
 
     try:

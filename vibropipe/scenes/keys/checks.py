@@ -46,6 +46,11 @@ class Check(NamedTuple):
     problems: Callable[[Any], Iterator[Problem]]
 
 
+L_REQUIRED = required(
+    ("exciter", "l"), PARAMETERS["l"].range.text, ", in the scene or in the study"
+)
+
+
 def check_shown(show: Collection[str], values: Mapping[str, Any]) -> Iterator[Problem]:
     """Check that pictures show quantities of an effect only where parameters, with all their values, have it."""
     for name in show:
@@ -58,8 +63,7 @@ def check_shown(show: Collection[str], values: Mapping[str, Any]) -> Iterator[Pr
 def check_exciter(scene: BaseScene) -> Iterator[Problem]:
     """Check that l is given and that the supports are possible."""
     if not scene.has_l():
-        where = ", in the scene or in the study"
-        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        yield L_REQUIRED
         return
     grids = scene.over_arrays()
     try:
@@ -246,8 +250,7 @@ def check_changes(
 ) -> Iterator[Problem]:
     """Check that l is given or varied, and that each changed exciter has supports and a start between them."""
     if not (scene.has_l() or "l" in varied):
-        where = ", in the scene or in the study"
-        yield required(("exciter", "l"), PARAMETERS["l"].range.text, where)
+        yield L_REQUIRED
         return
     for change in changes:
         try:

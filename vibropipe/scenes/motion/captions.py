@@ -10,19 +10,17 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.motion_words import stability_text, window_text
+from vibropipe.figures.regime_words import regime_clause, regime_text
 from vibropipe.figures.text import (
     NO_IMPACTS,
     NO_SAMPLES,
     NO_SUPPORT_STRUCK,
-    REGIME_TEXT,
     clock,
     departure,
     format_number,
     is_forced,
     parameters_text,
     plain_symbol,
-    regime_clause,
-    regime_name,
     scalar_parameters,
     sentences,
     times,
@@ -196,7 +194,7 @@ def steady_text(dataset: xr.Dataset) -> str:
     """Write regime, period multiple and stability of the steady state, if the data have one."""
     if "regime" not in dataset or dataset["regime"].ndim:
         return ""
-    regime = REGIME_TEXT[regime_name(int(dataset["regime"]))]
+    regime = regime_text(int(dataset["regime"]))
     multiple = int(dataset["period_multiple"])
     if multiple == 0:
         window = window_text(dataset)

@@ -10,29 +10,22 @@ import xarray as xr
 
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.motion_words import PROGRESSION, progression_of, stability_text
+from vibropipe.figures.regime_words import regime_clause, regime_text
 from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
-    REGIME_TEXT,
     departure,
     format_number,
     in_brackets,
     is_soft_without_restitution,
     plain_symbol_of,
-    regime_clause,
-    regime_name,
     scalar_parameters,
     with_units,
 )
 from vibropipe.report.parts import DASH, Datasets, Line, Table, symbol, tables_of_each
 from vibropipe.scenes.certificate_page import bounds_table
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.motion.findings import (
-    DIGITS,
-    answers,
-    is_steady,
-    multiplier_text,
-    struck_text,
-)
+from vibropipe.scenes.motion.findings import answers
+from vibropipe.scenes.motion.steady_text import DIGITS, is_steady, multiplier_text, struck_text
 from vibropipe.solve.shown_units import shows_cycles
 from vibropipe.words.parameters import or_default
 from vibropipe.words.wording import count, series
@@ -118,29 +111,26 @@ def steady_columns(datasets: Datasets) -> dict[str, list[str]]:
             DASH if is_soft_without_restitution(data, names[0]) else format_number(v, DIGITS)
             for data, v in zip(scenes, numbers, strict=True)
         ]
-    columns["regime"] = [REGIME_TEXT[regime_name(int(d["regime"]))] for d in scenes]
+    columns["regime"] = [regime_text(int(d["regime"])) for d in scenes]
     columns["multiple"] = [str(int(d["period_multiple"]) or DASH) for d in scenes]
     for support in (1, 2):
         head = with_unit(f"impacts_{support}", scenes, "orbit_impact_velocity")
         columns[head] = [struck_text(d, support) for d in scenes]
     columns |= contact_columns(scenes)
     columns["rests"] = [format_number(rests(d)) for d in scenes]
-    columns[with_unit("mean", scenes, "displacement_mean")] = [cell(mean(d)) for d in scenes]
+    columns[with_unit("mean", scenes, "displacement_mean")] = [
+        format_number(mean(d), DIGITS) for d in scenes
+    ]
     if any("housing_velocity_mean" in d for d in scenes):
-        cells = [cell(progression_of(d)) for d in scenes]
+        cells = [format_number(progression_of(d), DIGITS) for d in scenes]
         columns[with_unit("progression", scenes, "housing_velocity_mean")] = cells
     for k in (0, 1):
         head = with_unit(f"harmonic {k + 1}", scenes, "displacement_amplitude")
-        columns[head] = [cell(harmonic(d, k)) for d in scenes]
+        columns[head] = [format_number(harmonic(d, k), DIGITS) for d in scenes]
     columns["exponent"] = [exponent_text(d) for d in scenes]
     columns["multiplier"] = [multiplier_text(d) for d in scenes]
     columns["stability"] = [(stability_text(d) if "stable" in d else "") or DASH for d in scenes]
     return columns
-
-
-def cell(value: float) -> str:
-    """Write a number, a dash if it is not known."""
-    return DASH if math.isnan(value) else format_number(value, DIGITS)
 
 
 def contact_columns(scenes: Sequence[xr.Dataset]) -> dict[str, list[str]]:
@@ -149,7 +139,9 @@ def contact_columns(scenes: Sequence[xr.Dataset]) -> dict[str, list[str]]:
     for text, name in CONTACTS:
         values = [float(data[name].max()) if name in data else math.nan for data in scenes]
         if np.isfinite(values).any():
-            columns[with_unit(text, scenes, name)] = [cell(value) for value in values]
+            columns[with_unit(text, scenes, name)] = [
+                format_number(value, DIGITS) for value in values
+            ]
     return columns
 
 

@@ -6,55 +6,34 @@ A line of a sweep runs along the parameter with the finest grid, at fixed values
 from __future__ import annotations
 
 import re
-from collections.abc import Iterator
-from itertools import groupby, pairwise
 
 import numpy as np
 import xarray as xr
 
-from vibropipe.figures.claims import between_text, only_between_text, rising_text
-from vibropipe.figures.text import reasons_text
-from vibropipe.report.findings import is_text, largest, point_text, symbol_text, value_text
+from vibropipe.figures.claims import between_text, rising_text
+from vibropipe.figures.regime_words import reasons_text
+from vibropipe.report.findings import largest, point_text, value_text
 from vibropipe.report.parts import MAX_ANSWERS, Answer
 from vibropipe.scenes.certificate_page import proof_answer
-from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
+from vibropipe.scenes.sweep.laws import share_text
+from vibropipe.scenes.sweep.moves import fills_answer, moves_answer
 from vibropipe.scenes.sweep.neighbours import (
-    border_text,
     doubling_answer,
     is_followed,
     jumps_of,
     together_answer,
 )
 from vibropipe.scenes.sweep.progress import cost_answer, progress_answer
-from vibropipe.scenes.sweep.quantities import (
-    SURE,
-    Series,
-    combinations,
-    directions,
-    exponent_ends,
-    is_from_rest,
-    is_map,
-    of_orbits,
-    strikes,
-    swept,
-)
+from vibropipe.scenes.sweep.quantities import SURE, Series, exponent_ends, of_orbits
+from vibropipe.scenes.sweep.sweep_rows import axis_of, is_from_rest, is_map, lines_of, n_lines
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised, count, series, share
 
 MAX_LINES = 12  # lines whose jumps are told
-MAX_RUNS = 4  # ways to move along a line that a sentence names
 MANY = 0.05  # share of rows from which chaos is told before impacts
 UNKNOWN = 0.01  # share of rows without a result from which they are told before other answers
-MAX_LEAD = 110  # letters of what is bold
 SAYS_LEAST = re.compile(" occur (in all rows|up to both ends) ")
 DIGITS = 3
-OF_LINES = (
-    "regime",
-    "period_multiple",
-    "displacement_amplitude",
-    "impacts_per_orbit",
-    "impacts_per_period",
-)
 
 
 def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -86,45 +65,6 @@ def sweep_answers(dataset: xr.Dataset) -> list[Answer]:
         is_many = float((dataset["regime"] >= Regime.UNBOUNDED).mean()) >= UNKNOWN
         told.insert(MAX_ANSWERS - 1 if is_many else MAX_ANSWERS, unresolved)
     return told[:MAX_ANSWERS]
-
-
-def axis_of(dataset: xr.Dataset) -> str:
-    """Return the dimension of the lines: that with the finest grid of numbers."""
-    regime = dataset["regime"]
-    numbers = [str(name) for name in regime.dims if not is_text(dataset[name])]
-    return max(numbers, key=lambda name: dataset.sizes[name])
-
-
-def n_lines(dataset: xr.Dataset) -> int:
-    """Return the number of lines of a sweep."""
-    return int(dataset["regime"].size // dataset.sizes[axis_of(dataset)])
-
-
-def lines_of(dataset: xr.Dataset, *names: str) -> Iterator[tuple[str, xr.Dataset]]:
-    """Yield (point of the other parameters, its rows along the axis with increasing parameter, with some variables)."""
-    axis = axis_of(dataset)
-    others = [str(name) for name in dataset["regime"].dims if name != axis]
-    ordered = dataset[[n for n in (*OF_LINES, *names) if n in dataset]].sortby(axis)
-    for at in combinations(ordered, others):
-        line = ordered.isel(at)
-        yield point_text(line["regime"], others), line
-
-
-def fills_answer(dataset: xr.Dataset) -> Answer:
-    """Return how the mass moves most often on a map, with the shares of the first two ways."""
-    _, regions = regions_of(dataset)
-    first, *others = regions
-    whole = "the map" if len(swept(dataset)) == dataset["regime"].ndim == 2 else "the maps"
-    if not others:
-        points = "any point" if is_negative(first) else "all points"
-        return Answer(f"The mass {first.does} at {points} of {whole}.")
-    is_most = 2 * first.amount > first.total
-    lead = f"In most of {whole} the mass" if is_most else "The mass most often"
-    second = f"on {others[0].share} it {others[0].does}"
-    if others[0].amount == first.amount:
-        lead = "No way to move is the most frequent."
-        return Answer(lead, f"On {first.share} of {whole} the mass {first.does}; {second}.")
-    return Answer(f"{lead} {first.does}.", f"That fills {first.share} of {whole}; {second}.")
 
 
 def hardest_answer(dataset: xr.Dataset) -> Answer | None:
@@ -249,71 +189,6 @@ def mean_answer(dataset: xr.Dataset) -> Answer | None:
     if dataset["regime"].ndim == 1 < alike.size and int(alike.sum()) == 1:
         return Answer(lead, f"That is in the row {point_text(top, dataset['regime'].dims)}.")
     return Answer(lead)
-
-
-def moves_answer(dataset: xr.Dataset) -> Answer:
-    """Return the ways to move along a line in turn and a border as far as known; of more lines, where impacts are."""
-    codes, regions = regions_of(dataset)
-    axis = axis_of(dataset)
-    by_code = {region.code: region for region in regions}
-    turns = [by_code[code] for code, _ in groupby(codes.sortby(axis).values.ravel().tolist())]
-    symbol = symbol_text(dataset[axis])
-    if codes.size == 1:
-        where = point_text(codes.squeeze(), dataset["regime"].dims)
-        return Answer(f"The mass {regions[0].does} at {where}.")
-    if len(regions) == 1:
-        rows = "any row" if is_negative(regions[0]) else "all rows"
-        return Answer(f"The mass {regions[0].does} in {rows} along {symbol}.")
-    (_, line), *others = lines_of(dataset)
-    border = border_text(line, axis, is_followed(dataset))
-    lead = f"With rising {symbol} the mass {turns_text(turns)}."
-    if others or len(turns) > MAX_RUNS or len(lead) > MAX_LEAD:
-        found = impacts_answer(dataset)
-        return found if others or " between " in found.lead else Answer(found.lead, border)
-    return Answer(lead, border)
-
-
-def is_negative(region: Region) -> bool:
-    """Return whether the words of a region deny something: of all rows that is so in any row."""
-    return " no " in region.does
-
-
-def turns_text(turns: list[Region]) -> str:
-    """Write ways to move in turn: `strikes no support, then each support once a period`."""
-    texts = [turns[0].does]
-    for before, after in pairwise(turns):
-        is_same = after.does.startswith("strikes ") and before.does.startswith("strikes ")
-        texts.append(after.does.removeprefix("strikes ") if is_same else after.does)
-    return ", then ".join(texts)
-
-
-def impacts_answer(dataset: xr.Dataset) -> Answer:
-    """Return outside which rows along the axis no line has impacts, and whether each line has some.
-
-    Rows without a result may have impacts.
-    """
-    axis, lines = axis_of(dataset), [line for _, line in lines_of(dataset)]
-    struck = np.array([strikes(line).values for line in lines])
-    unknown = np.array([line["regime"].values for line in lines]) >= Regime.UNBOUNDED
-    possible = np.asarray(struck | unknown)
-    number, symbol = int(struck.any(axis=1).sum()), symbol_text(dataset[axis])
-    solved = " with a result" if unknown.any() else ""
-    if not number:
-        return Answer(f"No row{solved} along {symbol} has impacts.")
-    rest = "" if possible.any(axis=1).all() else "Some lines have none."
-    ways = " and ".join(f"{way}wards" for way in directions(dataset))
-    start = f"Followed {ways}, impacts" if is_followed(dataset) else "Impacts"
-    start = "From rest, impacts" if is_from_rest(dataset) else start
-    # Between two rows without impacts none is known.
-    if only := only_between_text(lines[0][axis], np.asarray(possible.any(axis=0))):
-        return Answer(f"{start} occur {only}.", rest)
-    if possible.all():
-        where = f"in all rows{solved} along {symbol}"
-    else:
-        reach = bool(struck[:, [0, -1]].any(axis=0).all())
-        ends = f"up to both ends of the range of {symbol}, but not in all rows"
-        where = ends if reach else f"in some rows along {symbol}"
-    return Answer(f"{start} occur {where}.", rest)
 
 
 def jumps_answer(dataset: xr.Dataset) -> Answer | None:

@@ -51,11 +51,10 @@ from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
     Panel,
     Series,
-    axis_and_others,
     first_fitting,
-    rows_of_impacts,
     series_words,
 )
+from vibropipe.scenes.sweep.sweep_rows import axis_and_others, rows_of_impacts
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, part_text, series, share

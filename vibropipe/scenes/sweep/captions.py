@@ -9,13 +9,13 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import PROGRESSION, aperiodic_text
+from vibropipe.figures.regime_words import reasons_text
 from vibropipe.figures.text import (
     NO_CURVES,
     digits,
     grid_with_units,
     parameters_text,
     plain_symbol_of,
-    reasons_text,
     sentences,
     with_units,
 )
@@ -40,17 +40,19 @@ from vibropipe.scenes.sweep.quantities import (
     DEFAULT_SHOW,
     Panel,
     Series,
+    has_no_value,
+    of_orbits,
+    panels_of,
+    series_words,
+    without_rounding,
+)
+from vibropipe.scenes.sweep.sweep_rows import (
     axis_and_others,
     combinations,
     directions,
-    has_no_value,
     is_from_rest,
-    of_orbits,
-    panels_of,
     row_kinds,
-    series_words,
     with_impacts_per_period,
-    without_rounding,
 )
 from vibropipe.store.table import is_neutral
 from vibropipe.words.regimes import Regime

@@ -50,12 +50,11 @@ from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
     Panel,
     Series,
-    axis_and_others,
     family_size,
     fitted_label,
     panels_of,
-    with_impacts_per_period,
 )
+from vibropipe.scenes.sweep.sweep_rows import axis_and_others, with_impacts_per_period
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.vocabulary import OF_SOFT
 

@@ -14,7 +14,7 @@ from numpy.typing import NDArray
 
 from vibropipe.figures.motion_words import number_word, orbit_text, slides_away, times_word
 from vibropipe.figures.palette import PROOF_STYLES, REGIME_STYLES, RegimeStyle, shaded
-from vibropipe.figures.text import REGIME_TEXT, regime_name
+from vibropipe.figures.regime_words import REGIME_TEXT, regime_name, regime_text
 from vibropipe.words.regimes import Regime
 
 # Code of orbits that strike both supports, but not each of them once a forcing period.
@@ -92,7 +92,7 @@ class Law:
     @property
     def text(self) -> str:
         """Text in a legend: the regime with the orbit."""
-        words = REGIME_TEXT[regime_name(self.regime)]
+        words = regime_text(self.regime)
         if self.m == OTHER:
             return f"{words}, other"
         return words if words.replace(", support", "") == self.short else f"{words} {self.short}"
@@ -210,7 +210,7 @@ def regions_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Region]]:
     more = MORE_OFTEN[0 if busy == 1.0 else 1 if busy > 0.5 else 2]
     found = []
     for code, amount in by_amount(codes):
-        name = "two_sided_more" if code == MORE else Regime(code).name.lower()
+        name = "two_sided_more" if code == MORE else regime_name(code)
         words = WORDS.get(name, more)
         words = ONCE if name == "two_sided" and has_impacts else words
         is_away = code == Regime.UNBOUNDED and bool(

@@ -13,7 +13,8 @@ from vibropipe.figures.canvas import BODY, SMALL, WIDE, axes, new_canvas
 from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import scale_of
 from vibropipe.scenes.sweep.map_layout import combination_text
-from vibropipe.scenes.sweep.quantities import Panel, combinations, evenly, wrapped
+from vibropipe.scenes.sweep.quantities import Panel, wrapped
+from vibropipe.scenes.sweep.sweep_rows import combinations, evenly
 
 LEFT, RIGHT, BETWEEN = 1.55, 0.25, 1.0  # cm left of the panels, right of them, between columns
 TITLE, LABELS = 0.62, 1.0  # cm above a panel, below the lowest axes

@@ -22,7 +22,7 @@ from vibropipe.figures.style import BLACK, rasterise_many
 from vibropipe.figures.text import value_text
 from vibropipe.scenes.sweep.laws import Region
 from vibropipe.scenes.sweep.neighbours import jump_steps
-from vibropipe.scenes.sweep.quantities import directions, row_kinds
+from vibropipe.scenes.sweep.sweep_rows import directions, row_kinds
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 
 MAX_RUNS = 2000  # runs of equal regime in a bar: finer than a printer resolves

@@ -16,7 +16,8 @@ from vibropipe.figures.map_shapes import borders, cell_edges, frame, scale_of
 from vibropipe.figures.palette import GREY, INK
 from vibropipe.figures.style import rasterise_many
 from vibropipe.figures.text import value_text
-from vibropipe.scenes.sweep.quantities import combinations, evenly, fitted_label, swept
+from vibropipe.scenes.sweep.quantities import fitted_label
+from vibropipe.scenes.sweep.sweep_rows import combinations, evenly, swept
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 
 LEFT, RIGHT, BETWEEN = 1.2, 0.15, 0.55  # cm left of the panels, right of them, between them

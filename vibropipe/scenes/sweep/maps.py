@@ -41,10 +41,10 @@ from vibropipe.scenes.sweep.quantities import (
     fitted_title,
     is_shown,
     series_of,
-    with_impacts_per_period,
     without_rounding,
     wrapped,
 )
+from vibropipe.scenes.sweep.sweep_rows import with_impacts_per_period
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import series as series_text
 

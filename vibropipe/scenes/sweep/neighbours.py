@@ -23,7 +23,7 @@ from vibropipe.figures.motion_words import times_word
 from vibropipe.figures.text import with_units
 from vibropipe.report.findings import equal_text, point_text, symbol_text
 from vibropipe.report.parts import Answer
-from vibropipe.scenes.sweep.quantities import directions, strikes
+from vibropipe.scenes.sweep.sweep_rows import directions, strikes
 from vibropipe.solve.shown_units import shown_factor
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime

@@ -34,14 +34,8 @@ from vibropipe.scenes.sweep.laws import Law, chosen_rows
 from vibropipe.scenes.sweep.map_layout import write_titles
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, draw_regime_map
 from vibropipe.scenes.sweep.proofs import PROOFS
-from vibropipe.scenes.sweep.quantities import (
-    ENERGY_SHOW,
-    fitted_label,
-    is_map,
-    orbit_impacts,
-    row_at,
-    swept,
-)
+from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, fitted_label
+from vibropipe.scenes.sweep.sweep_rows import is_map, orbit_impacts, row_at, swept
 from vibropipe.scenes.sweep.titles import energy_title, map_title, quantities_title, sweep_title
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import count, series

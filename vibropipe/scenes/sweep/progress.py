@@ -9,7 +9,7 @@ from vibropipe.figures.motion_words import way_of
 from vibropipe.report.findings import largest, point_text, value_text
 from vibropipe.report.parts import Answer
 from vibropipe.scenes.sweep.neighbours import is_followed
-from vibropipe.scenes.sweep.quantities import is_from_rest
+from vibropipe.scenes.sweep.sweep_rows import is_from_rest
 from vibropipe.words.regimes import Regime
 
 DIGITS = 3

@@ -13,7 +13,7 @@ from vibropipe.scenes.sweep.captions import combinations_text, points_text, shar
 from vibropipe.scenes.sweep.laws import Region, by_amount
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import MAX_MAPS, draw_region_map
-from vibropipe.scenes.sweep.quantities import swept
+from vibropipe.scenes.sweep.sweep_rows import swept
 from vibropipe.words.proofs import Proved, ProvedStable, Why, tally
 from vibropipe.words.wording import capitalised, share
 

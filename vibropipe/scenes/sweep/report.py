@@ -18,17 +18,11 @@ from vibropipe.report.exciter import WORDS, side_of_first
 from vibropipe.report.findings import symbol_text
 from vibropipe.report.parts import DASH, Datasets, Table, of_each, tables_of_each, told_once
 from vibropipe.scenes.kind import ReportPart
-from vibropipe.scenes.sweep.answers import axis_of, lines_of, n_lines, sweep_answers
+from vibropipe.scenes.sweep.answers import sweep_answers
 from vibropipe.scenes.sweep.laws import orbit_numbers, regions_of, share_text
 from vibropipe.scenes.sweep.neighbours import Doublings, differing_rows, doublings_of, is_followed
-from vibropipe.scenes.sweep.quantities import (
-    ENERGY_SHOW,
-    Series,
-    is_map,
-    is_shown,
-    of_orbits,
-    strikes,
-)
+from vibropipe.scenes.sweep.quantities import ENERGY_SHOW, Series, is_shown, of_orbits
+from vibropipe.scenes.sweep.sweep_rows import axis_of, is_map, lines_of, n_lines, strikes
 from vibropipe.words.regimes import Regime
 from vibropipe.words.vocabulary import STEADY
 from vibropipe.words.wording import count, series

@@ -19,15 +19,17 @@ from vibropipe.scenes.sweep.maps import drawn_panels, has_negative, is_rounding
 from vibropipe.scenes.sweep.neighbours import differing_rows
 from vibropipe.scenes.sweep.quantities import (
     Series,
-    axis_and_others,
     exponent_ends,
-    is_map,
     of_orbits,
     panels_of,
     series_words,
+    without_rounding,
+)
+from vibropipe.scenes.sweep.sweep_rows import (
+    axis_and_others,
+    is_map,
     strikes,
     with_impacts_per_period,
-    without_rounding,
 )
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime

@@ -142,8 +142,6 @@ def attractor_dataset(
     ids = attractor_ids(attractor_set)
     numbers = ids[np.maximum(owner, -1)]
     numbered = [attractor_set.known[index] for index in np.argsort(ids[:-1])]
-    counts = np.bincount(numbers[numbers >= 0], minlength=len(numbered))
-    share, low, high = shares(counts, owner.size)
     states = np.array([states_at_section(each) for each in numbered]).reshape(-1, VISITS, 2)
     exciter = attractor_set.section.exciter
     velocity = reachable_velocity(exciter)
@@ -159,9 +157,7 @@ def attractor_dataset(
         attractor_id=np.arange(len(numbered), dtype=np.int32)
     )
     variables: dict[str, Any] = {
-        "basin_share": ("attractor_id", share),
-        "basin_share_low": ("attractor_id", low),
-        "basin_share_high": ("attractor_id", high),
+        **share_variables(numbers, len(numbered)),
         "knock": ("attractor_id", knocks[:, 0]),
         "knock_impulse": ("attractor_id", knocks[:, 1]),
         "poincare_displacement": (("attractor_id", "visit"), states[:, :, 0]),
@@ -176,17 +172,13 @@ def motions_dataset(
     """Return the dataset of the motions that starts settle on, from those of `of_housing.settle_rows`."""
     import xarray as xr
 
-    counts = np.bincount(owner[owner >= 0], minlength=len(first))
-    share, low, high = shares(counts, owner.size)
     pairs = [(float(x), float(v)) for x, v in first]
     dataset = steady_states(exciter, pairs, harmonics).assign_attrs(start=start)
     dataset = dataset.assign_coords(attractor_id=np.arange(len(first), dtype=np.int32))
     sections = [_poincare(exciter, *pair) for pair in pairs]
     states = np.array(sections) if sections else np.empty((0, 2, 0))
     variables: dict[str, Any] = {
-        "basin_share": ("attractor_id", share),
-        "basin_share_low": ("attractor_id", low),
-        "basin_share_high": ("attractor_id", high),
+        **share_variables(owner, len(first)),
         "poincare_displacement": (("attractor_id", "visit"), states[:, 0]),
         "poincare_velocity": (("attractor_id", "visit"), states[:, 1]),
     }
@@ -223,6 +215,14 @@ def shares(counts: np.ndarray, n: int) -> tuple[np.ndarray, np.ndarray, np.ndarr
     # None, or all, of the starts leave 0, or 1, possible: not to rounding.
     low, high = np.where(counts == 0, 0.0, centre - half), np.where(counts == n, 1.0, centre + half)
     return share, low, high
+
+
+def share_variables(owner: np.ndarray, n: int) -> dict[str, Any]:
+    """Return the shares of starts that settle on each of n attractors, and the ends of their confidence intervals."""
+    counts = np.bincount(owner[owner >= 0], minlength=n)
+    names = ("basin_share", "basin_share_low", "basin_share_high")
+    each = zip(names, shares(counts, owner.size), strict=True)
+    return {name: ("attractor_id", values) for name, values in each}
 
 
 def states_at_section(attractor: Attractor, visits: int = VISITS) -> np.ndarray:

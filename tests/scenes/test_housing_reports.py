@@ -19,12 +19,11 @@ from vibropipe.scenes.motion.findings import answers as motion_answers
 from vibropipe.scenes.motion.panels import draw_motion, panel_names
 from vibropipe.scenes.motion.report import steady_tables
 from vibropipe.scenes.motion.steady_text import orbit_text
-from vibropipe.scenes.sweep.answers import sweep_answers
+from vibropipe.scenes.sweep.answers import progress_answer, sweep_answers
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
-from vibropipe.scenes.sweep.progress import progress_answer
 from vibropipe.scenes.sweep.quantities import panels_of
 from vibropipe.scenes.sweep.titles import largest_title, sweep_title
 from vibropipe.study import study_of_text

@@ -2,15 +2,18 @@
 
 from __future__ import annotations
 
+import math
 from collections.abc import Mapping, Sequence
 from os import PathLike
 from pathlib import Path
 from typing import TYPE_CHECKING, Any, get_args
 
+import numpy as np
+import xarray as xr
 from pydantic import ValidationError
 
+from vibropipe.figures.text import clock, frequency
 from vibropipe.figures.units import display_units
-from vibropipe.jobs.steady_orbit import as_motion, as_row, is_steady_state
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.scenes.keys.parts import FigureOptions
 from vibropipe.scenes.keys.problems import Problem, StudyError
@@ -25,13 +28,16 @@ from vibropipe.words.vocabulary import VOCABULARY, held_name
 from vibropipe.words.wording import series
 
 if TYPE_CHECKING:
-    import xarray as xr
     from matplotlib.figure import Figure
 
     Source = xr.Dataset | xr.DataTree | str | PathLike[str]
 
 SHOWN = "shown"  # the dataset among others, where it has no name
 OWN = {"show", "pictures"}  # options of a study that name no other scene
+UNSAMPLED = "must hold the trajectory of its steady state: ask for the output motion, or draw what simulate returns"
+WITHOUT_ORBIT = (
+    "must hold a periodic motion, of which one period is drawn: draw what simulate returns"
+)
 
 
 def plot(
@@ -94,8 +100,6 @@ def plot(
 
 def opened(dataset: Any) -> xr.Dataset:
     """Return a dataset from itself, a node of a tree, or a file, with its study as it is now if it is at hand."""
-    import xarray as xr
-
     if isinstance(dataset, str | PathLike):
         dataset = load(dataset)
     elif isinstance(dataset, xr.DataTree):
@@ -189,8 +193,6 @@ def _options_of_study(data: xr.Dataset) -> dict[str, Any]:
 
 def _beside(source: Any, name: str) -> xr.Dataset | None:
     """Return the dataset of another scene of the study from which a dataset comes; None where it is not known."""
-    import xarray as xr
-
     if isinstance(source, xr.DataTree) and source.parent is not None and name in source.parent:
         return source.parent[name].to_dataset()
     if (
@@ -280,3 +282,39 @@ def _overlay(
     names = [kind_of_data(data).name for data in datasets.values()]
     show = tuple(options.get("show", ()))
     return in_style(lambda: draw_overlay(display_units(datasets), names, show))
+
+
+def is_steady_state(data: xr.Dataset) -> bool:
+    """Return whether a dataset is one steady state, or one row of a sweep."""
+    is_row = "regime" in data and not data["regime"].dims and "displacement_end" not in data
+    return is_row and clock(data) not in data.dims and frequency(data) in data.coords
+
+
+def as_row(data: xr.Dataset) -> xr.Dataset:
+    """Return one steady state as a sweep of one row."""
+    return data.drop_vars(_lists(data)).expand_dims(frequency(data))
+
+
+def as_motion(data: xr.Dataset) -> xr.Dataset:
+    """Return one period of one steady state as a motion, or raise a ParameterError where its trajectory is not held."""
+    if "phase" not in data.dims:
+        raise ParameterError("dataset", data, must=UNSAMPLED, got="")
+    if not int(data["period_multiple"]) or not np.isfinite(data["displacement"].values).all():
+        raise ParameterError("dataset", data, must=WITHOUT_ORBIT, got="")
+    time, span = clock(data), 2.0 * math.pi / float(data["base_frequency"])
+    units = {"units": "s" if time == "time" else "1"}
+    data = data.isel(phase=[*range(data.sizes["phase"]), 0]).assign_attrs(kind="motion")
+    samples = (time, span * np.append(data["phase"].values[:-1], 1.0), units)
+    data = data.drop_vars("phase").rename(phase=time).assign_coords({time: samples})
+    if "row_size" in data or "impact_phase" not in data:
+        return data.drop_vars(_lists(data))  # which may be those of all rows of a sweep
+    multiple, support = int(data["period_multiple"]), data["impact_support"]
+    at = span / multiple * (data["impact_period"] + data["impact_phase"])
+    after = -xr.where(support == 1, data["R1"], data["R2"]) * data["impact_velocity"]
+    after = data.get("impact_velocity_after", after)
+    impacts = {f"impact_{time}": at.assign_attrs(units), "impact_velocity_after": after}
+    return data.assign(impacts).sortby(at)
+
+
+def _lists(data: xr.Dataset) -> list[str]:
+    return [str(name) for name in data.variables if "impact" in data[name].dims]

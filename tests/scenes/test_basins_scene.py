@@ -607,6 +607,9 @@ def test_a_mirror_image_is_told_as_one(dataset):
     assert texts[1] == "mirror image of A"
     assert "mirror" not in texts[0]
     assert not any("mirror" in text for text in motion_texts(dataset, ordered(dataset)))
+    assert "Mirror images have one knock" in safety_table("s", pair).note
+    unknown = pair.assign(knock_impulse=np.nan * pair["basin_share"])
+    assert "knock" not in safety_table("s", unknown).note
 
 
 PROVED_STUDY = """

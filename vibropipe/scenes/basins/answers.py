@@ -200,18 +200,21 @@ def safety_note(dataset: xr.Dataset) -> str:
         "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
         "in a period of the motion, in the long run."
     )
-    if has_knocks(dataset) and KNOCK in dataset:
-        note += f" Impulse{knock_when(dataset)}, of those tried, rounded up."
-    elif has_knocks(dataset):
-        note += (
-            f" Knock: change of velocity{knock_when(dataset)} within which all starts of the map beside the states of "
-            "the motion lead back, rounded down, 0 for less than a step of the map, "
-            f"{with_units(dataset['v0'], format_number(step_of(dataset), 3))}."
-        )
-    if beyond_map(dataset):
-        note += " With ≥: to the end of the map."
-    if any(len(images_of(dataset, index)) > 1 for index in knocks_of(dataset)):
-        note += " Mirror images have one knock, the smaller: each is the other half a period later."
+    if has_knocks(dataset):
+        if KNOCK in dataset:
+            note += f" Impulse{knock_when(dataset)}, of those tried, rounded up."
+        else:
+            note += (
+                f" Knock: change of velocity{knock_when(dataset)} within which all starts of the map beside the states "
+                "of the motion lead back, rounded down, 0 for less than a step of the map, "
+                f"{with_units(dataset['v0'], format_number(step_of(dataset), 3))}."
+            )
+        if beyond_map(dataset):
+            note += " With ≥: to the end of the map."
+        if any(len(images_of(dataset, index)) > 1 for index in knocks_of(dataset)):
+            note += (
+                " Mirror images have one knock, the smaller: each is the other half a period later."
+            )
     if PROVED in dataset:
         note += (
             " Proved impulse: at the start of a forcing period, below which all motions certainly lead back, rounded "

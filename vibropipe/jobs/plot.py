@@ -292,7 +292,7 @@ def is_steady_state(data: xr.Dataset) -> bool:
 
 def as_row(data: xr.Dataset) -> xr.Dataset:
     """Return one steady state as a sweep of one row."""
-    return data.drop_vars(_lists(data)).expand_dims(frequency(data))
+    return data.drop_dims("impact", errors="ignore").expand_dims(frequency(data))
 
 
 def as_motion(data: xr.Dataset) -> xr.Dataset:
@@ -307,14 +307,12 @@ def as_motion(data: xr.Dataset) -> xr.Dataset:
     samples = (time, span * np.append(data["phase"].values[:-1], 1.0), units)
     data = data.drop_vars("phase").rename(phase=time).assign_coords({time: samples})
     if "row_size" in data or "impact_phase" not in data:
-        return data.drop_vars(_lists(data))  # which may be those of all rows of a sweep
+        return data.drop_dims(
+            "impact", errors="ignore"
+        )  # which may be those of all rows of a sweep
     multiple, support = int(data["period_multiple"]), data["impact_support"]
     at = span / multiple * (data["impact_period"] + data["impact_phase"])
     after = -xr.where(support == 1, data["R1"], data["R2"]) * data["impact_velocity"]
     after = data.get("impact_velocity_after", after)
     impacts = {f"impact_{time}": at.assign_attrs(units), "impact_velocity_after": after}
     return data.assign(impacts).sortby(at)
-
-
-def _lists(data: xr.Dataset) -> list[str]:
-    return [str(name) for name in data.variables if "impact" in data[name].dims]

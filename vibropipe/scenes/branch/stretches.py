@@ -109,7 +109,9 @@ def _followed_stretches(dataset: xr.Dataset) -> Iterator[Stretch]:
     mean = dataset["displacement_mean"].values if "displacement_mean" in dataset else 0.0 * along
     branches, stable = dataset["branch_id"].values, stable_points(dataset)
     moduli = np.abs(dataset["floquet_multiplier"].values).max(axis=-1)
-    bifurcations = _bifurcations_of(dataset)
+    kinds = [KINDS[int(code)] for code in dataset["bifurcation_kind"].values]
+    at, reach = dataset["bifurcation_point"].values, SAME * float(np.ptp(along))
+    bifurcations = _Bifurcations(along, over, branches, at, kinds, reach)
     has_image = {v: is_symmetric(dataset.isel(point=over == v)) for v in np.unique(over).tolist()}
     for piece in pieces_of(dataset):
         first, last = piece.points.start, piece.points.stop - 1
@@ -174,19 +176,6 @@ class _Bifurcations(NamedTuple):
         there = np.abs(self.along[self.points] - self.along[index]) <= self.reach
         there &= self.over[self.points] == self.over[index]
         return self.kinds[int(there.argmax())] if there.any() else ""
-
-
-def _bifurcations_of(dataset: xr.Dataset) -> _Bifurcations:
-    """Return where the bifurcations of all branches lie."""
-    along = dataset[followed(dataset)].values
-    return _Bifurcations(
-        along,
-        values_beside(dataset),
-        dataset["branch_id"].values,
-        dataset["bifurcation_point"].values,
-        [KINDS[int(code)] for code in dataset["bifurcation_kind"].values],
-        SAME * float(np.ptp(along)),
-    )
 
 
 def _sizes_of(dataset: xr.Dataset) -> tuple[np.ndarray, np.ndarray]:

@@ -51,9 +51,12 @@ def solved_line(datasets: Datasets) -> Line:
     return Line("Solved by", "; ".join(texts))
 
 
+CRUDE = "Newmark's method with impacts at the ends of steps"
+
+
 def method_words(text: str) -> str:
     """Write names of methods as words: Newmark's method with 8, with 60 steps per forcing period."""
-    text = text.replace("crude", "Newmark's method with impacts at the ends of steps")
+    text = text.replace("crude", CRUDE)
     first, newmark, rest = text.partition("newmark")
     rest = re.sub(r"newmark,? (?=\d)", "with ", re.sub(r"^,? (?=\d)", " with ", rest))
     return f"{first}Newmark's method{rest}" if newmark else text

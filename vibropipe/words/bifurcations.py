@@ -82,6 +82,7 @@ class BranchEnd(IntEnum):
     CONTINUUM = 11
 
 
+BESIDE_LAW = "must be left out beside law, whose stretches are sought from many starts"
 # Why parameters of an absent effect have none.
 WITHOUT = {
     "soft": "the support is rigid", "friction": "there is no friction",

@@ -13,6 +13,7 @@ from vibropipe.figures.canvas import hairlines, power_ticks, time_ticks
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.palette import METHODS, MethodStyle
 from vibropipe.figures.text import format_number
+from vibropipe.report.methods import CRUDE
 from vibropipe.words.measurements import Outcome
 from vibropipe.words.vocabulary import drawn_by
 from vibropipe.words.wording import capitalised
@@ -25,7 +26,7 @@ STYLES: Mapping[str, MethodStyle] = {
 }
 # Names in sentences and tables.
 NAMES = {
-    "crude": "Newmark's method with impacts at the ends of steps",
+    "crude": CRUDE,
     "newmark": "Newmark's method",
     "exact": "the exact method",
     "RK45": "scipy's RK45",

@@ -21,7 +21,7 @@ from vibropipe.scenes.keys.parts import MAX_LINES
 from vibropipe.scenes.keys.problems import Problem, argument_path, refused, required
 from vibropipe.scenes.keys.proofs import check_prove_rows
 from vibropipe.scenes.keys.values import is_allowed
-from vibropipe.words.bifurcations import without_slope
+from vibropipe.words.bifurcations import BESIDE_LAW, without_slope
 from vibropipe.words.parameters import DEFAULTS, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
 from vibropipe.words.records import FINITE
 
@@ -87,8 +87,7 @@ def _law(scene: BranchScene) -> Iterator[Problem]:
         yield Problem(("along", name, "within"), "", "two increasing numbers")
     for key in ("start", "switch"):
         if key in scene.model_fields_set:
-            must = "must be left out beside law, whose stretches are sought from many starts"
-            yield Problem((key,), "", must=must)
+            yield Problem((key,), "", must=BESIDE_LAW)
 
 
 def _exciter(scene: BranchScene) -> Iterator[Problem]:

@@ -175,14 +175,14 @@ PICTURE_NEEDS = {
 }
 
 
+OF_CURVES = "must be left out unless pictures have panels, of a motion with samples"
+
+
 def _figure(scene: MotionScene) -> Iterator[Problem]:
     """Check that outputs hold what the chosen pictures need, and that samples are recorded for curves."""
     outputs, is_sampled = set(scene.outputs), has_samples(scene)
-    chosen = scene.figure.pictures
-    draws_panels = "panels" in chosen or not (chosen or scene.ramp)
-    if scene.figure.show and not (is_sampled and draws_panels):
-        must = "must be left out unless pictures have panels, of a motion with samples"
-        yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=must)
+    if scene.figure.show and not draws_curves(scene):
+        yield Problem(("figure", "show"), ", ".join(scene.figure.show), must=OF_CURVES)
     for picture in scene.figure.pictures:
         needed = PICTURE_NEEDS.get(picture, ())
         if needed == ("motion",) and not is_sampled:
@@ -193,6 +193,12 @@ def _figure(scene: MotionScene) -> Iterator[Problem]:
         elif needed and not outputs & set(needed):
             must = f"must leave out {picture} unless outputs have {' or '.join(needed)}"
             yield Problem(("figure", "pictures"), repr(str(picture)), must=must)
+
+
+def draws_curves(scene: MotionScene) -> bool:
+    """Return whether the panels of a motion with samples are drawn."""
+    chosen = scene.figure.pictures
+    return has_samples(scene) and ("panels" in chosen or not (chosen or scene.ramp))
 
 
 def has_samples(scene: Any) -> bool:
@@ -209,14 +215,8 @@ def check_motions_together(
     yield from check_drawn_together(
         scene, scenes, broken, what, lambda other: has_samples(other) and not other.ramp
     )
-    chosen = scene.figure.pictures
-    if (
-        scene.figure.together
-        and not scene.ramp
-        and (not has_samples(scene) or (chosen and "panels" not in chosen))
-    ):
-        must = "must be left out unless pictures have panels, of a motion with samples"
-        yield Problem(("figure", "together"), ", ".join(scene.figure.together), must=must)
+    if scene.figure.together and not scene.ramp and not draws_curves(scene):
+        yield Problem(("figure", "together"), ", ".join(scene.figure.together), must=OF_CURVES)
 
 
 CHECKS = (

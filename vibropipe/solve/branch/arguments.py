@@ -10,7 +10,7 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.ties import TIED, Ties
 from vibropipe.solve.checks import check_outputs
 from vibropipe.solve.design.scattered_parts import check_tolerances
-from vibropipe.words.bifurcations import without_slope
+from vibropipe.words.bifurcations import BESIDE_LAW, without_slope
 from vibropipe.words.outputs import OF_BRANCH
 from vibropipe.words.regimes import Regime
 
@@ -70,5 +70,4 @@ def check_alone(x0: float | None, v0: float | None, switch: Collection[str]) -> 
     """Raise a ParameterError where a start or bifurcations stand beside a law."""
     for name, value in (("x0", x0), ("v0", v0), ("switch", switch or None)):
         if value is not None:
-            must = "must be left out beside law, whose stretches are sought from many starts"
-            raise ParameterError(name, value, must=must)
+            raise ParameterError(name, value, must=BESIDE_LAW)

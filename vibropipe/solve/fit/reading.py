@@ -14,7 +14,7 @@ from vibropipe.physics.ties import Ties
 from vibropipe.solve.design.goals import CURVE
 from vibropipe.solve.fit.fit_model import Measured
 from vibropipe.solve.fit.measured_table import A_TABLE, columns_of
-from vibropipe.solve.fit.record import Reading, Record, read_record
+from vibropipe.solve.fit.record import Reading, Record, check_noise, read_record
 from vibropipe.solve.rows.named import named
 from vibropipe.words.records import POSITIVE
 from vibropipe.words.sensors import TAU
@@ -82,9 +82,8 @@ def read_measured(
     if noise is None and len(columns) > 1:
         must = f"is required, since several quantities are measured ({', '.join(columns)})"
         raise ParameterError("noise", noise, must=must, got="")
-    if noise is not None and {*noise} != {*columns}:
-        must = f"must have the measured quantities as keys ({', '.join(columns)})"
-        raise ParameterError("noise", noise, must=must, got=", ".join(noise))
+    if noise is not None:
+        check_noise(noise, columns)
     if values.size <= len(ranges):
         must = f"must have more numbers than parameters to be found ({len(ranges)})"
         raise ParameterError("measured", values.size, must=must)

@@ -187,6 +187,13 @@ def _clipped(name: str, values: np.ndarray) -> np.ndarray:
     return is_clipped
 
 
+def check_noise(noise: Mapping[str, float], columns: list[str]) -> None:
+    """Raise a ParameterError unless each measured quantity has a standard deviation, and nothing else."""
+    if {*noise} != {*columns}:
+        must = f"must have the measured quantities as keys ({', '.join(columns)})"
+        raise ParameterError("noise", noise, must=must, got=", ".join(noise))
+
+
 def _noises(
     columns: list[str],
     tau: np.ndarray,
@@ -197,9 +204,7 @@ def _noises(
 ) -> np.ndarray:
     """Return the standard deviations of the noise, given or estimated from what does not repeat."""
     if noise is not None:
-        if {*noise} != {*columns}:
-            must = f"must have the measured quantities as keys ({', '.join(columns)})"
-            raise ParameterError("noise", noise, must=must, got=", ".join(noise))
+        check_noise(noise, columns)
         return np.array([number_within(f"noise.{c}", noise[c], POSITIVE) for c in columns])
     return np.array(
         [

@@ -167,12 +167,14 @@ def _half_size(ax: Axes, text: str) -> Floats:
 
 def _distance(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:
     """Return how far the box of a label is from all points of other lines."""
-    found = np.full(len(at), ENOUGH)
+    nearest = np.full(len(at), ENOUGH**2)
     for points in others:
         if len(points):
-            gap = np.maximum(np.abs(at[:, None] - points[None]) - half, 0.0)
-            found = np.minimum(found, np.hypot(gap[..., 0], gap[..., 1]).min(axis=1))
-    return found
+            x, y = (
+                np.maximum(np.abs(at[:, k, None] - points[:, k]) - half[k], 0.0) for k in (0, 1)
+            )
+            nearest = np.minimum(nearest, (x * x + y * y).min(axis=1))
+    return np.sqrt(nearest)
 
 
 def _covered(at: Floats, half: Floats, others: Sequence[Floats]) -> Floats:

@@ -15,6 +15,7 @@ import vibropipe as vp
 from vibropipe.physics.bounds import linear_bound, state_norm_bound, ultimate_bound
 from vibropipe.physics.effects import (
     ALL_EFFECTS,
+    all_effect_names,
     effect_names,
     effects_from_names,
     effects_of,
@@ -54,6 +55,23 @@ def test_effects_follow_from_parameters_and_start(
     changed: dict[str, float], start: tuple[float, float], called_for: set[str]
 ) -> None:
     assert set(effect_names(effects_of({**FORCED, **changed}, *start))) == called_for
+
+
+@pytest.mark.parametrize(
+    ("further", "named"),
+    [
+        ({"k1": 50.0}, ["soft"]),
+        ({"k2": np.array([0.0, 50.0])}, ["soft"]),
+        ({"friction": 0.1}, ["friction"]),
+        ({"k1": 50.0, "friction": 0.1}, ["soft", "friction"]),
+        ({"friction": 0.1, "mass_ratio": 0.5}, ["friction", "housing"]),
+    ],
+)
+def test_a_kernel_that_holds_more_names_what_the_parameters_have(
+    further: dict[str, Any], named: list[str]
+) -> None:
+    names = all_effect_names({**FORCED, **further}, pieces=True, housing=True)
+    assert names == (*COMMON_EFFECTS, *named)
 
 
 def test_a_short_motion_cannot_reach_the_supports() -> None:

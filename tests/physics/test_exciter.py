@@ -208,6 +208,29 @@ def test_the_mirror_of_the_mirror_is_the_exciter() -> None:
     assert m.mirrored() == e
 
 
+@pytest.mark.parametrize(
+    ("exciter", "text"),
+    [
+        (vp.Exciter(l=0.5), "Exciter(l=0.5)"),
+        (vp.Exciter(l=0.5, nu=1.0, f=1.0).mirrored(), "Exciter(l=0.5, nu=1.0, f=-1.0)"),
+        (
+            vp.Exciter(l=0.5, nu=2.0, k1=3.0, R1=0.6, contact_1="no_pull").mirrored(),
+            "Exciter(l=0.5, nu=2.0, R2=0.6, k2=3.0, contact_2='no_pull')",
+        ),
+        (vp.Exciter(l=0.5, nu=2.0, k1=3.0, h1=0.0), "Exciter(l=0.5, nu=2.0, k1=3.0, h1=0.0)"),
+        (vp.Exciter(l=0.5, nu=2.0, f=1.0, shaker=0.1), "Exciter(l=0.5, nu=2.0, f=1.0, shaker=0.1)"),
+    ],
+)
+def test_an_exciter_is_shown_as_a_call_that_makes_it(exciter: vp.Exciter, text: str) -> None:
+    assert repr(exciter) == text
+    again = eval(text, {"Exciter": vp.Exciter})
+    assert vars(again) == vars(exciter)
+    assert [again.states(name) for name in ("nu", "h1", "h2")] == [
+        exciter.states(name) for name in ("nu", "h1", "h2")
+    ]
+    assert not any(math.copysign(1.0, value) < 0 for value in vars(again).values() if value == 0)
+
+
 @pytest.mark.parametrize("x0", [0.52, -0.491, math.nan, "0"])
 def test_a_start_outside_the_supports_is_named(x0: object) -> None:
     with pytest.raises(vp.ParameterError, match=r"^x0: must be .*between the supports.*, got "):

@@ -147,15 +147,21 @@ def check_first_harmonic(values: Mapping[str, Any]) -> None:
 def effect_names(effects: Effects, values: Mapping[str, Any] | None = None) -> tuple[str, ...]:
     """Return the names of the effects that are present, in the order of EFFECT_NAMES, without watched supports.
 
-    Effects without machine code of their own (`BY_PARAMETER`) are present where the parameters `values` have them.
+    Effects without machine code of their own (`BY_PARAMETER`) are present where the parameters `values` have them; so
+    are those of pieces, whose kernels hold more than one. Without `values` a kernel's own are named.
     """
-    watched = effects.watched or 0
-    of_parameters = {name for name, each in BY_PARAMETER.items() if has_effect(each, values or {})}
+    watched, known = effects.watched or 0, values or {}
+    of_parameters = {name for name, each in BY_PARAMETER.items() if has_effect(each, known)}
+    idle = {each.name for each in _BY_PIECES if known and not has_effect(each, known)}
     return tuple(
         name
         for name in EFFECT_NAMES
         if name in of_parameters
-        or (getattr(effects, name, None) is not None and not watched & WATCHED.get(name, 0))
+        or (
+            name not in idle
+            and getattr(effects, name, None) is not None
+            and not watched & WATCHED.get(name, 0)
+        )
     )
 
 

@@ -170,14 +170,19 @@ class Exciter(_OfRecords, Written):
                 object.__setattr__(self, name, Acted(value, own))
 
     def __repr__(self) -> str:
-        """Return the call with what was given; of a parameter that others act on its own value."""
-        stated = [
-            f"{name}={stated_value(value)!r}"
+        """Return a call that makes it, without defaults; of a parameter that others act on its own value."""
+        stated = {
+            name: stated_value(value)
             for name, value in vars(self).items()
             if not (name in self.ties or isinstance(value, Unstated))
+        }
+        given = [
+            f"{name}={PARAMETERS[name].range.shown(value)!r}"
+            for name, value in stated.items()
+            if name in FOLLOWING or value != DEFAULTS.get(name)
         ]
         ties = f", ties={dict(self.ties)!r}" if self.ties else ""
-        return f"Exciter({', '.join(stated)}{ties})"
+        return f"Exciter({', '.join(given)}{ties})"
 
     def _set_damping(self, R: str, k: str, h: str, is_left_out: bool) -> None:
         """Set the damping of a support that is left out, or raise a ParameterError if a stated one cannot be."""
@@ -298,7 +303,7 @@ class Exciter(_OfRecords, Written):
         """Return the mirrored exciter, x -> -x: forces and delta change sign, the supports are exchanged."""
         plain = self.without_ties()
         values = {name: stated_value(getattr(plain, of)) for name, (of, _sign) in MIRRORED.items()}
-        negated = {name: -values[name] for name, (_of, sign) in MIRRORED.items() if sign < 0}
+        negated = {name: 0.0 - values[name] for name, (_of, sign) in MIRRORED.items() if sign < 0}
         return replace(plain, **{**values, **negated})
 
     def parameters(self) -> Parameters:

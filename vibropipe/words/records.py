@@ -32,6 +32,10 @@ class Range:
         is_word = isinstance(value, str) and value in self.words
         return self.words.index(value) if is_word else value
 
+    def shown(self, number: float) -> float | str:
+        """Return the word that a number stands for, or the number."""
+        return self.words[int(number)] if self.words else number
+
     @property
     def text(self) -> str:
         """The range as a noun phrase: "a finite number > 0", "a whole number from 1 to 1e8", "pull or no_pull"."""

@@ -62,6 +62,7 @@ def test_the_command_line_names_files_and_the_folder_of_results(folder):
 def test_what_measures_times_has_all_cores_and_a_hash_of_its_own(folder):
     run = read_run(None, {})
     assert run.threads("first", ["race"], 8) == 8
+    assert run.threads("first", ["race"], None) == 1
     assert run.threads("first", ["cases"], 8) == 1
     study = run.studies["first"]
     said = {name: identity(study, study.scene(name)) for name in ("one", "cases", "race")}
@@ -98,6 +99,10 @@ def test_jobs_share_the_cores_by_their_work(folder, monkeypatch):
     assert [run.threads("first", both["first"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 3, 3]
     assert [run.threads("second", both["second"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 1, 2]
     assert run.threads("third", ["s0"], 64) == 1
+    # on a cluster a job has what it can use
+    assert run.threads("first", both["first"], None) == 3
+    assert run.threads("third", ["s0"], None) == 1
+    assert run.drawing_threads("first", None) == 2
     # each sweep has one figure
     assert [run.drawing_threads("first", cores) for cores in (1, 2, 4, 64)] == [1, 1, 2, 2]
     assert alone.drawing_threads("first", 64) == 2

@@ -73,19 +73,22 @@ class Run:
             small = [plan.name for plan in whole if plan.name not in alone]
             yield from ((study, scenes) for scenes in (small, *([n] for n in alone)) if scenes)
 
-    def threads(self, study: str, scenes: Sequence[str], cores: int) -> int:
-        """Return the number of threads of a job that solves scenes, on a machine with `cores` cores.
+    def threads(self, study: str, scenes: Sequence[str], cores: int | None) -> int:
+        """Return the number of threads of a job that solves scenes.
 
-        It is at most the job's share of the work of the run: jobs side by side leave fewer cores idle than one job on
-        all of them, whose last scene runs alone.
+        cores : of the machine; None on a cluster, where a job has as many as it can use. Else it has at most its share
+            of the work of the run: jobs side by side leave fewer cores idle than one job on all of them, whose last
+            scene runs alone
         """
         plans = [self.plans[study][scene] for scene in scenes]
         if any(plan.is_timed for plan in plans):
-            return cores
+            return cores or 1
         stale = self.stale_of(study, "{}.nc", scenes)
         whole = sum(plan.seconds for plan in plans)
         most = math.ceil(whole / seconds_per_thread()) if has_kernels(ROWS) else len(stale)
-        useful = max(min(len(stale), most), *map(useful_threads, plans))
+        useful = max(1, min(len(stale), most), *map(useful_threads, plans))
+        if cores is None:
+            return useful
         own = sum(self.plans[study][scene].seconds for scene in stale)
         return max(1, min(useful, round(cores * own / self._seconds_to_solve)))
 
@@ -99,11 +102,15 @@ class Run:
         )
         return sum(plan.seconds for plan in own if not plan.is_timed) or math.inf
 
-    def drawing_threads(self, study: str, cores: int) -> int:
-        """Return the number of threads of a study's last job: its share of the figures that the run draws."""
+    def drawing_threads(self, study: str, cores: int | None) -> int:
+        """Return the number of threads of a study's last job: its share of the figures that the run draws.
+
+        cores : as of `threads`
+        """
         own = len(self.figures_to_draw(study))
         whole = sum(len(self.figures_to_draw(each)) for each in self.at_work())
-        return max(1, min(own, round(cores * own / max(whole, 1))))
+        share = own if cores is None else round(cores * own / max(whole, 1))
+        return max(1, min(own, share))
 
     def priority(self, study: str, scenes: Sequence[str]) -> int:
         """Return the priority of a job that solves scenes, shards included; a larger one starts earlier.

@@ -61,6 +61,9 @@ exit_on_error(check_working_folder)
 RESULTS = RUN.results
 BEGIN = time.time()
 
+# Cores that jobs share: None on a cluster, and in a job of one, whose call of snakemake has the cores of the job.
+CORES = None if "--target-jobs" in sys.argv else workflow.resource_settings.cores
+
 # Jobs find `vibropipe` beside the python that runs snakemake, even if its environment is not activated, and end when
 # that process is killed.
 shell.prefix(f'export PATH="{Path(sys.executable).parent}:$PATH" {PARENT}=$PPID; exec ')

@@ -28,7 +28,7 @@ for study in RUN.studies:
             "logs/{study}/report.log",
         wildcard_constraints:
             study=study,
-        threads: lambda wildcards: RUN.drawing_threads(wildcards.study, workflow.cores)
+        threads: lambda wildcards: RUN.drawing_threads(wildcards.study, CORES)
         resources:
             mem_mb=2000,
             runtime=10,

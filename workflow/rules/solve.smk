@@ -14,7 +14,7 @@ for study, scenes in RUN.batches():
         wildcard_constraints:
             study=study,
         priority: RUN.priority(study, scenes)
-        threads: lambda wildcards, scenes=scenes: RUN.threads(wildcards.study, scenes, workflow.cores)
+        threads: lambda wildcards, scenes=scenes: RUN.threads(wildcards.study, scenes, CORES)
         resources:
             mem_mb=1000,
             runtime=30,

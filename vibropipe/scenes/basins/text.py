@@ -50,7 +50,7 @@ MAX_BORDER, MANY = 0.25, 0.1
 ALIKE = 0.05
 PROVED = "knock_impulse_low"  # what a table tells of a proof
 NOT_FOUND = "No isolated motion was found on which the starts settle"
-HELD = "Where friction holds the mass, it may come to rest in a whole range of places."
+HELD = "Where friction holds the mass, it may come to rest in a whole range of places"
 
 
 def percent(share: float) -> str:
@@ -128,9 +128,12 @@ def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
 
 
 def missing_text(dataset: xr.Dataset) -> str:
-    """Write the share of starts for which no attractor was found."""
+    """Write the share of starts for which no attractor was found, and that friction may leave many."""
     none = float((dataset["attractor"] < 0).mean())
-    return f"Red: {percent(none)} of the starts, for which no motion was found" if none else ""
+    held = f". {HELD}" if has_friction(dataset) else ""
+    return (
+        f"Red: {percent(none)} of the starts, for which no motion was found{held}" if none else ""
+    )
 
 
 def basin_answers(dataset: xr.Dataset) -> list[Answer]:
@@ -157,8 +160,12 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
 
 def not_found(dataset: xr.Dataset) -> Answer:
     """Return that no motion was found, and that friction may leave many."""
-    friction = dataset.get("friction", xr.DataArray(0.0))
-    return Answer(f"{NOT_FOUND}.", HELD if bool((friction > 0.0).any()) else "")
+    return Answer(f"{NOT_FOUND}.", f"{HELD}." if has_friction(dataset) else "")
+
+
+def has_friction(dataset: xr.Dataset) -> bool:
+    """Return whether dry friction acts on the mass somewhere, which may hold it."""
+    return bool((dataset.get("friction", xr.DataArray(0.0)) > 0.0).any())
 
 
 def progression_answers(dataset: xr.Dataset) -> list[Answer]:

@@ -27,6 +27,7 @@ AMPLE = 0.4  # cm of clearance beyond which a place beside a line is no better
 NEARER = 0.1  # cm by which other lines are farther from a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
+SHOWN_CM = 0.15  # cm of a line that are seen beside a label on it
 
 
 @dataclass(frozen=True)
@@ -34,6 +35,7 @@ class Named:
     """A line with its name; points that are not finite are gaps.
 
     is_needed : whether the name stands on the line where it has no room beside it; else it is left out there
+    breaks : the points after which the line is broken, beside its gaps; None if long steps are jumps
     """
 
     x: Floats
@@ -41,6 +43,7 @@ class Named:
     text: str
     colour: str
     is_needed: bool = True
+    breaks: Sequence[int] | None = None
 
 
 def label_lines(
@@ -73,7 +76,7 @@ def label_lines(
         rest = [
             *(p for n, p in enumerate(drawn) if n != number),
             *others,
-            _seen(_jumps(all_points)),
+            _seen(_jumps(ax, line, size)),
         ]
         tried = _beside(half - TIGHT, size, own, rest)
         tried = tried[_is_free(tried, half - TIGHT, boxes)]
@@ -84,6 +87,9 @@ def label_lines(
             upright = "center_baseline"  # letters without descenders are centred on their line
             tried = _evenly(inside, PLACES)
             tried = tried[_is_free(tried, half, boxes) & ~_hides(tried, half, own)]
+            ends = _in_cm(ax, *_ends(line), size)
+            goes_on = _distance(tried, half, [ends]) >= SHOWN_CM
+            tried = tried[goes_on] if goes_on.any() else tried
             clearance = _distance(tried, half, rest)
             if not (clearance >= CLEAR).any():  # over as little of the others as can be
                 clearance = -_covered(tried, half, rest)
@@ -115,6 +121,15 @@ def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> 
         to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
         found.append(places[fits & (to_own > CLEAR) & (to_rest > to_own + NEARER)])
     return np.concatenate(found)
+
+
+def _ends(line: Named) -> tuple[Floats, Floats]:
+    """Return the first and last points of all stretches of a line."""
+    known = np.isfinite(line.x) & np.isfinite(line.y)
+    joined = known[:-1] & known[1:]
+    joined[list(line.breaks or ())] = False
+    is_end = known & ~(np.append(joined, False) & np.insert(joined, 0, False))
+    return line.x[is_end], line.y[is_end]
 
 
 def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
@@ -150,11 +165,15 @@ def _seen(points: Floats) -> Floats:
     return points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
 
 
-def _jumps(points: Floats) -> Floats:
+def _jumps(ax: Axes, line: Named, size: Floats) -> Floats:
     """Return points on the jumps of a line, where arrows stand."""
+    points = _in_cm(ax, line.x, line.y, size)
     steps = np.hypot(*np.diff(points, axis=0).T)
-    found = [_joined(points[n : n + 2]) for n in np.flatnonzero(steps > JUMP_CM).tolist()]
-    return np.concatenate([np.empty((0, 2)), *found])
+    pairs = [points[n : n + 2] for n in np.flatnonzero(steps > JUMP_CM).tolist()]
+    if line.breaks is not None:
+        ends = (slice(n, n + 2) for n in line.breaks)
+        pairs = [_in_cm(ax, line.x[each], line.y[each], size) for each in ends]
+    return np.concatenate([np.empty((0, 2)), *(_joined(pair) for pair in pairs)])
 
 
 def _half_size(ax: Axes, text: str) -> Floats:

@@ -42,7 +42,7 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.lines import BAR_NAME, draw_line, draw_strips, lines_of
+from vibropipe.scenes.sweep.lines import BAR_NAME, breaks_of, draw_line, draw_strips, lines_of
 from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
@@ -199,7 +199,8 @@ def name_lines(
             continue
         text = value_text(spot.part[lines_dim], float(line.row[lines_dim]))
         text = text if line.position == 0 else text.rpartition(" = ")[2]
-        named.append(Named(x, y, text, colours[line.position]))
+        breaks = breaks_of(x, y, line, series.name in COUNTED)
+        named.append(Named(x, y, text, colours[line.position], breaks=breaks))
     label_lines(ax, named, [*others, *backbone_curves(spot.panel, along, backbone)])
 
 
@@ -233,7 +234,8 @@ def draw_panel(
                 ax, x, y, line, {"color": colour, "linestyle": dashes}, arrows, each.name in COUNTED
             )
             if lines_dim is None and len(series) > 1 and line.direction != "down":
-                named.append(Named(x, y, each.text, colour))
+                breaks = breaks_of(x, y, line, each.name in COUNTED)
+                named.append(Named(x, y, each.text, colour, breaks=breaks))
             elif named:
                 others.append((x, np.where(np.isclose(y, named[-1].y), np.nan, y)))
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:

@@ -10,7 +10,7 @@ from figures.sample_datasets import sweep
 import vibropipe as vp
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.maps import draw_quantity_maps, without_orbit_texts
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, map_series, without_orbit_texts
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.scenes.sweep.titles import quantities_title
 from vibropipe.words.regimes import Regime
@@ -62,3 +62,29 @@ def test_largest_values_in_a_window_are_no_averages() -> None:
     line = chaos.isel(f=4)
     assert "averages" not in describe_sweep(line)
     assert "no periodic orbit that was found (dots: in a window)" in describe_sweep(line)
+
+
+def test_a_map_without_impacts_is_of_what_changes_over_it() -> None:
+    exciter = vp.Exciter(l=50.0, h=0.1, R1=0.7, R2=0.7)
+    free = vp.sweep(exciter, over={"nu": [0.5, 1.0, 1.5], "f": [0.2, 0.4]})
+    assert [each.name for each in map_series(free)] == ["displacement_amplitude"]
+    assert [each.name for each in map_series(free, ["displacement_mean"])] == ["displacement_mean"]
+
+
+def test_quantities_without_a_value_or_zero_have_no_scale() -> None:
+    """Friction holds the mass in all rows, at rest."""
+    held = vp.Exciter(l=0.5, nu=1.0, h=0.1, R1=0.7, R2=0.7, friction=0.5)
+    over = {"f": [0.1, 0.2, 0.3], "nu": [0.8, 1.0]}
+    maps = draw_quantity_maps(vp.sweep(held, over=over))
+    assert len(maps.axes) == 2
+    for ax, text in zip(maps.axes, ("no impact", "0"), strict=True):
+        assert text in [each.get_text() for each in ax.texts]
+    curves = draw_sweep(vp.sweep(held, over={"f": over["f"]}))
+    amplitudes, mean, struck, impacts = curves.axes[:4]
+    assert [ax.get_ylim()[0] for ax in (amplitudes, impacts)] == [0.0, 0.0]
+    assert [list(ax.get_yticks()) for ax in (amplitudes, mean, struck, impacts)] == [
+        [0.0],
+        [0.0],
+        [],
+        [0.0],
+    ]

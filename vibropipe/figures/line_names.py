@@ -78,10 +78,11 @@ def label_lines(
             *others,
             _seen(_jumps(ax, line, size)),
         ]
-        tried = _beside(half - TIGHT, size, own, rest)
+        path = drawn[number]
+        tried = _beside(half - TIGHT, size, own, path, rest)
         tried = tried[_is_free(tried, half - TIGHT, boxes)]
         clearance = np.minimum(_distance(tried, half - TIGHT, rest), AMPLE)
-        clearance -= 0.5 * _distance(tried, half - TIGHT, [own])  # better close to its line
+        clearance -= 0.5 * _distance(tried, half - TIGHT, [path])  # better close to its line
         upright = "center"
         if not len(tried) and line.is_needed:
             upright = "center_baseline"  # letters without descenders are centred on their line
@@ -112,13 +113,18 @@ def with_places(values: Floats) -> Floats:
     return np.interp(np.linspace(0.0, values.size - 1.0, number), np.arange(values.size), values)
 
 
-def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
-    """Return places above and below a line whose labels are clearly nearer to it than to others, and touch none."""
+def _beside(
+    half: Floats, size: Floats, own: Floats, path: Floats, rest: Sequence[Floats]
+) -> Floats:
+    """Return places above and below a line whose labels are clearly nearer to it than to others, and touch none.
+
+    own, path : (n, 2) points of the line, without and with others between them
+    """
     found = []
     for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
         places = own + np.array([0.0, side])
         fits = ((places > half + TIGHT) & (places < size - half - TIGHT)).all(axis=1)
-        to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
+        to_own, to_rest = _distance(places, half, [path]), _distance(places, half, rest)
         found.append(places[fits & (to_own > CLEAR) & (to_rest > to_own + NEARER)])
     return np.concatenate(found)
 

@@ -105,8 +105,8 @@ def draw_sweep(
         words = spot.panel.title(dataset, spot.words_cm)
         write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
-    scale_ordinates(first, dataset)
     finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
+    scale_ordinates(first, dataset)
     # once the limits are known
     for ax, named_lines, other_lines in names:
         label_lines(ax, named_lines, other_lines)
@@ -285,6 +285,10 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
         keep_zero_scale(ax, panel_size(dataset, each), family_size(dataset, name))
+        if name not in SIGNED:
+            ax.set_ylim(bottom=0.0)
+        if not any(series.of(dataset).notnull().any() for series in each.series):
+            ax.set_yticks([])
 
 
 def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:

@@ -21,7 +21,7 @@ from vibropipe.figures.phase_plane import (
     spectrum_handles,
 )
 from vibropipe.figures.style import MAX_VECTOR, save_as
-from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
+from vibropipe.scenes.motion.balance import describe_energy, draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
 from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
 from vibropipe.scenes.sweep.bifurcation import describe_bifurcation, draw_bifurcation, points_of
@@ -295,6 +295,9 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
         orbit_energy_impact=("support", [0.232, 0.173]),
         orbit_energy_residual=1e-16,
     )
+    in_joules = dataset["orbit_energy_residual"].assign_attrs(units="J")
+    told = describe_energy(dataset.assign(orbit_energy_residual=in_joules))
+    assert "per forcing period of the steady state: 1 × 10⁻¹⁶ J." in told
     values = [value for _, _, value in energy_terms(dataset, "orbit_energy")]
     assert sum(values) == pytest.approx(0.0, abs=1e-12)
     rubbing = dataset.assign(orbit_energy_friction=0.1, orbit_energy_damping=0.123)

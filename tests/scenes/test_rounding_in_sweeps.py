@@ -40,6 +40,19 @@ def test_maps_of_rounding_are_zero(symmetric: xr.Dataset) -> None:
     assert "mean" not in quantities_title(chaos, ["impact_velocity_max", "displacement_mean"])
 
 
+def test_a_largest_mean_beside_aperiodic_motion_is_one_of_the_displacement(
+    symmetric: xr.Dataset,
+) -> None:
+    chaos = symmetric.copy(deep=True)
+    chaos["regime"][4, 4] = Regime.APERIODIC
+    chaos["displacement_mean"][4, 5] = 0.2
+    title = "On the grid, orbits have the largest mean displacement beside aperiodic motion"
+    assert quantities_title(chaos, ["displacement_mean"]) == title
+    chaos["impact_velocity_max"][4, 5] = 9.0
+    both = quantities_title(chaos)
+    assert "strike hardest and have the largest mean beside" in both
+
+
 def test_curves_of_rounding_alone_are_not_scaled_to_it(symmetric: xr.Dataset) -> None:
     (ax, *_) = draw_sweep(symmetric.isel(f=0), show=["displacement_mean"]).axes
     assert min(abs(end) for end in ax.get_ylim()) > 1e-3

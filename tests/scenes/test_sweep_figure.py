@@ -192,6 +192,16 @@ def test_a_name_on_a_line_leaves_the_ends_of_its_stretches_seen():
         assert not any(box.x0 < x[n] < box.x1 for n in (0, 20, 21, 40))
 
 
+def test_a_steep_line_is_named_left_or_right_of_it():
+    """Level curves of a boundary, one of them upright along the whole panel, and a curve on its left."""
+    y = np.linspace(0.0, 1.0, 101)
+    ax = axes(new_canvas(7), 1, 1, 8, 5)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    label_lines(ax, [Named(0.0 * y + 0.3, y, "a long name of it", "k")], [(0.0 * y + 0.28, y)])
+    box = ax.texts[0].get_window_extent().transformed(ax.transData.inverted())
+    assert 0.3 < box.x0 < 0.34
+
+
 def test_a_line_of_few_points_is_named_beside_it(made):
     """Of ten rows, neighbours are a centimetre apart: no jump."""
     x = np.linspace(0.0, 1.0, 10)

@@ -1,4 +1,4 @@
-"""Names of lines, written above, below or on them where nothing else lies."""
+"""Names of lines, written beside or on them where nothing else lies."""
 
 from __future__ import annotations
 
@@ -27,6 +27,7 @@ AMPLE = 0.4  # cm of clearance beyond which a place beside a line is no better
 NEARER = 0.1  # cm by which other lines are farther from a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
+ROUNDING_CM = 1e-6  # cm by which the ends of a line are off those of its axes
 SHOWN_CM = 0.15  # cm of a line that are seen beside a label on it
 
 
@@ -34,7 +35,8 @@ SHOWN_CM = 0.15  # cm of a line that are seen beside a label on it
 class Named:
     """A line with its name; points that are not finite are gaps.
 
-    is_needed : whether the name stands on the line where it has no room beside it; else it is left out there
+    is_needed : whether the name stands left or right of the line, or on it, where it has no room above or below it;
+        else it is left out there
     breaks : the points after which the line is broken, beside its gaps; None if long steps are jumps
     """
 
@@ -51,7 +53,7 @@ def label_lines(
 ) -> list[Text]:
     """Write the name of each line above or below it, on the side without others, and return what is written.
 
-    Where it has no room there, it stands on its line, with white below, or is left out.
+    Where it has no room there, it stands left or right of its line, or on it, with white below, or is left out.
 
     ax : where the lines are drawn, with their scales and limits
     lines : the lines; the first ones choose first
@@ -79,8 +81,11 @@ def label_lines(
             _seen(_jumps(ax, line, size)),
         ]
         path = drawn[number]
-        tried = _beside(half - TIGHT, size, own, path, rest)
-        tried = tried[_is_free(tried, half - TIGHT, boxes)]
+        for axis in (1, 0) if line.is_needed else (1,):  # of a steep line left or right of it
+            tried = _beside(half - TIGHT, size, own, path, rest, axis)
+            tried = tried[_is_free(tried, half - TIGHT, boxes)]
+            if len(tried):
+                break
         clearance = np.minimum(_distance(tried, half - TIGHT, rest), AMPLE)
         clearance -= 0.5 * _distance(tried, half - TIGHT, [path])  # better close to its line
         upright = "center"
@@ -114,15 +119,16 @@ def with_places(values: Floats) -> Floats:
 
 
 def _beside(
-    half: Floats, size: Floats, own: Floats, path: Floats, rest: Sequence[Floats]
+    half: Floats, size: Floats, own: Floats, path: Floats, rest: Sequence[Floats], axis: int
 ) -> Floats:
-    """Return places above and below a line whose labels are clearly nearer to it than to others, and touch none.
+    """Return places on both sides of a line whose labels are clearly nearer to it than to others, and touch none.
 
     own, path : (n, 2) points of the line, without and with others between them
+    axis : 0 for labels left and right of it, 1 for labels above and below
     """
     found = []
-    for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
-        places = own + np.array([0.0, side])
+    for side in (sign * (half[axis] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
+        places = own + side * np.eye(2)[axis]
         fits = ((places > half + TIGHT) & (places < size - half - TIGHT)).all(axis=1)
         to_own, to_rest = _distance(places, half, [path]), _distance(places, half, rest)
         found.append(places[fits & (to_own > CLEAR) & (to_rest > to_own + NEARER)])
@@ -143,7 +149,7 @@ def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
     kept = np.isfinite(x) & np.isfinite(y)
     points = np.stack([x[kept], y[kept]], axis=1)
     shown = ax.transAxes.inverted().transform(ax.transData.transform(points)) * size
-    return shown[((shown >= 0) & (shown <= size)).all(axis=1)]
+    return shown[((shown >= -ROUNDING_CM) & (shown <= size + ROUNDING_CM)).all(axis=1)]
 
 
 def _joined(points: Floats) -> Floats:

@@ -277,6 +277,16 @@ def test_the_sketch_is_to_scale(dataset):
         assert any(abs(x - (6.4 + scale * place)) < 1e-9 for x in upright)
 
 
+def test_many_parameters_below_a_sketch_leave_room_for_the_table(dataset):
+    further = {"load": 0.1234, "friction": 0.1234, "f2": 0.2345, "phi2": 1.234, "mass_ratio": 2.345}
+    many = dataset.assign_coords(further).assign_coords(housing_friction_1=0.123)
+    axes = picture_of("design", describe(many), "sketch").draw(many, None, {}).axes[0]
+    *others, line = sorted(axes.texts, key=lambda text: text.get_text().count("="))
+    box = line.get_window_extent()
+    assert line.get_text().count("=") >= 8
+    assert not any(box.overlaps(text.get_window_extent()) for text in others)
+
+
 def test_the_force_of_a_sketch_without_a_table_points_away_from_the_mass(dataset):
     bare = dataset.drop_vars([n for n in dataset if str(n).endswith(("_tolerance", "_std"))])
     axes = picture_of("design", bare, "sketch").draw(bare, None, {}).axes[0]

@@ -12,9 +12,11 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import vibropipe as vp
+from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.phase_plane import (
     Impacts,
     certain_jumps,
+    draw_points,
     draw_spectrum,
     lines_of,
     path,
@@ -286,6 +288,17 @@ def test_a_spectrum_of_less_than_two_decades_has_plain_ticks():
     seen = ax.yaxis.get_major_formatter().format_ticks(ticks[(ticks >= low) & (ticks <= high)])
     assert seen == ["0.02", "0.05", "0.1", "0.2", "0.5"]
     assert not any(ax.yaxis.get_minor_formatter().format_ticks([0.03, 0.3]))
+
+
+def test_points_that_an_orbit_comes_back_to_are_as_large_as_one():
+    ax = axes(new_canvas(5), 1, 1, 8, 3)
+    few, rng = np.linspace(0.0, 1.0, 50), np.random.default_rng(1)
+    draw_points(ax, few, few**2)
+    draw_points(ax, np.tile(few, 200), np.tile(few, 200) ** 2 + 1e-9 * rng.random(10_000))
+    draw_points(ax, rng.random(10_000), rng.random(10_000))
+    alone, again, chaos = (line.get_markersize() for line in ax.lines)
+    assert again == alone
+    assert chaos == 1.3
 
 
 def test_energies_and_spectra_of_a_motion_are_drawn():

@@ -40,6 +40,7 @@ from vibropipe.scenes.basins.report import (
     rare_answer,
     tables,
     title_shares,
+    together_answer,
 )
 from vibropipe.scenes.basins.text import (
     basin_answers,
@@ -700,3 +701,11 @@ def test_starts_that_friction_holds_are_red_and_told():
     (table,) = tables({"over": data})
     assert table.rows[0][-2] == "?, –"
     assert "?: none was found" in table.note
+
+
+def test_motions_that_coexist_up_to_the_end_of_the_range_do_from_a_value_on():
+    exciter = vp.Exciter(l=0.5, nu=1, f=0.4, h=0.15, R1=0.7, R2=0.6)
+    starts = np.linspace(-0.5, 0.5, 8), np.linspace(-1.0, 1.0, 8)
+    data = vp.basins(exciter, *starts, starts=64, over={"nu": [1.2, 1.4, 1.8, 2.2]})
+    told = together_answer(data).lead
+    assert told == "The start decides which motion settles from ν = 1.332 on."

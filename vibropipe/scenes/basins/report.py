@@ -135,6 +135,7 @@ def together_answer(dataset: xr.Dataset) -> Answer:
         places[1] = places[1].removeprefix(f"{symbol} = ")
     ways = "from", "to" if places[0] else "up to"
     texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
+    texts += ["on"] if places[0] and not places[1] else []
     where = " ".join(texts) or f"at {only_value(dataset) or f'all values of {symbol}'}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
     low, high = _ends(dataset, *ranges[0])

@@ -301,6 +301,7 @@ def test_a_verdict_names_only_as_many_parameters_as_have_room(dataset, monkeypat
     names = ["f", "l", "delta", "R1", "R2"]
     monkeypatch.setattr(ranking, "held_too_wide", lambda *_: names)
     assert ranking.verdict(dataset, 0) == "5 are tight"
+    assert "Tight: a tolerance below" in describe_designs(dataset)
     names.pop()
     assert ranking.verdict(dataset, 0).startswith("tight: $f$, ")
 

@@ -317,7 +317,7 @@ def describe_designs(dataset: xr.Dataset) -> str:
     if has_yield(dataset):
         sampled = f"Sampled {scatter_words(dataset)}"
         parts.append(f"Yield: {yield_words(dataset)}" if yields_differ(dataset) else sampled)
-    if any(text.startswith("tight") for text in verdicts(dataset)):
+    if any("tight" in text for text in verdicts(dataset)):
         parts.append("Tight: a tolerance below the given standard deviation")
     if (margins < NONE_FOUND).any():
         far = at_least(100 * float(np.nanmin(margins)), 2)

@@ -98,6 +98,9 @@ def test_scenes_are_called_by_a_short_title_else_by_words(solved):
     both = {"rigid": SimpleNamespace(title="Rigid beside soft", figure=figure)}
     assert scene_labels(study_of(both))["rigid"] == "rigid"  # the title is that of the picture
     assert scene_labels(study_of(both), math.inf)["rigid"] == "Rigid beside soft"
+    figure.together = ["buffer"]
+    both["buffer"] = SimpleNamespace(title="", figure=SimpleNamespace(drawn_together=tuple))
+    assert scene_labels(study_of(both))["buffer"] == "soft"  # as above its column
 
 
 def test_numbers_beside_the_exciter(data):

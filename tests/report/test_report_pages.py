@@ -239,13 +239,15 @@ def test_rows_beside_the_answers_and_units_do_not_break(tmp_path):
     ]
     note = ", ".join(["20 N·s/m"] * 80)  # at the end of every line stands one
     data = {
-        "title": "Rows", "kind": "Kind", "question": "Why?", "footer": "", "fixed": 0, "symbols": "", "answers": [],
+        "title": "Rows over x(0) and x'(0)", "kind": "Kind",
+        "question": "Why?", "footer": "", "fixed": 0, "symbols": "", "answers": [],
         "side": {"rows": rows, "drawing": None}, "groups": [], "methods": [],
         "hero": Table(["a"], [["1"]], note, title="T").as_data(),
     }  # fmt: skip
     path = tmp_path / "rows.pdf"
     path.write_bytes(typeset(data, {}))
     lines = [line.replace("\u00a0", " ") for line in page_texts(path)[0].splitlines()]
+    assert "Rows over x(0) and ẋ(0)" in lines  # as in figures
     assert "C₁ 100, 200, 800 N·s/mm stiffness of support 1" in lines
     units = [line for line in lines if "N·s/m" in line][1:]
     assert len(units) > 3

@@ -8,10 +8,11 @@ import xarray as xr
 from command_line import run
 from drawing import draw, picture_of
 from figures.figure_text import words
+from matplotlib.colors import to_rgba
 
 import vibropipe as vp
 from vibropipe.figures.canvas import axes, new_canvas
-from vibropipe.figures.palette import MIN_STEP, REGIME_STYLES, lightness
+from vibropipe.figures.palette import FAILED, MIN_STEP, REGIME_STYLES, lightness
 from vibropipe.figures.text import format_number
 from vibropipe.jobs.solving import count_unresolved
 from vibropipe.jobs.verify import verify
@@ -39,8 +40,15 @@ from vibropipe.scenes.basins.basin_map import draw_basins
 from vibropipe.scenes.basins.cut import join, row_range, store
 from vibropipe.scenes.basins.keys import BasinsFigure, plan
 from vibropipe.scenes.basins.motions_beside import motion_texts
-from vibropipe.scenes.basins.pictures import title_basins, write_beside
-from vibropipe.scenes.basins.report import answers, rare_answer, tables
+from vibropipe.scenes.basins.pictures import draw_shares, title_basins, write_beside
+from vibropipe.scenes.basins.report import (
+    answers,
+    describe_shares,
+    rare_answer,
+    tables,
+    title_shares,
+    together_answer,
+)
 from vibropipe.scenes.basins.text import describe_basins
 from vibropipe.scenes.costs import PlanError
 from vibropipe.scenes.registry import kinds
@@ -675,3 +683,32 @@ def test_the_smallest_share_may_be_that_of_several_motions():
     lead, rest = told([[0.5, 0.5], [1 / 64, 63 / 64]])
     assert lead == "The smallest share is that of A."
     assert rest == "At ν = 1.8, one of 64 starts settles on it."
+
+
+def test_starts_that_friction_holds_are_red_and_told():
+    """A force below the friction moves nothing: the band of the starts is that of no motion, and says why."""
+    held = vp.Exciter(l=0.5, f=0.1, nu=1.0, h=0.1, R1=0.7, R2=0.7, friction=0.2)
+    start = np.linspace(-0.4, 0.4, 3), np.linspace(-1.0, 1.0, 3)
+    data = vp.basins(held, *start, starts=16, over={"f": [0.1, 0.3, 0.4]})
+    assert (data.attractor < 0).mean(["x0", "v0"]).values.tolist() == [1.0, 0.0, 0.0]
+    bands = draw_shares(data).axes[1].patches
+    red = [each for each in bands if each.get_facecolor() == to_rgba(FAILED)]
+    values, _edges, baseline = red[0].get_data()
+    assert len(red) == 1
+    assert np.subtract(values, baseline).tolist() == [1.0, 0.0, 0.0]
+    text = describe_shares(data)
+    assert (
+        "Red: 33.3\xa0% of the starts, for which no motion was found. Where friction holds" in text
+    )
+    assert title_shares(data) == "At each value of f, at most one motion was found"
+    (table,) = tables({"over": data})
+    assert table.rows[0][-2] == "?, –"
+    assert "?: none was found" in table.note
+
+
+def test_motions_that_coexist_up_to_the_end_of_the_range_do_from_a_value_on():
+    exciter = vp.Exciter(l=0.5, nu=1, f=0.4, h=0.15, R1=0.7, R2=0.6)
+    starts = np.linspace(-0.5, 0.5, 8), np.linspace(-1.0, 1.0, 8)
+    data = vp.basins(exciter, *starts, starts=64, over={"nu": [1.2, 1.4, 1.8, 2.2]})
+    told = together_answer(data).lead
+    assert told == "The start decides which motion settles from ν = 1.332 on."

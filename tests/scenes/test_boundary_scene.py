@@ -13,7 +13,14 @@ from matplotlib.contour import ContourSet
 import vibropipe as vp
 from vibropipe.figures.motion_words import amount_text
 from vibropipe.scenes.boundary.pictures import draw_boundaries, ends_of_axis
-from vibropipe.scenes.boundary.report import answers, end_text, far_text, lengths_of, tables
+from vibropipe.scenes.boundary.report import (
+    answers,
+    end_text,
+    far_text,
+    lengths_of,
+    place_text,
+    tables,
+)
 from vibropipe.scenes.boundary.solve import in_box
 from vibropipe.scenes.boundary.text import UNMARKED, meetings_text
 from vibropipe.scenes.registry import kind_of
@@ -50,6 +57,15 @@ def study():
 @pytest.fixture(scope="module")
 def datasets(study):
     return {name: kind_of(scene).solve(scene) for name, scene in study.scenes.items()}
+
+
+def test_a_place_nearer_to_0_than_its_digits_is_0():
+    """As of curves that meet on the axis of symmetry, where their ends are located to 1e-6 of the range."""
+    columns = {"nu": ("point", [1.2, 2.0]), "delta": ("point", [-2e-6, 0.4])}
+    near = xr.Dataset(columns, attrs={"boundary": "nu delta"})
+    assert place_text(near, 0) == "(1.2, 0)"
+    near.delta[0] = 2e-4
+    assert place_text(near, 0) == "(1.2, 0.0002)"
 
 
 def test_a_scene_is_the_call(study, datasets):

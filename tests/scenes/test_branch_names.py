@@ -47,3 +47,20 @@ def test_a_name_stands_where_no_line_and_no_frame_is(levels, side, limits):
 def test_without_room_there_is_no_name():
     assert written([(0.5, 0.5), (0.52, 0.52), (0.48, 0.48)])[1] == []
     assert written([(0.5, 0.5)], limits=(9.0, 19.0))[1] == []  # a line too short for it
+
+
+def test_a_value_that_another_panel_names_covers_no_line():
+    heights = [0.45, 0.5, 0.55]
+    x, y = np.tile(X, 3), np.repeat(heights, 2)[:, None]
+    pieces = [Piece(slice(2 * n, 2 * n + 2), "law", True, value) for n, value in enumerate(heights)]
+    values = [f"R1 = {value}" for value in heights]
+    with house_style():
+        figure = new_canvas(5.0)
+        upper, lower = (axes(figure, 1.5, 1.0, 14.0, 3.5, label=name) for name in ("a", "b"))
+        for ax in (upper, lower):
+            ax.set(xlim=(0.0, 10.0), ylim=(0.0, 1.0))
+        colours = dict.fromkeys([*heights, "law"], "k")
+        told = write_names(upper, x, y, pieces, values, colours)
+        again = write_names(lower, x, y, pieces, values, colours, told=told)
+    assert told == set(values)  # the middle one on its line
+    assert again == {values[0], values[2]}

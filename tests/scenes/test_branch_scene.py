@@ -122,8 +122,8 @@ def test_the_first_page_says_why_the_motion_jumps():
     assert together.rest == "Stable there: both supports, once a period; no impact."
     assert jumps.lead == "Followed motions jump at folds and at grazings, in at least four places."
     assert jumps.rest == (
-        f"The largest jump leaves “both supports, once a period” as ν grows past {fold:.4g} at f = 0.5, a fold; stable "
-        "beyond: no impact."
+        "The largest jump of the impact velocity leaves “both supports, once a period” as ν grows past "
+        f"{fold:.4g} at f = 0.5, a fold; stable beyond: no impact."
     )
     assert hardest.lead.startswith("Stable motions followed here strike hardest near ν = ")
     velocity = dataset["impact_velocity_max"].where(dataset["stable"] == 1).max("support")

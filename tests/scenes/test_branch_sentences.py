@@ -130,7 +130,7 @@ def test_small_steps_may_be_jumps_as_well():
     answer = jump_answer(mirrored(), [lower, upper, near, other])
     assert answer.lead == "Followed motions jump at folds, in at least two places."
     assert answer.rest.startswith(
-        "The largest jump leaves “both supports, once a period” as ν grows past 1.7, "
+        "The largest jump of the impact velocity leaves “both supports, once a period” as ν grows past 1.7, "
     )
 
 
@@ -140,7 +140,7 @@ def test_jumps_that_are_as_large_are_not_the_largest_alone():
     told = jump_answer(mirrored(), [lower, upper])
     assert told.lead == "Followed motions jump at folds, in at least two places."
     assert told.rest.startswith(
-        "One of the largest jumps leaves “both supports, once a period” as ν "
+        "One of the largest jumps of the impact velocity leaves “both supports, once a period” as ν "
     )
 
 

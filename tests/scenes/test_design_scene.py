@@ -15,7 +15,8 @@ from vibropipe.figures.claims import percent
 from vibropipe.jobs.verify import verify
 from vibropipe.physics.exciter import Parameters
 from vibropipe.report.parts import Answer, beside_pictures
-from vibropipe.scenes.design.data import wanted_text
+from vibropipe.scenes.design import ranking
+from vibropipe.scenes.design.data import spread_parts, wanted_text
 from vibropipe.scenes.design.front import beating, swept
 from vibropipe.scenes.design.nominal import nominal_numbers, nominal_text, shown_tolerance
 from vibropipe.scenes.design.pictures import describe_sketch
@@ -280,6 +281,34 @@ def test_the_sketch_is_to_scale(dataset):
         assert any(abs(x - (6.4 + scale * place)) < 1e-9 for x in upright)
 
 
+def test_many_parameters_below_a_sketch_leave_room_for_the_table(dataset):
+    further = {"load": 0.1234, "friction": 0.1234, "f2": 0.2345, "phi2": 1.234, "mass_ratio": 2.345}
+    many = dataset.assign_coords(further).assign_coords(housing_friction_1=0.123)
+    axes = picture_of("design", describe(many), "sketch").draw(many, None, {}).axes[0]
+    *others, line = sorted(axes.texts, key=lambda text: text.get_text().count("="))
+    box = line.get_window_extent()
+    assert line.get_text().count("=") >= 8
+    assert not any(box.overlaps(text.get_window_extent()) for text in others)
+
+
+def test_a_quantity_that_design_1_lacks_is_told_and_not_drawn(dataset):
+    """The velocity at a support that is not struck."""
+    assert [each.variable for each in spread_parts(dataset)].count("impact_velocity_max") == 1
+    lacking = dataset.copy(deep=True)
+    lacking["impact_velocity_max"].loc[{"design": lacking.design[0], "support": 1}] = np.nan
+    assert "impact_velocity_max" not in [each.variable for each in spread_parts(lacking)]
+    assert "largest impact velocity at support 1 = no value (" in describe_sketch(lacking)
+
+
+def test_a_verdict_names_only_as_many_parameters_as_have_room(dataset, monkeypatch):
+    names = ["f", "l", "delta", "R1", "R2"]
+    monkeypatch.setattr(ranking, "held_too_wide", lambda *_: names)
+    assert ranking.verdict(dataset, 0) == "5 are tight"
+    assert "Tight: a tolerance below" in describe_designs(dataset)
+    names.pop()
+    assert ranking.verdict(dataset, 0).startswith("tight: $f$, ")
+
+
 def test_the_force_of_a_sketch_without_a_table_points_away_from_the_mass(dataset):
     bare = dataset.drop_vars([n for n in dataset if str(n).endswith(("_tolerance", "_std"))])
     axes = picture_of("design", bare, "sketch").draw(bare, None, {}).axes[0]
@@ -464,6 +493,11 @@ def test_the_design_that_was_found_and_its_best_value_are_told(minimise):
     )
 
 
+def test_a_design_reaches_a_yield(dataset):
+    sought = dataset.assign_attrs(minimise="-yield")
+    assert best_design(sought).rest.startswith("It reaches yield = ")
+
+
 @pytest.mark.parametrize(
     ("R1", "lead"),
     [
@@ -628,7 +662,7 @@ def test_what_was_not_found_may_be_there(dataset):
     (answer,) = answers({"shifted": missed})["shifted"]
     assert answer.lead == "No design was found that keeps all that is wanted."
     assert answer.rest.startswith(
-        "Of those found, design 2 misses least, by 0.24 of what is wanted, or of l"
+        "Of those found, design 2 misses least, by 0.24 times what is wanted, or l"
     )
 
 

@@ -25,6 +25,7 @@ from vibropipe.scenes.sweep.laws import regions_of
 from vibropipe.scenes.sweep.layout import MAX_SIDE
 from vibropipe.scenes.sweep.maps import has_negative, map_series, value_norm
 from vibropipe.scenes.sweep.quantities import panels_of
+from vibropipe.scenes.sweep.report import energy_table
 from vibropipe.scenes.sweep.titles import largest_title, sweep_title
 from vibropipe.study import study_of_text
 from vibropipe.words.regimes import Regime
@@ -132,7 +133,19 @@ def test_a_sweep_draws_first_how_fast_the_housing_creeps(sweep):
     assert axis_label(lines["housing_velocity_mean"]).startswith("progression of the housing ")
     assert bare_symbols({"a": lines}) == "fhd"
     assert bare_symbols({"a": sweep}) == "fh"
-    assert bare_symbols({"a": vp.to_physical(sweep, 1.0, 1e4)}) == "CFHP"
+    assert bare_symbols({"a": vp.to_physical(sweep, 1.0, 1e4)}) == "CFHMP"
+    fixed = vp.sweep(vp.Exciter(l=0.5, h=0.1, shaker=0.2), {"nu": [0.8]})
+    assert bare_symbols({"a": fixed}) == "fhu"
+    assert bare_symbols({"a": vp.to_physical(fixed, 1.0, 1e4)}) == "CFHPu"
+
+
+def test_the_work_of_a_load_that_is_absent_is_not_told():
+    own = vp.sweep(ROBOT, {"nu": [0.6, 0.9]}, outputs=["harmonics", "impacts", "energy"])
+    told = [row[0] for row in energy_table("own", own).rows]
+    assert "loss on the ground" in told
+    assert "work of the loads" not in told
+    drawn = own.assign(energy_housing_load=own.energy_housing_load + 0.1)
+    assert "work of the loads" in [row[0] for row in energy_table("own", drawn).rows]
 
 
 def test_the_label_of_the_velocity_of_a_housing_stays_on_the_page():

@@ -48,6 +48,13 @@ def test_steady_states_stand_below_each_other(datasets):
     assert "ν" not in table["head"]
 
 
+def test_the_column_of_periods_is_named_in_a_word(datasets):
+    """The symbol of period multiples is that of the mass in studies with units."""
+    (table,) = steady_tables({"symmetric": datasets["symmetric"]})
+    row = dict(zip(table.as_data()["head"], table.as_data()["rows"][0], strict=True))
+    assert row["periods"] == "1"
+
+
 def test_cells_that_differ_have_columns(datasets):
     chaotic = datasets["offset"].assign(
         period_multiple=np.int32(0), regime=np.int8(Regime.APERIODIC)

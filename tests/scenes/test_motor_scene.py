@@ -159,6 +159,9 @@ def test_several_exciters_have_the_speeds_of_each() -> None:
         assert (np.diff(own.crossing_nu.values[at]) > 0).all()
     kept = own.speed_is_stable.values == 1
     assert title_motor(own) == "At each of three values of h the motor keeps a speed followed here"
+    lost_all = own.assign(speed_is_stable=0 * own.speed_is_stable)
+    none = "At none of three values of h does the motor keep a speed followed here"
+    assert title_motor(lost_all) == none
     low, high = (
         f"{end:.4g}"
         for end in (own.crossing_nu.values[kept].min(), own.crossing_nu.values[kept].max())

@@ -12,16 +12,18 @@ from matplotlib.collections import LineCollection
 from matplotlib.figure import Figure
 
 import vibropipe as vp
+from vibropipe.figures.canvas import axes, new_canvas
 from vibropipe.figures.phase_plane import (
     Impacts,
     certain_jumps,
+    draw_points,
     draw_spectrum,
     lines_of,
     path,
     spectrum_handles,
 )
 from vibropipe.figures.style import MAX_VECTOR, save_as
-from vibropipe.scenes.motion.balance import draw_energy, draw_spectra, energy_terms
+from vibropipe.scenes.motion.balance import describe_energy, draw_energy, draw_spectra, energy_terms
 from vibropipe.scenes.motion.curves import curve
 from vibropipe.scenes.motion.phase_plane import draw_phase_portrait, draw_section, visits
 from vibropipe.scenes.sweep.bifurcation import describe_bifurcation, draw_bifurcation, points_of
@@ -288,6 +290,17 @@ def test_a_spectrum_of_less_than_two_decades_has_plain_ticks():
     assert not any(ax.yaxis.get_minor_formatter().format_ticks([0.03, 0.3]))
 
 
+def test_points_that_an_orbit_comes_back_to_are_as_large_as_one():
+    ax = axes(new_canvas(5), 1, 1, 8, 3)
+    few, rng = np.linspace(0.0, 1.0, 50), np.random.default_rng(1)
+    draw_points(ax, few, few**2)
+    draw_points(ax, np.tile(few, 200), np.tile(few, 200) ** 2 + 1e-9 * rng.random(10_000))
+    draw_points(ax, rng.random(10_000), rng.random(10_000))
+    alone, again, chaos = (line.get_markersize() for line in ax.lines)
+    assert again == alone
+    assert chaos == 1.3
+
+
 def test_energies_and_spectra_of_a_motion_are_drawn():
     dataset = steady(0.01).assign(
         orbit_energy_input=0.628,
@@ -295,6 +308,9 @@ def test_energies_and_spectra_of_a_motion_are_drawn():
         orbit_energy_impact=("support", [0.232, 0.173]),
         orbit_energy_residual=1e-16,
     )
+    in_joules = dataset["orbit_energy_residual"].assign_attrs(units="J")
+    told = describe_energy(dataset.assign(orbit_energy_residual=in_joules))
+    assert "per forcing period of the steady state: 1 × 10⁻¹⁶ J." in told
     values = [value for _, _, value in energy_terms(dataset, "orbit_energy")]
     assert sum(values) == pytest.approx(0.0, abs=1e-12)
     rubbing = dataset.assign(orbit_energy_friction=0.1, orbit_energy_damping=0.123)

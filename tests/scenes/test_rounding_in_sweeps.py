@@ -10,7 +10,7 @@ from figures.sample_datasets import sweep
 import vibropipe as vp
 from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
-from vibropipe.scenes.sweep.maps import draw_quantity_maps, without_orbit_texts
+from vibropipe.scenes.sweep.maps import draw_quantity_maps, map_series, without_orbit_texts
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.scenes.sweep.titles import quantities_title
 from vibropipe.words.regimes import Regime
@@ -40,6 +40,19 @@ def test_maps_of_rounding_are_zero(symmetric: xr.Dataset) -> None:
     assert "mean" not in quantities_title(chaos, ["impact_velocity_max", "displacement_mean"])
 
 
+def test_a_largest_mean_beside_aperiodic_motion_is_one_of_the_displacement(
+    symmetric: xr.Dataset,
+) -> None:
+    chaos = symmetric.copy(deep=True)
+    chaos["regime"][4, 4] = Regime.APERIODIC
+    chaos["displacement_mean"][4, 5] = 0.2
+    title = "On the grid, orbits have the largest mean displacement beside aperiodic motion"
+    assert quantities_title(chaos, ["displacement_mean"]) == title
+    chaos["impact_velocity_max"][4, 5] = 9.0
+    both = quantities_title(chaos)
+    assert "strike hardest and have the largest mean beside" in both
+
+
 def test_curves_of_rounding_alone_are_not_scaled_to_it(symmetric: xr.Dataset) -> None:
     (ax, *_) = draw_sweep(symmetric.isel(f=0), show=["displacement_mean"]).axes
     assert min(abs(end) for end in ax.get_ylim()) > 1e-3
@@ -62,3 +75,29 @@ def test_largest_values_in_a_window_are_no_averages() -> None:
     line = chaos.isel(f=4)
     assert "averages" not in describe_sweep(line)
     assert "no periodic orbit that was found (dots: in a window)" in describe_sweep(line)
+
+
+def test_a_map_without_impacts_is_of_what_changes_over_it() -> None:
+    exciter = vp.Exciter(l=50.0, h=0.1, R1=0.7, R2=0.7)
+    free = vp.sweep(exciter, over={"nu": [0.5, 1.0, 1.5], "f": [0.2, 0.4]})
+    assert [each.name for each in map_series(free)] == ["displacement_amplitude"]
+    assert [each.name for each in map_series(free, ["displacement_mean"])] == ["displacement_mean"]
+
+
+def test_quantities_without_a_value_or_zero_have_no_scale() -> None:
+    """Friction holds the mass in all rows, at rest."""
+    held = vp.Exciter(l=0.5, nu=1.0, h=0.1, R1=0.7, R2=0.7, friction=0.5)
+    over = {"f": [0.1, 0.2, 0.3], "nu": [0.8, 1.0]}
+    maps = draw_quantity_maps(vp.sweep(held, over=over))
+    assert len(maps.axes) == 2
+    for ax, text in zip(maps.axes, ("no impact", "0"), strict=True):
+        assert text in [each.get_text() for each in ax.texts]
+    curves = draw_sweep(vp.sweep(held, over={"f": over["f"]}))
+    amplitudes, mean, struck, impacts = curves.axes[:4]
+    assert [ax.get_ylim()[0] for ax in (amplitudes, impacts)] == [0.0, 0.0]
+    assert [list(ax.get_yticks()) for ax in (amplitudes, mean, struck, impacts)] == [
+        [0.0],
+        [0.0],
+        [],
+        [0.0],
+    ]

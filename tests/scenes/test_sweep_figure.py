@@ -22,7 +22,7 @@ from vibropipe.scenes.sweep.captions import describe_quantities, describe_sweep
 from vibropipe.scenes.sweep.curves import draw_sweep
 from vibropipe.scenes.sweep.figure_keys import SweepFigure
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.lines import BAR_NAME, isolated
+from vibropipe.scenes.sweep.lines import BAR_NAME, breaks_of, isolated, lines_of
 from vibropipe.scenes.sweep.map_layout import draw_hatch
 from vibropipe.scenes.sweep.maps import draw_quantity_maps, value_norm
 from vibropipe.scenes.sweep.report import grid_texts
@@ -177,6 +177,43 @@ def test_a_name_beside_a_line_is_close_to_it_and_off_the_frame():
     box = ax.texts[0].get_window_extent().transformed(ax.transData.inverted())
     assert 0.0 < box.y0 - (0.4 + 0.1 * box.x1) < 0.12  # 0.2 cm
     assert 0.02 < box.y0 < box.y1 < 0.98
+
+
+def test_a_name_on_a_line_leaves_the_ends_of_its_stretches_seen():
+    """Two lines that coincide have no room beside them; the middle of the panel is where both are broken."""
+    x = np.linspace(0.0, 1.0, 41)
+    ax = axes(new_canvas(5), 1, 1, 8, 1.7)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    label_lines(ax, [Named(x, 0.0 * x + 0.5, text, "k", breaks=[20]) for text in ("one", "two")])
+    assert len(ax.texts) == 2
+    for text in ax.texts:
+        box = text.get_window_extent().transformed(ax.transData.inverted())
+        assert box.y0 < 0.5 < box.y1
+        assert not any(box.x0 < x[n] < box.x1 for n in (0, 20, 21, 40))
+
+
+def test_a_steep_line_is_named_left_or_right_of_it():
+    """Level curves of a boundary, one of them upright along the whole panel, and a curve on its left."""
+    y = np.linspace(0.0, 1.0, 101)
+    ax = axes(new_canvas(7), 1, 1, 8, 5)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    label_lines(ax, [Named(0.0 * y + 0.3, y, "a long name of it", "k")], [(0.0 * y + 0.28, y)])
+    box = ax.texts[0].get_window_extent().transformed(ax.transData.inverted())
+    assert 0.3 < box.x0 < 0.34
+
+
+def test_a_line_of_few_points_is_named_beside_it(made):
+    """Of ten rows, neighbours are a centimetre apart: no jump."""
+    x = np.linspace(0.0, 1.0, 10)
+    ax = axes(new_canvas(5), 1, 1, 8, 1.7)
+    ax.set(xlim=(0, 1), ylim=(0, 1))
+    label_lines(ax, [Named(x, 0.0 * x + 0.5, "few", "k", breaks=[])])
+    box = ax.texts[0].get_window_extent().transformed(ax.transData.inverted())
+    assert box.y1 < 0.5 or box.y0 > 0.5
+    row = made["line"][1].isel(nu=slice(0, 10))
+    (line,) = lines_of(row, None)
+    y = np.where(np.arange(10) == 4, np.nan, 1.0)
+    assert breaks_of(row.nu.values, y, line, False) == [3, 4]
 
 
 def test_names_of_lines_of_many_points_are_written_at_once(monkeypatch):

@@ -6,7 +6,8 @@ import numpy as np
 import pytest
 
 import vibropipe as vp
-from vibropipe.words.designs import FitResult, FoundResult
+from vibropipe.solve.fit import fit_model
+from vibropipe.words.designs import FitResult, FoundResult, Twin
 
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 KNOWN = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2)
@@ -103,6 +104,21 @@ def test_a_noisy_response_is_explained_within_its_covariance():
     assert distance(found) < 16.3
     assert 0.2 < float(found.reduced_chi_square) < 2.5
     assert found.displacement_amplitude_measured.dims == ("measurement", "harmonic")
+
+
+def test_amplitudes_alone_fit_the_mirrored_exciter_as_well(monkeypatch):
+    """They do not tell the supports apart; a mean has a sign, which does. One search finds one of both."""
+    monkeypatch.setattr(fit_model, "REFINED", 1)
+    generator, nu = np.random.default_rng(3), np.linspace(1.2, 1.5, 12)
+    noise = {"displacement_amplitude_1": 1e-4, "displacement_mean": 1e-4}
+    table, _sweep = noisy_response(TRUE, nu, noise, generator)
+    assert "twin" not in vp.identify(KNOWN, table, VARY, noise=noise).dims
+    name = "displacement_amplitude_1"
+    found = vp.identify(KNOWN, {"nu": nu, name: table[name]}, VARY, noise={name: noise[name]})
+    assert found.twin_kind.values.tolist() == [Twin.OTHER]
+    assert float(found.twin_excess[0]) == pytest.approx(0.0, abs=1e-9)
+    for own, other, sign in (("delta", "delta", -1), ("R1", "R2", 1), ("R2", "R1", 1)):
+        assert float(found[f"{own}_twin"][0]) == sign * float(found[other])
 
 
 # Displacements as a wrong sensor gives them: (factor, what is added).

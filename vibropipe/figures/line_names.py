@@ -1,4 +1,4 @@
-"""Names of lines, written above, below or on them where nothing else lies."""
+"""Names of lines, written beside or on them where nothing else lies."""
 
 from __future__ import annotations
 
@@ -27,13 +27,17 @@ AMPLE = 0.4  # cm of clearance beyond which a place beside a line is no better
 NEARER = 0.1  # cm by which other lines are farther from a label beside its line
 STEP_CM = 0.05  # cm between points of a line that labels avoid
 JUMP_CM = 0.4  # cm to a next point that lies across a jump
+ROUNDING_CM = 1e-6  # cm by which the ends of a line are off those of its axes
+SHOWN_CM = 0.15  # cm of a line that are seen beside a label on it
 
 
 @dataclass(frozen=True)
 class Named:
     """A line with its name; points that are not finite are gaps.
 
-    is_needed : whether the name stands on the line where it has no room beside it; else it is left out there
+    is_needed : whether the name stands left or right of the line, or on it, where it has no room above or below it;
+        else it is left out there
+    breaks : the points after which the line is broken, beside its gaps; None if long steps are jumps
     """
 
     x: Floats
@@ -41,6 +45,7 @@ class Named:
     text: str
     colour: str
     is_needed: bool = True
+    breaks: Sequence[int] | None = None
 
 
 def label_lines(
@@ -48,7 +53,7 @@ def label_lines(
 ) -> list[Text]:
     """Write the name of each line above or below it, on the side without others, and return what is written.
 
-    Where it has no room there, it stands on its line, with white below, or is left out.
+    Where it has no room there, it stands left or right of its line, or on it, with white below, or is left out.
 
     ax : where the lines are drawn, with their scales and limits
     lines : the lines; the first ones choose first
@@ -73,17 +78,24 @@ def label_lines(
         rest = [
             *(p for n, p in enumerate(drawn) if n != number),
             *others,
-            _seen(_jumps(all_points)),
+            _seen(_jumps(ax, line, size)),
         ]
-        tried = _beside(half - TIGHT, size, own, rest)
-        tried = tried[_is_free(tried, half - TIGHT, boxes)]
+        path = drawn[number]
+        for axis in (1, 0) if line.is_needed else (1,):  # of a steep line left or right of it
+            tried = _beside(half - TIGHT, size, own, path, rest, axis)
+            tried = tried[_is_free(tried, half - TIGHT, boxes)]
+            if len(tried):
+                break
         clearance = np.minimum(_distance(tried, half - TIGHT, rest), AMPLE)
-        clearance -= 0.5 * _distance(tried, half - TIGHT, [own])  # better close to its line
+        clearance -= 0.5 * _distance(tried, half - TIGHT, [path])  # better close to its line
         upright = "center"
         if not len(tried) and line.is_needed:
             upright = "center_baseline"  # letters without descenders are centred on their line
             tried = _evenly(inside, PLACES)
             tried = tried[_is_free(tried, half, boxes) & ~_hides(tried, half, own)]
+            ends = _in_cm(ax, *_ends(line), size)
+            goes_on = _distance(tried, half, [ends]) >= SHOWN_CM
+            tried = tried[goes_on] if goes_on.any() else tried
             clearance = _distance(tried, half, rest)
             if not (clearance >= CLEAR).any():  # over as little of the others as can be
                 clearance = -_covered(tried, half, rest)
@@ -106,15 +118,30 @@ def with_places(values: Floats) -> Floats:
     return np.interp(np.linspace(0.0, values.size - 1.0, number), np.arange(values.size), values)
 
 
-def _beside(half: Floats, size: Floats, own: Floats, rest: Sequence[Floats]) -> Floats:
-    """Return places above and below a line whose labels are clearly nearer to it than to others, and touch none."""
+def _beside(
+    half: Floats, size: Floats, own: Floats, path: Floats, rest: Sequence[Floats], axis: int
+) -> Floats:
+    """Return places on both sides of a line whose labels are clearly nearer to it than to others, and touch none.
+
+    own, path : (n, 2) points of the line, without and with others between them
+    axis : 0 for labels left and right of it, 1 for labels above and below
+    """
     found = []
-    for side in (sign * (half[1] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
-        places = own + np.array([0.0, side])
+    for side in (sign * (half[axis] + gap) for gap in BESIDE_CM for sign in (1.0, -1.0)):
+        places = own + side * np.eye(2)[axis]
         fits = ((places > half + TIGHT) & (places < size - half - TIGHT)).all(axis=1)
-        to_own, to_rest = _distance(places, half, [own]), _distance(places, half, rest)
+        to_own, to_rest = _distance(places, half, [path]), _distance(places, half, rest)
         found.append(places[fits & (to_own > CLEAR) & (to_rest > to_own + NEARER)])
     return np.concatenate(found)
+
+
+def _ends(line: Named) -> tuple[Floats, Floats]:
+    """Return the first and last points of all stretches of a line."""
+    known = np.isfinite(line.x) & np.isfinite(line.y)
+    joined = known[:-1] & known[1:]
+    joined[list(line.breaks or ())] = False
+    is_end = known & ~(np.append(joined, False) & np.insert(joined, 0, False))
+    return line.x[is_end], line.y[is_end]
 
 
 def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
@@ -122,7 +149,7 @@ def _in_cm(ax: Axes, x: Floats, y: Floats, size: Floats) -> Floats:
     kept = np.isfinite(x) & np.isfinite(y)
     points = np.stack([x[kept], y[kept]], axis=1)
     shown = ax.transAxes.inverted().transform(ax.transData.transform(points)) * size
-    return shown[((shown >= 0) & (shown <= size)).all(axis=1)]
+    return shown[((shown >= -ROUNDING_CM) & (shown <= size + ROUNDING_CM)).all(axis=1)]
 
 
 def _joined(points: Floats) -> Floats:
@@ -150,11 +177,15 @@ def _seen(points: Floats) -> Floats:
     return points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
 
 
-def _jumps(points: Floats) -> Floats:
+def _jumps(ax: Axes, line: Named, size: Floats) -> Floats:
     """Return points on the jumps of a line, where arrows stand."""
+    points = _in_cm(ax, line.x, line.y, size)
     steps = np.hypot(*np.diff(points, axis=0).T)
-    found = [_joined(points[n : n + 2]) for n in np.flatnonzero(steps > JUMP_CM).tolist()]
-    return np.concatenate([np.empty((0, 2)), *found])
+    pairs = [points[n : n + 2] for n in np.flatnonzero(steps > JUMP_CM).tolist()]
+    if line.breaks is not None:
+        ends = (slice(n, n + 2) for n in line.breaks)
+        pairs = [_in_cm(ax, line.x[each], line.y[each], size) for each in ends]
+    return np.concatenate([np.empty((0, 2)), *(_joined(pair) for pair in pairs)])
 
 
 def _half_size(ax: Axes, text: str) -> Floats:

@@ -154,9 +154,17 @@ def portrait_handles(supports: set[int]) -> list[Line2D]:
     ]  # fmt: skip
 
 
+def _cells(values: Floats) -> NDArray[np.int64]:
+    """Return in which of CELLS along their range values lie; 0 of those that are not finite."""
+    finite = values[np.isfinite(values)]
+    low, width = (finite.min(), np.ptp(finite) or 1.0) if finite.size else (0.0, 1.0)
+    return np.nan_to_num(np.round(CELLS * (values - low) / width)).astype(np.int64)
+
+
 def draw_points(ax: Axes, x: Floats, y: Floats, colour: str = BLACK, marker: str = ".") -> None:
-    """Draw the points of a section or a diagram, smaller the more there are."""
-    size = float(np.clip(30.0 / max(1, x.size) ** 0.4, 1.3, 5.0))
+    """Draw the points of a section or a diagram, smaller the more places they have: orbits come back to theirs."""
+    places = np.unique((CELLS + 1) * _cells(x) + _cells(y)).size or 1
+    size = float(np.clip(30.0 / places**0.4, 1.3, 5.0))
     drawn = ax.plot(
         x, y, linestyle="none", marker=marker, markersize=size, markeredgewidth=0.0,
         color=colour, zorder=2,
@@ -164,6 +172,7 @@ def draw_points(ax: Axes, x: Floats, y: Floats, colour: str = BLACK, marker: str
     rasterise_many(drawn, 4 * x.size)
 
 
+CELLS = 10_000  # of a side, in which points are counted as one
 FLOOR = 1e-6  # lowest amplitude on the axis, relative to the largest
 STEMS: tuple[dict[str, Any], ...] = (
     {"color": BLUE, "marker": "o"},

@@ -174,6 +174,8 @@ def keep_zero_scale(ax: Axes, size: float, largest_value: float) -> None:
     """
     if size <= ROUNDING * largest_value:
         ax.set_ylim(-0.05 * largest_value or -1.0, 0.05 * largest_value or 1.0)
+    if largest_value == 0.0:
+        ax.set_yticks([0.0])
 
 
 def rasterise_many(artists: Iterable[Artist], amount: int) -> None:

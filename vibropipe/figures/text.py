@@ -29,8 +29,8 @@ from vibropipe.words.vocabulary import (
 LINE_DIGITS = 95
 
 
-def in_lines(parts: list[str]) -> str:
-    """Join texts by commas, in as few lines of at most LINE_DIGITS as they need, all about as long."""
+def in_lines(parts: list[str], most: float = LINE_DIGITS) -> str:
+    """Join texts by commas, in as few lines of at most so many digits as they need, all about as long."""
     ends = np.cumsum([width_in_digits(f"{part},  ") for part in parts])
     for amount in range(1, len(parts) + 1):
         middles = ends - np.diff(ends, prepend=0) / 2
@@ -39,7 +39,7 @@ def in_lines(parts: list[str]) -> str:
             ",  ".join(part for part, n in zip(parts, line_of, strict=True) if n == line)
             for line in dict.fromkeys(line_of.tolist())
         ]
-        if max(map(width_in_digits, lines)) <= LINE_DIGITS:
+        if max(map(width_in_digits, lines)) <= most:
             break
     return ",\n".join(lines) if parts else ""
 

@@ -128,17 +128,26 @@ def warning_answers(study: Study) -> list[dict[str, str]]:
 def scene_labels(study: Study, most: float = MAX_LABEL) -> dict[str, str]:
     """Return how each scene is called in tables and sentences: by its title if that is short, else by its head or name.
 
-    The title of a picture of several scenes is short for none of them.
+    The title of a picture of several scenes is short for none of them; each has its own head there.
 
     most : letters of a title that is short.
     """
     titles = [scene.title for scene in study.scenes.values()]
+    heads = {
+        name: head
+        for own, scene in study.scenes.items()
+        for name, head in zip(
+            [own, *getattr(scene.figure, "together", [])],
+            getattr(scene.figure, "heads", []),
+            strict=False,
+        )
+    }
     return {
         name: scene.title
         if 0 < len(scene.title) <= most
         and titles.count(scene.title) == 1
         and (most == math.inf or not scene.figure.drawn_together())
-        else next(iter(getattr(scene.figure, "heads", [])), name.replace("_", " "))
+        else heads.get(name, name.replace("_", " "))
         for name, scene in study.scenes.items()
     }
 

@@ -72,11 +72,13 @@ def bare_symbols(datasets: Datasets) -> str:
 
     With units h is the hour of km/h.
     """
-    forces = "".join(SYMBOLS[name] for name in ("friction", "load") if has_value(name, datasets))
+    names = ("friction", "load", "shaker")
+    forces = "".join(SYMBOLS[name] for name in names if has_value(name, datasets))
     if not any(is_physical(data) for data in datasets.values()):
         return f"fh{forces}"
     motions = max(data.sizes.get("attractor_id", 0) for data in datasets.values())
-    capitals = (each for each in "CFHP" if string.ascii_uppercase.index(each) >= motions)
+    own = "CFHMP" if has_value("mass_ratio", datasets) else "CFHP"
+    capitals = (each for each in own if string.ascii_uppercase.index(each) >= motions)
     return "".join([*capitals, forces])
 
 

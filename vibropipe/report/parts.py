@@ -26,7 +26,7 @@ Datasets = Mapping[str, xr.Dataset]
 # Heads and first cells that are names of quantities -> what is written.
 SYMBOLS = {
     **PLAIN_SYMBOLS,
-    "multiple": "m", "impacts_1": "struck, support 1", "impacts_2": "struck, support 2",
+    "multiple": "periods", "impacts_1": "struck, support 1", "impacts_2": "struck, support 2",
     "mean": "mean",
     "multipliers": "multipliers",
 }  # fmt: skip

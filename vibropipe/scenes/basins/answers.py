@@ -23,7 +23,7 @@ from vibropipe.scenes.basins.attractors import (
     ordered,
     step_of,
 )
-from vibropipe.scenes.basins.text import percent, start_text
+from vibropipe.scenes.basins.text import HELD, has_friction, percent, start_text
 from vibropipe.words.proofs import REFUSED
 from vibropipe.words.wording import series
 
@@ -32,7 +32,6 @@ MANY = 0.1  # share of border starts above which they are many
 ALIKE = 0.05  # relative difference of knocks that are about equal
 PROVED = "knock_impulse_low"  # what a table tells of a proof
 NOT_FOUND = "No isolated motion was found on which the starts settle"
-HELD = "Where friction holds the mass, it may come to rest in a whole range of places."
 
 
 def knock_when(dataset: xr.Dataset) -> str:
@@ -64,8 +63,7 @@ def basin_answers(dataset: xr.Dataset) -> list[Answer]:
 
 def not_found(dataset: xr.Dataset) -> Answer:
     """Return that no motion was found, and that friction may leave many."""
-    friction = dataset.get("friction", xr.DataArray(0.0))
-    return Answer(f"{NOT_FOUND}.", HELD if bool((friction > 0.0).any()) else "")
+    return Answer(f"{NOT_FOUND}.", f"{HELD}." if has_friction(dataset) else "")
 
 
 def progression_answers(dataset: xr.Dataset) -> list[Answer]:

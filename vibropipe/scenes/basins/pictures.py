@@ -25,7 +25,7 @@ from vibropipe.figures.canvas import WIDE as CANVAS
 from vibropipe.figures.claims import at_most
 from vibropipe.figures.map_shapes import cell_edges, with_margin
 from vibropipe.figures.motion_words import number_word, way_of
-from vibropipe.figures.palette import GREY, HAIRLINE, INK
+from vibropipe.figures.palette import FAILED, GREY, HAIRLINE, INK
 from vibropipe.figures.style import write_centred
 from vibropipe.figures.text import (
     ORDINALS,
@@ -265,6 +265,8 @@ def draw_bands(ax: Axes, dataset: xr.Dataset, name: str) -> None:
         is_border = (top > 0) & (top < 1) & (share[:, index] > 0)
         ax.vlines(values[is_border], low[is_border], high[is_border], color=INK, linewidth=0.7)
         write_letter(ax, values, bottom, top, letters[index])
+    none = (dataset["attractor"] < 0).mean(["x0", "v0"]).values
+    ax.stairs(top + none, edges, baseline=top, fill=True, facecolor=FAILED)
 
 
 def band_edges(values: np.ndarray) -> np.ndarray:

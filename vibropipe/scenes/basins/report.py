@@ -47,8 +47,9 @@ def title_shares(dataset: xr.Dataset, branches: xr.Dataset | None = None) -> str
     symbol, ranges = symbol_text(dataset[swept_name(dataset)]), len(together_ranges(dataset))
     only = only_value(dataset)
     if not ranges:
-        one = f"At {only or f'each value of {symbol}'}, all starts settle on one motion"
-        return "" if missing_text(dataset) else one
+        is_all = not missing_text(dataset)
+        told = "all starts settle on one motion" if is_all else "at most one motion was found"
+        return f"At {only or f'each value of {symbol}'}, {told}"
     if only:
         return f"Motions coexist at {only}"
     where = amount_text(ranges, f"range of {symbol}", f"ranges of {symbol}")
@@ -129,6 +130,7 @@ def together_answer(dataset: xr.Dataset) -> Answer:
         places[1] = places[1].removeprefix(f"{symbol} = ")
     ways = "from", "to" if places[0] else "up to"
     texts = [f"{way} {place}" for way, place in zip(ways, places, strict=True) if place]
+    texts += ["on"] if places[0] and not places[1] else []
     where = " ".join(texts) or f"at {only_value(dataset) or f'all values of {symbol}'}"
     more = ", and elsewhere" if len(ranges) > 1 else ""
     low, high = _ends(dataset, *ranges[0])
@@ -281,11 +283,12 @@ def family_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if is_one_motion(dataset) and rows[0][-1] == "100":
         return None  # which has no ends
     symbol = symbol_text(axis)
+    unknown = ", ?: none was found" if any("?" in row[-2] for row in rows) else ""
     head = ["", "motion", in_brackets("from", axis), in_brackets("to", axis), "beyond", "share (%)"]
     note = (
         f"Values of {symbol} at which a motion appears and vanishes; a dash: it goes on to the end of the range. "
-        "Beyond: the motions that settle below and above instead. Motions, and shares of the starts: at the values of "
-        "the grid, which may miss where motions coexist."
+        f"Beyond: the motions that settle below and above instead{unknown}. Motions, and shares of the starts: "
+        "at the values of the grid, which may miss where motions coexist."
     )
     return Table(
         head, rows, note, left=2, title="Where each motion appears and vanishes", scene=scene

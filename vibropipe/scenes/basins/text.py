@@ -12,6 +12,7 @@ from vibropipe.figures.text import format_number, is_forced, sentences
 from vibropipe.words.wording import capitalised, count
 
 MAX_BORDER = 0.25  # share of border starts above which lines between the basins would cover them
+HELD = "Where friction holds the mass, it may come to rest in a whole range of places"
 
 
 def percent(share: float) -> str:
@@ -84,6 +85,14 @@ def marks_texts(dataset: xr.Dataset) -> tuple[str, ...]:
 
 
 def missing_text(dataset: xr.Dataset) -> str:
-    """Write the share of starts for which no attractor was found."""
+    """Write the share of starts for which no attractor was found, and that friction may leave many."""
     none = float((dataset["attractor"] < 0).mean())
-    return f"Red: {percent(none)} of the starts, for which no motion was found" if none else ""
+    held = f". {HELD}" if has_friction(dataset) else ""
+    return (
+        f"Red: {percent(none)} of the starts, for which no motion was found{held}" if none else ""
+    )
+
+
+def has_friction(dataset: xr.Dataset) -> bool:
+    """Return whether dry friction acts on the mass somewhere, which may hold it."""
+    return bool((dataset.get("friction", xr.DataArray(0.0)) > 0.0).any())

@@ -22,8 +22,8 @@ from vibropipe.words.regimes import Regime
 MAX_ROWS, MAX_PASSED = 12, 3  # curves of the table; meetings of its note
 # Distance of both ends of a curve that turns back, as a share of the plane.
 SAME_PLACE = 1e-6
-# Of the largest value of a parameter: what is nearer to 0 is rounding.
-ROUNDING = 1e-9
+# Of the largest value of a parameter: what is nearer to 0 is beyond the digits of the others, and of where curves meet.
+ROUNDING = 1e-5
 KINDS, MEETINGS = flag_texts("boundary_kind"), flag_texts("meeting_kind")
 
 

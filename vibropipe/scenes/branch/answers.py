@@ -199,8 +199,9 @@ def jump_answer(dataset: xr.Dataset, stretches: list[Stretch]) -> Answer | None:
     alike = {
         (j.stretch.over, round(j.value, 9)) for j in jumps if j.size >= (1 - SAME) * largest.size
     }
-    which = "The jump" if places == 1 else "The largest jump"
-    which = "One of the largest jumps" if len(alike) > 1 else which
+    of = " of the impact velocity"  # by which jumps are compared
+    which = "The jump" if places == 1 else f"The largest jump{of}"
+    which = f"One of the largest jumps{of}" if len(alike) > 1 else which
     named = "; ".join(beyond[:MAX_NAMED] + ["others"] * (len(beyond) > MAX_NAMED))
     return Answer(
         f"Followed motions jump {where}, in at least {amount_text(places, 'place')}.",

@@ -87,6 +87,7 @@ def draw_branches(
     note = parameter_line(dataset)
     figure = noted_canvas(base + number * (high + between) + TOP, note, LEFT)
     colours, drawn, names = colours_of(dataset, pieces), [], line_names(dataset, pieces)
+    told = set[str]()
     for position, (each, ends) in enumerate(shown):
         bottom = base + (number - 1 - position) * (high + between)
         ax = axes(figure, LEFT, bottom, WIDTH, high)
@@ -98,7 +99,9 @@ def draw_branches(
         draw_panel(ax, dataset, each, pieces, jumps, colours)
         ax.set_xlim(*ends)
         draw_bifurcations(ax, dataset, each.values, close if ends is limits else None)
-        write_names(ax, dataset[along].values, each.values, pieces, names, colours, others)
+        told |= write_names(
+            ax, dataset[along].values, each.values, pieces, names, colours, others, told=told
+        )
         title = each.label + (", enlarged" if ends is close else "")
         panel(ax, "abcdefgh"[position % 8] if number > 1 else "", title, indent=-1.1)
         ax.tick_params(labelbottom=bool(close) or (position == number - 1 and not bars))

@@ -97,7 +97,8 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
     ax.set_xlim(float(at[0]), float(at[-1]))
     ax.margins(y=0.1)
     points = zip(*(each[:, None] for each in crossings), strict=True)
-    motor, names = Named(at, given, "motor", GREY), line_names(dataset, pieces)
+    motor = Named(at, given, "motor", GREY, breaks=[])
+    names = line_names(dataset, pieces)
     write_names(ax, speeds.values, load[:, None], pieces, names, colours, points, motor)
     panel(ax, title=in_brackets("torque of load and motor", dataset["motor_torque"]))
     ax.set_xlabel(axis_label(speeds))
@@ -139,7 +140,8 @@ def title_motor(dataset: xr.Dataset, **options: Any) -> str:
         kept_at, n = np.unique(values).size, np.unique(dataset[over].values).size
         which = f"{number_word(kept_at) if kept_at else 'none'} of {amount_text(n, 'value')}"
         which = f"each of {amount_text(n, 'value')}" if kept_at == n > 1 else which
-        return f"At {which} of {symbol_text(dataset[over])} the motor keeps a speed followed here"
+        keeps = "the motor keeps" if kept_at else "does the motor keep"
+        return f"At {which} of {symbol_text(dataset[over])} {keeps} a speed followed here"
     number, kept = dataset.sizes["crossing"], int((dataset["speed_is_stable"] == 1).sum())
     if not number:
         return "The torque of the motor is that of the load at no speed followed here"

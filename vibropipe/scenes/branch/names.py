@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Collection, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -34,10 +34,14 @@ def write_names(
     colours: Mapping[Any, str],
     obstacles: Iterable[Curve] = (),
     *more: Named,
-) -> None:
-    """Write each name at the widest stable piece that has it; words of motions, which are long, only beside it.
+    told: Collection[str] = (),
+) -> set[str]:
+    """Write each name at the widest stable piece that has it, and return those that are written.
+
+    Words of motions, which are long, stand only beside it, and so do values that another panel names.
 
     obstacles, more : other curves, from which names keep away, and further lines with theirs
+    told : names that stand in another panel
     """
     are_values = len({piece.value for piece in pieces}) > 1
     limits, lines = ax.get_xlim(), [*more]
@@ -53,5 +57,6 @@ def write_names(
             widest = max(own, key=lambda n: np.ptp(np.clip(curves[n][2], *limits)))
             piece, _, at, values = curves.pop(widest)
             colour = colour_of(colours, piece.law, piece.value)
-            lines.append(Named(at, values, name, colour, are_values))
-    label_lines(ax, lines, [*obstacles, *((at, values) for _, _, at, values in curves)])
+            lines.append(Named(at, values, name, colour, are_values and name not in told))
+    written = label_lines(ax, lines, [*obstacles, *((at, y) for _, _, at, y in curves)])
+    return {text.get_text() for text in written}

@@ -64,6 +64,8 @@ class Part(NamedTuple):
         value = float(values.values[row])
         if self.variable == "yield":  # as it is told everywhere else
             return percent(value)
+        if np.isnan(value):  # a support that is not struck has no velocity
+            return "no value"
         value = 0.0 if is_nothing(dataset, self, value) else value
         write = format_number if value.is_integer() else measured
         return with_units(values, write(value, digits))
@@ -121,9 +123,10 @@ def usual_parts(dataset: xr.Dataset) -> list[Part]:
 
 
 def spread_parts(dataset: xr.Dataset) -> list[Part]:
-    """Return the wanted quantities whose spread is known; the usual ones if there are none."""
+    """Return the wanted quantities whose spread is known of design 1; the usual ones if there are none."""
     for parts in (wanted_parts(dataset), usual_parts(dataset)):
-        if kept := [part for part in parts if f"{part.variable}_contribution" in dataset]:
+        held = [part for part in parts if f"{part.variable}_contribution" in dataset]
+        if kept := [each for each in held if each.of(dataset).notnull().values.flat[0]]:
             return kept
     return []
 

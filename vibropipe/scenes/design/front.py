@@ -19,6 +19,7 @@ from vibropipe.solve.rows.named import OF_CONTACTS
 
 HEIGHT = 8.8
 CLOUD = "#9C9C9C"
+MARKER = 5.0  # pt
 
 
 def draw_front(dataset: xr.Dataset) -> Figure:
@@ -39,7 +40,7 @@ def draw_front(dataset: xr.Dataset) -> Figure:
         marker = LINE_MARKERS[n % len(LINE_MARKERS)]
         style: dict[str, Any] = {"color": colour, "markeredgecolor": EXACT, "markeredgewidth": 0.5}
         label = law.removesuffix(" periods")
-        ax.plot(x[chosen], y[chosen], marker, markersize=5.0, label=label, **style)
+        ax.plot(x[chosen], y[chosen], marker, markersize=MARKER, label=label, **style)
     number(ax, dataset, x, y)
     ax.set_xlabel(axis_text(dataset, 0))
     ax.set_ylabel(axis_text(dataset, 1))
@@ -61,7 +62,8 @@ def number(ax: Axes, dataset: xr.Dataset, x: np.ndarray, y: np.ndarray) -> None:
     other = "left" if ha == "right" else "right"
     places = ((-3.0, -2.0, ha), (0.0, -4.0, "center"), (3.0, -2.0, other))
     ax.autoscale_view()  # matplotlib puts it off until the limits are asked for
-    boxes: list[Bbox] = []
+    at, half = ax.transData.transform(np.column_stack([x, y])), 0.4 * MARKER / 72 * ax.figure.dpi
+    boxes = [Bbox([point - half, point + half]) for point in at]
     last = x.size - 1
     for n in sorted(range(x.size), key=lambda n: (n not in (0, last), n)):
         for right, up, side in places:

@@ -14,6 +14,7 @@ from matplotlib.patches import Rectangle
 from vibropipe.figures.canvas import SMALL, WIDE, arrow, axes, new_canvas
 from vibropipe.figures.palette import BAND, FAILED, GREY, INK, SUPPORT_TEXT
 from vibropipe.figures.text import (
+    LINE_DIGITS,
     force_amplitude,
     format_number,
     in_lines,
@@ -51,6 +52,7 @@ from vibropipe.words.vocabulary import held_name
 REACH, WALL, LINE = 3.2, 0.7, 0.4
 MIDDLE, CENTRED, TABLE = 6.4, 8.2, 10.6
 FEW_LINES = 5  # of the table, beside the mass
+DIGITS_BESIDE = 62  # of a line of parameters beside the table
 MASS = 1.1
 TOP = 5.62  # of the frame of a housing that slides
 FRAME: dict[str, Any] = {"color": GREY, "lw": 1.2, "zorder": 1}
@@ -62,7 +64,7 @@ def draw_sketch(dataset: xr.Dataset) -> Figure:
     names = limited(dataset)
     given = [name for name in parameter_names(dataset) if name not in NAMES_DRAWN]
     texts = [quantity_text(dataset, name) for name in given]
-    line = in_lines(texts).replace("\n", "  ") if names and len(texts) < 6 else in_lines(texts)
+    line = in_lines(texts, DIGITS_BESIDE if names else LINE_DIGITS)
     below = max(0, len(names) - FEW_LINES, line.count("\n")) * LINE
     height = 5.7 + below
     figure = new_canvas(height)

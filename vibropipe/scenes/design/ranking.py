@@ -53,6 +53,7 @@ NEAREST = 1e-4  # of the ranges: nearer changes of the law are not told apart
 NONE_FOUND = 1.0  # of the ranges: the margin where no change of the law is found
 LONG = 1.2  # more for impacts in several periods
 MOST_PARAMETERS, MOST_PANELS, NARROWEST = 5, 3, 1.7
+MOST_TIGHT = 4  # symbols that have room in a verdict
 KEPT = "\u00a0"
 LETTERS = 6.6  # of a head in a centimetre
 MISSED = {
@@ -256,7 +257,9 @@ def verdict(dataset: xr.Dataset, row: int) -> str:
         return MISSED[DesignResult(int(dataset["design_result"].values[row]))]
     if not has_yield(dataset):
         return ""
-    if tight := held_too_wide(dataset, row):
+    if len(tight := held_too_wide(dataset, row)) > MOST_TIGHT:
+        return f"{len(tight)} are tight"
+    if tight:
         return "tight: " + ", ".join(symbol_of(dataset[name]) for name in tight)
     if is_lost(dataset)[row]:
         return "too many fail"
@@ -314,7 +317,7 @@ def describe_designs(dataset: xr.Dataset) -> str:
     if has_yield(dataset):
         sampled = f"Sampled {scatter_words(dataset)}"
         parts.append(f"Yield: {yield_words(dataset)}" if yields_differ(dataset) else sampled)
-    if any(text.startswith("tight") for text in verdicts(dataset)):
+    if any("tight" in text for text in verdicts(dataset)):
         parts.append("Tight: a tolerance below the given standard deviation")
     if (margins < NONE_FOUND).any():
         far = at_least(100 * float(np.nanmin(margins)), 2)

@@ -206,7 +206,8 @@ def best_design(dataset: xr.Dataset) -> Answer:
         f"{plain_symbol_of(dataset[name])} = {nominal_text(dataset, name, row)}"
         for name in varied(dataset)
     )
-    reached = [f"{p.words(dataset)} = {p.value_text(dataset, row)}" for p in chief_parts(dataset)]
+    words = {part: part.words(dataset) for part in chief_parts(dataset)} | {Part("yield"): "yield"}
+    reached = [f"{words[p]} = {p.value_text(dataset, row)}" for p in chief_parts(dataset)]
     return Answer(f"{which} has {values}.", f"It reaches {series(reached)}.")
 
 
@@ -251,7 +252,7 @@ def missed(dataset: xr.Dataset) -> Answer:
     which = "The one found misses"
     if dataset.sizes["design"] > 1:
         which = f"Of those found, design {nearest + 1} misses least,"
-    rest = f"{which} by {miss} of what is wanted, or of l where that is 0: {reason}."
+    rest = f"{which} by {miss} times what is wanted, or l where that is 0: {reason}."
     return Answer("No design was found that keeps all that is wanted.", rest)
 
 

@@ -17,7 +17,6 @@ from vibropipe.figures.style import ROUNDING
 from vibropipe.figures.text import (
     ORDINALS,
     axis_label,
-    format_number,
     in_brackets,
     measured,
     parameters_text,
@@ -127,9 +126,9 @@ def energy_title(dataset: xr.Dataset) -> str:
 def describe_energy(dataset: xr.Dataset) -> str:
     """Return the caption of the energies: the residual of each balance."""
     texts = [
-        f"Residual of the balance {text}: {format_number(float(dataset[f'{form}_residual']), 2)}"
-        for form, text in FORMS.items()
-        if f"{form}_residual" in dataset
+        f"Residual of the balance {text}: {value_text(dataset[name], float(dataset[name]), 2)}"
+        for name, text in ((f"{form}_residual", text) for form, text in FORMS.items())
+        if name in dataset
     ]
     return sentences(
         "Energy fed in (positive) and lost (negative)", *texts, parameters_text(dataset)

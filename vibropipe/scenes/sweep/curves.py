@@ -42,7 +42,7 @@ from vibropipe.scenes.sweep.layout import (
     spot_axes,
     write_spot_titles,
 )
-from vibropipe.scenes.sweep.lines import BAR_NAME, draw_line, draw_strips, lines_of
+from vibropipe.scenes.sweep.lines import BAR_NAME, breaks_of, draw_line, draw_strips, lines_of
 from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS, region_patches
 from vibropipe.scenes.sweep.quantities import (
     COUNTED,
@@ -104,8 +104,8 @@ def draw_sweep(
         words = spot.panel.title(dataset, spot.words_cm)
         write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
-    scale_ordinates(first, dataset)
     finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
+    scale_ordinates(first, dataset)
     # once the limits are known
     for ax, named_lines, other_lines in names:
         label_lines(ax, named_lines, other_lines)
@@ -198,7 +198,8 @@ def name_lines(
             continue
         text = value_text(spot.part[lines_dim], float(line.row[lines_dim]))
         text = text if line.position == 0 else text.rpartition(" = ")[2]
-        named.append(Named(x, y, text, colours[line.position]))
+        breaks = breaks_of(x, y, line, series.name in COUNTED)
+        named.append(Named(x, y, text, colours[line.position], breaks=breaks))
     label_lines(ax, named, [*others, *backbone_curves(spot.panel, along, backbone)])
 
 
@@ -232,7 +233,8 @@ def draw_panel(
                 ax, x, y, line, {"color": colour, "linestyle": dashes}, arrows, each.name in COUNTED
             )
             if lines_dim is None and len(series) > 1 and line.direction != "down":
-                named.append(Named(x, y, each.text, colour))
+                breaks = breaks_of(x, y, line, each.name in COUNTED)
+                named.append(Named(x, y, each.text, colour, breaks=breaks))
             elif named:
                 others.append((x, np.where(np.isclose(y, named[-1].y), np.nan, y)))
     if lines_dim is None and len(series) == 1 and DIRECTION in part["regime"].dims:
@@ -282,6 +284,10 @@ def scale_ordinates(drawn: dict[Panel, Axes], dataset: xr.Dataset) -> None:
         if name == "impacts_per_period":
             cut_high(ax, each, dataset)
         keep_zero_scale(ax, panel_size(dataset, each), family_size(dataset, name))
+        if name not in SIGNED:
+            ax.set_ylim(bottom=0.0)
+        if not any(series.of(dataset).notnull().any() for series in each.series):
+            ax.set_yticks([])
 
 
 def cut_high(ax: Axes, panel: Panel, dataset: xr.Dataset) -> None:

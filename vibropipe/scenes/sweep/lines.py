@@ -105,6 +105,14 @@ def _orbits_and_jumps(
     return orbit, jump_steps(x, shown, line.row["regime"].values)
 
 
+def breaks_of(x: Floats, y: Floats, line: Line, steps: bool) -> list[int]:
+    """Return the rows after which a line is broken: where it jumps, and beside rows without an orbit."""
+    orbit, jumps = _orbits_and_jumps(x, y, line, steps)
+    is_broken = ~(orbit[:-1] & orbit[1:])
+    is_broken[jumps] = True
+    return np.flatnonzero(is_broken).tolist()
+
+
 def _has_arrows(line: Line, steps: bool, jumps: NDArray[np.intp]) -> bool:
     """Return whether jumps are drawn as arrows: of rows that were followed, and few."""
     return bool(line.direction) and not steps and 0 < jumps.size <= MAX_JUMPS

@@ -21,6 +21,7 @@ from vibropipe.figures.canvas import LEGEND_LINE, colour_bar, legend_below, plai
 from vibropipe.figures.canvas import panel as write_title
 from vibropipe.figures.map_shapes import borders, label_regions
 from vibropipe.figures.palette import HAIRLINE, INK, MAGNITUDES, SIGNED, shaded
+from vibropipe.report.findings import largest
 from vibropipe.scenes.sweep.laws import Region, regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import (
     as_steps,
@@ -149,11 +150,15 @@ def map_series(dataset: xr.Dataset, show: Collection[str] = ()) -> list[Series]:
     """Return the quantities of the maps; of harmonics the first one.
 
     Without `show` they are the progression of a housing, the largest velocity of impacts on either support, the
-    mean displacement and the first harmonic, DEFAULT_AMOUNT of those that the data have.
+    mean displacement and the first harmonic, DEFAULT_AMOUNT of those that the data have; the others where these are the
+    same everywhere.
     """
     found: list[Series] = []
     held = [name for name in show or DEFAULT_SHOW if name in dataset]
-    for name in [name for name in held if is_shown(dataset, name)] or held:
+    held = [name for name in held if is_shown(dataset, name)] or held
+    told = [name for name in held if not is_uniform(dataset, name)]
+    is_told = show or not told or not {*told}.isdisjoint(held[:DEFAULT_AMOUNT])
+    for name in held if is_told else told:
         series = series_of(dataset, name)
         if not show and series[0].dim == "support":
             series = [Series(name, "support", None)]
@@ -186,13 +191,14 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
     figure, found = places(len(panels), 2, height, lines, beside=BAR_CM)
     for letter, place, (title, part, each) in zip(ascii_lowercase, found, panels, strict=False):
         ax, norm = map_panel(figure, place, part, x, y), norms[each.name]
-        drawn = draw_values(ax, part, each, norm, x, y)
+        drawn = draw_values(ax, part, each, norm, x, y, is_blank(dataset, each))
         right = place.left + place.width
-        bar = colour_bar(figure, drawn, right + 0.15, place.bottom, 0.18, place.height)
-        plain_ticks(bar.ax.yaxis, 5)
-        extend(bar.ax, each.of(part).values, norm)
-        if has_both_signs(norm):
-            bar.ax.axhline(-CONTOUR * (norm.vmax or 1.0), color=INK, lw=0.5, ls=(0, (3, 2)))
+        if not is_blank(dataset, each):
+            bar = colour_bar(figure, drawn, right + 0.15, place.bottom, 0.18, place.height)
+            plain_ticks(bar.ax.yaxis, 5)
+            extend(bar.ax, each.of(part).values, norm)
+            if has_both_signs(norm):
+                bar.ax.axhline(-CONTOUR * (norm.vmax or 1.0), color=INK, lw=0.5, ls=(0, (3, 2)))
         words = fitted_title(dataset, each, place.width + BAR_CM - 0.5)
         if title:
             write_titles(ax, words, title)
@@ -202,16 +208,18 @@ def draw_quantity_maps(dataset: xr.Dataset, show: Collection[str] = ()) -> Figur
 
 
 def draw_values(
-    ax: Axes, part: xr.Dataset, series: Series, norm: Normalize, x: str, y: str
+    ax: Axes, part: xr.Dataset, series: Series, norm: Normalize, x: str, y: str, blank: bool = False
 ) -> object:
-    """Draw a quantity, hatched and named where it has no value, with the outlines of these rows and of chaos."""
+    """Draw a quantity, hatched and named where it has no value, with the outlines of these rows and of chaos.
+
+    blank : whether it is 0 wherever it has a value, which then has no colour
+    """
     edges = edges_of(part, x, y)
     values = series.of(part).transpose(y, x).values
     is_signed = has_both_signs(norm)
     colours = SIGNED if is_signed else MAGNITUDES
-    drawn = ax.pcolormesh(
-        *edges, np.ma.masked_invalid(values), cmap=colours, norm=norm, rasterized=True
-    )
+    shown = np.ma.masked_invalid(np.full_like(values, np.nan) if blank else values)
+    drawn = ax.pcolormesh(*edges, shown, cmap=colours, norm=norm, rasterized=True)
     if is_signed and min(values.shape) > 1:  # which only their hue tells from positive ones
         level = -CONTOUR * (norm.vmax or 1.0)
         ax.contour(*as_steps(edges, values), levels=[level], **NEGATIVE)
@@ -219,10 +227,11 @@ def draw_values(
     missing, regime = codes == MISSING, part["regime"].transpose(y, x).values
     draw_hatch(ax, edges, missing, "////", HAIRLINE)
     outline(ax, codes, edges, 0.3)
-    if missing.any() and missing.mean() > 0.05:
-        is_quiet = bool((regime[missing] == Regime.NO_IMPACT).all())
-        text = "no impact" if is_quiet else "no value"
-        label_regions(ax, missing.astype(int), edges, {NO_VALUE: [text]})
+    is_quiet = bool((regime[missing] == Regime.NO_IMPACT).all())
+    texts = {0: ["0"]} if blank and not missing.all() else {}
+    if missing.mean() > 0.05:
+        texts[NO_VALUE] = ["no impact" if is_quiet else "no value"]
+    label_regions(ax, missing.astype(int), edges, texts)
     return drawn
 
 
@@ -254,6 +263,18 @@ def value_norm(dataset: xr.Dataset, name: str) -> Normalize:
 def is_rounding(dataset: xr.Dataset, name: str, top: float) -> bool:
     """Return whether the largest value of a quantity is 0, or nothing beside the usual ones of its family."""
     return abs(top) <= NEGLIGIBLE * family_size(dataset, name, USUAL)
+
+
+def is_uniform(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether a map of a quantity has one colour: it has one value, or none, or is 0 but for rounding."""
+    values = dataset[name].values
+    return bool((values == values.flat[0]).all()) or is_blank(dataset, Series(name))
+
+
+def is_blank(dataset: xr.Dataset, series: Series) -> bool:
+    """Return whether a quantity has no value in any row, or is 0 in all that have one."""
+    top = largest(series.of(dataset))
+    return top is None or is_rounding(dataset, series.name, float(top))
 
 
 def has_both_signs(norm: Normalize) -> bool:

@@ -35,6 +35,7 @@ LETTER_CM = 0.135  # usual width of a letter of 8 pt, with some room
 SYMBOL_LETTERS = 3
 # Quantities that may be negative; the axis of any other starts at zero. Of complex ones the magnitude is drawn.
 SIGNED = {name for name, entry in STEADY.items() if entry.is_signed and not entry.is_complex}
+WORKS = ("energy_", "power_")
 # Numbers that are counted.
 COUNTED = {name for name, entry in STEADY.items() if entry.goal == "law"}
 # Quantities whose sign matters: a line marks their zero.
@@ -145,10 +146,10 @@ def panels_of(dataset: xr.Dataset, show: Collection[str] = (), joined: bool = Fa
 
 
 def is_shown(dataset: xr.Dataset, name: str) -> bool:
-    """Return whether a row has a value of a quantity; losses by friction that are all 0 are none (soft supports)."""
+    """Return whether a row has a value of a quantity; works of an effect that are all 0 are none (soft supports)."""
     if name not in dataset or has_no_value(dataset, name):
         return False
-    needs_effect = name in STEADY and STEADY[name].is_loss and STEADY[name].effect
+    needs_effect = name in STEADY and STEADY[name].effect and name.startswith(WORKS)
     return not (needs_effect and not np.nan_to_num(dataset[name].values).any())
 
 

@@ -223,11 +223,15 @@ def progression_title(dataset: xr.Dataset, own: Series, axes: Sequence[str]) -> 
 
 def beside_title(dataset: xr.Dataset, found: Sequence[Series]) -> str:
     """Return that orbits strike hardest, or have the largest mean displacement, in a point beside aperiodic motion."""
-    words = {"impact_velocity_max": "strike hardest", "displacement_mean": "have the largest mean"}
+    words = {
+        "impact_velocity_max": "strike hardest",
+        "displacement_mean": "have the largest mean displacement",
+    }
     # of one element of several, its own largest value is no largest of all
     whole = [each for each in found if each.name in words and each.position is None]
     told = [words[own.name] for own in whole if is_beside(dataset, own)]
-    return f"On the grid, orbits {' and '.join(told)} beside aperiodic motion" if told else ""
+    title = f"On the grid, orbits {' and '.join(told)} beside aperiodic motion" if told else ""
+    return title if len(title) <= MAX_TITLE else title.replace(" mean displacement", " mean")
 
 
 def is_beside(dataset: xr.Dataset, own: Series) -> bool:

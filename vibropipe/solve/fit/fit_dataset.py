@@ -62,10 +62,13 @@ def find_twins(
     ends = [
         (2 * (cost - least) / scale, end) for cost, end in zip(found.costs, found.ends, strict=True)
     ]
-    image = mirror_image(model, found.best) if isinstance(model, RecordModel) else None
+    image = mirror_image(model, found.best)
     if image is not None and ((image >= low) & (image <= high)).all():
-        # By symmetry it fits exactly as well, from the mirrored start.
-        ends.append((0.0, image))
+        if isinstance(model, RecordModel):
+            # By symmetry it fits exactly as well, from the mirrored start.
+            ends.append((0.0, image))
+        else:
+            ends.append(((float(model.costs(image[None])[0]) - 2 * least) / scale, image))
     kept: list[tuple[float, np.ndarray, Twin]] = []
     known = [(found.best, False)]
     sign = _sign_at(model, found.best)

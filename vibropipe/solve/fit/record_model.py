@@ -262,12 +262,14 @@ def measured_of(record: Record) -> Measured:
     return Measured({TAU: record.tau}, record.values, names, 1 / record.noise, record.has_noise)
 
 
-def mirror_image(model: RecordModel, point: np.ndarray) -> np.ndarray | None:
+def mirror_image(model: Model, point: np.ndarray) -> np.ndarray | None:
     """Return the values (k,) of the mirrored exciter, with the force half a period later; None if they are not free.
 
-    x(tau) of the one is -x(tau + T/2) of the other, so that both fit sensors whose direction is not known.
+    x(tau) of the one is -x(tau + T/2) of the other, so that both fit sensors whose direction is not known, and
+    responses without a sign.
     """
-    if model.record.is_signed or model.record.phase is not None:
+    record = model.record if isinstance(model, RecordModel) else None
+    if record is not None and (record.is_signed or record.phase is not None):
         return None
     own = Parameters(*model.rows(point[None])[0].tolist())._asdict()
     image = {name: sign * own[of] for name, (of, sign) in MIRRORED.items()}

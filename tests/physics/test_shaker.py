@@ -12,7 +12,7 @@ import vibropipe as vp
 from vibropipe.scenes.motion.curves import acceleration_bound
 from vibropipe.scenes.motion.panels import panel_names
 from vibropipe.scenes.registry import kind_of
-from vibropipe.study import StudyError, load_study
+from vibropipe.study import StudyError, load_study, study_of_text
 
 TWO_SIDED = vp.Exciter(l=0.5, h=0.1, R1=0.7, R2=0.6, delta=0.05, nu=1.2, f=0.1, shaker=0.5)
 SOFT = vp.Exciter(
@@ -48,6 +48,34 @@ def test_motion_is_that_of_the_force_at_its_frequency(exciter):
         np.testing.assert_array_equal(there[name], same[name])
     assert float(there["f"]) == 0.1
     assert float(there["shaker"]) == 0.5
+
+
+@pytest.mark.parametrize(
+    "over",
+    [
+        {"nu": [1.0, 1.2, 1.4], "shaker": [0.1, 0.2]},
+        {"nu": [1.0, 1.2, 1.4], "f": [0.0, 0.2]},
+        {"nu": [1.4, 1.0], "shaker": [0.1, 0.2], "f": [0.2, 0.0, 0.1]},
+    ],
+    ids=" ".join,
+)
+def test_a_sweep_varies_the_frequency_beside_a_force(over):
+    """Grids of other lengths than each other's are no rows."""
+    base = vp.Exciter(l=0.5, nu=1.1, h=0.1, f=0.05, shaker=0.15, R1=0.7, R2=0.7)
+    rows = vp.sweep(base, over)
+    for place in np.ndindex(*(len(values) for values in over.values())):
+        at = dict(zip(over, place, strict=True))
+        own = replace(base, **{name: over[name][n] for name, n in at.items()})
+        alone = vp.steady_state(own)
+        assert rows.displacement_strobe.isel(at).item() == alone.displacement_strobe.item()
+    text = ", ".join(f"{name}: {sorted(each)}" for name, each in over.items())
+    study = f"""
+title: Over all
+exciter: {{l: 0.5, nu: 1.1, h: 0.1, f: 0.05, shaker: 0.15}}
+scenes:
+  own: {{kind: sweep, over: {{{text}}}}}
+"""
+    assert study_of_text(study, "own").scenes["own"].over.keys() == over.keys()
 
 
 def test_amplitude_of_an_unbalance():

@@ -16,7 +16,14 @@ import numpy as np
 from vibropipe.physics.bounds import ROUNDING, largest_force, state_norm_bound
 from vibropipe.physics.exciter import ParameterError
 from vibropipe.words.exciter import EFFECTS
-from vibropipe.words.parameters import DEFAULTS, EFFECT_NAMES, acting, occurs, of_effect
+from vibropipe.words.parameters import (
+    DEFAULTS,
+    EFFECT_NAMES,
+    THROUGH_OTHERS,
+    acting,
+    occurs,
+    of_effect,
+)
 from vibropipe.words.records import Effect
 
 if TYPE_CHECKING:
@@ -100,7 +107,7 @@ def all_effects(
 
     Raises ParameterError if the parameters have an effect that is not computed.
     """
-    values = acting(values)
+    values = _over_grid(values)
     for name, effect in NOT_COMPUTED.items():
         is_computed = housing if name in OF_HOUSING else pieces
         if not is_computed and occurs(values.get(name, 0.0)):
@@ -113,6 +120,24 @@ def all_effects(
     if any(occurs(values.get(name, 0.0)) for name in CALL_FOR_PIECES if name not in OF_HOUSING):
         further = further._replace(soft=1, friction=1)
     return further._replace(housing=1) if occurs(values.get("mass_ratio", 0.0)) else further
+
+
+def _over_grid(values: Mapping[str, Any]) -> dict[str, Any]:
+    """Return parameters over a grid as kernels see them: those that others act on at all ends of what they depend on.
+
+    Grids have lengths of their own, and an expression rises or falls with each of its parameters.
+    """
+    found = dict(values)
+    for name, acts in THROUGH_OTHERS.items():
+        used = {each for text in acts.values() for each in compile(text, "", "eval").co_names}
+        varied = {n for n in used & found.keys() if np.size(found[n]) > 1}
+        if len(varied) < 2 or not occurs(found.get(name, 0.0)):
+            continue
+        mesh = np.meshgrid(*([np.min(found[n]), np.max(found[n])] for n in varied))
+        corners = dict(zip(varied, (each.ravel() for each in mesh), strict=True))
+        seen = acting({**found, **corners})
+        found |= {each: seen[each] for each in (name, *acts)}
+    return acting(found)
 
 
 def kernel_effects(effects: Effects) -> Effects:
@@ -210,7 +235,8 @@ def effects_of(
     Raises ParameterError if the parameters have an effect that is not computed.
     """
     further = all_effects(values, pieces=True, housing=True)
-    p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in acting(values).items()}
+    over = _over_grid(values).items()
+    p = {name: np.atleast_1d(np.asarray(array, float)) for name, array in over}
     # A constant load moves the equilibrium, from which x and the supports count.
     load = p.pop("load", np.zeros(1))
     offset = {"low": p["delta"].min() - load.max(), "high": p["delta"].max() - load.min()}

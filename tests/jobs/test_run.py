@@ -99,8 +99,8 @@ def test_jobs_share_the_cores_by_their_work(folder, monkeypatch):
     assert [run.threads("first", both["first"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 3, 3]
     assert [run.threads("second", both["second"], cores) for cores in (1, 2, 4, 64)] == [1, 1, 1, 2]
     assert run.threads("third", ["s0"], 64) == 1
-    # on a cluster a job has what it can use
-    assert run.threads("first", both["first"], None) == 3
+    # on a cluster, whatever its nodes
+    assert run.threads("first", both["first"], None) == 2
     assert run.threads("third", ["s0"], None) == 1
     assert run.drawing_threads("first", None) == 2
     # each sweep has one figure

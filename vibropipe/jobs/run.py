@@ -34,6 +34,8 @@ SECONDS_PER_THREAD, SECONDS_PER_THREAD_UNCOMPILED = 4, 30
 ROWS = "vibropipe.solve.rows.many"
 # Priority of jobs that start before all others.
 FIRST = 1000
+# Cores that every node of a cluster has: a job that asks for more than a node has would wait for ever.
+CORES_OF_NODES = 2
 
 
 @dataclass(frozen=True)
@@ -76,9 +78,9 @@ class Run:
     def threads(self, study: str, scenes: Sequence[str], cores: int | None) -> int:
         """Return the number of threads of a job that solves scenes.
 
-        cores : of the machine; None on a cluster, where a job has as many as it can use. Else it has at most its share
-            of the work of the run: jobs side by side leave fewer cores idle than one job on all of them, whose last
-            scene runs alone
+        cores : of the machine; None on a cluster, where a job may have those of the smallest node. Else it has at most
+            its share of the work of the run: jobs side by side leave fewer cores idle than one job on all of them,
+            whose last scene runs alone
         """
         plans = [self.plans[study][scene] for scene in scenes]
         if any(plan.is_timed for plan in plans):
@@ -88,7 +90,7 @@ class Run:
         most = math.ceil(whole / seconds_per_thread()) if has_kernels(ROWS) else len(stale)
         useful = max(1, min(len(stale), most), *map(useful_threads, plans))
         if cores is None:
-            return useful
+            return min(useful, CORES_OF_NODES)
         own = sum(self.plans[study][scene].seconds for scene in stale)
         return max(1, min(useful, round(cores * own / self._seconds_to_solve)))
 
@@ -109,7 +111,7 @@ class Run:
         """
         own = len(self.figures_to_draw(study))
         whole = sum(len(self.figures_to_draw(each)) for each in self.at_work())
-        share = own if cores is None else round(cores * own / max(whole, 1))
+        share = CORES_OF_NODES if cores is None else round(cores * own / max(whole, 1))
         return max(1, min(own, share))
 
     def priority(self, study: str, scenes: Sequence[str]) -> int:

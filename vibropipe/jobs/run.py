@@ -89,10 +89,8 @@ class Run:
         whole = sum(plan.seconds for plan in plans)
         most = math.ceil(whole / seconds_per_thread()) if has_kernels(ROWS) else len(stale)
         useful = max(1, min(len(stale), most), *map(useful_threads, plans))
-        if cores is None:
-            return min(useful, CORES_OF_NODES)
         own = sum(self.plans[study][scene].seconds for scene in stale)
-        return max(1, min(useful, round(cores * own / self._seconds_to_solve)))
+        return max(1, min(useful, share_of_cores(cores, own, self._seconds_to_solve)))
 
     @functools.cached_property
     def _seconds_to_solve(self) -> float:
@@ -111,8 +109,7 @@ class Run:
         """
         own = len(self.figures_to_draw(study))
         whole = sum(len(self.figures_to_draw(each)) for each in self.at_work())
-        share = CORES_OF_NODES if cores is None else round(cores * own / max(whole, 1))
-        return max(1, min(own, share))
+        return max(1, min(own, share_of_cores(cores, own, max(whole, 1))))
 
     def priority(self, study: str, scenes: Sequence[str]) -> int:
         """Return the priority of a job that solves scenes, shards included; a larger one starts earlier.
@@ -225,6 +222,11 @@ class Run:
             if (names := [name for name, plan in plans.items() if plan.shards > 1])
         ]
         return "|".join(alternatives) or "(?!)"
+
+
+def share_of_cores(cores: int | None, own: float, whole: float) -> int:
+    """Return the cores of a job that is a part of all work; None for those of a machine means a cluster."""
+    return CORES_OF_NODES if cores is None else round(cores * own / whole)
 
 
 def seconds_per_thread() -> float:

@@ -61,8 +61,10 @@ exit_on_error(check_working_folder)
 RESULTS = RUN.results
 BEGIN = time.time()
 
-# Cores that jobs share: None on a cluster, and in a job of one, whose call of snakemake has the cores of the job.
-CORES = None if "--target-jobs" in sys.argv else workflow.resource_settings.cores
+# A job of a cluster has its own call of snakemake, with the cores of that job.
+IS_JOB = "--target-jobs" in sys.argv
+# Cores that jobs share; None on a cluster.
+CORES = None if IS_JOB else workflow.resource_settings.cores
 
 # Jobs find `vibropipe` beside the python that runs snakemake, even if its environment is not activated, and end when
 # that process is killed.
@@ -73,8 +75,7 @@ def outdated(*paths):
     """Return the input function of a job that makes these files: an input newer than they are where one is stale."""
 
     def mark(wildcards):
-        # a job in its own call of snakemake is not asked whether it is needed
-        if "--target-jobs" in sys.argv:
+        if IS_JOB:  # which is not asked whether it is needed
             return []
         named = dict(wildcards.items())
         return RUN.mark(*(path.format(**named) for path in paths))

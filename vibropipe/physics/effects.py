@@ -21,6 +21,7 @@ from vibropipe.words.parameters import (
     EFFECT_NAMES,
     THROUGH_OTHERS,
     acting,
+    names_in,
     occurs,
     of_effect,
 )
@@ -129,7 +130,7 @@ def _over_grid(values: Mapping[str, Any]) -> dict[str, Any]:
     """
     found = dict(values)
     for name, acts in THROUGH_OTHERS.items():
-        used = {each for text in acts.values() for each in compile(text, "", "eval").co_names}
+        used = {each for text in acts.values() for each in names_in(text)}
         varied = {n for n in used & found.keys() if np.size(found[n]) > 1}
         if len(varied) < 2 or not occurs(found.get(name, 0.0)):
             continue

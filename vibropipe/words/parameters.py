@@ -157,6 +157,11 @@ def _evaluated(expression: str, values: Mapping[str, Any]) -> Any:
     return eval(expression, {"__builtins__": {}}, numbers)
 
 
+def names_in(expression: str) -> tuple[str, ...]:
+    """Return the parameters that an expression of a record depends on."""
+    return compile(expression, "", "eval").co_names
+
+
 def _as_numbers(value: Any) -> Any:
     """Return the value of a parameter as a number or an array."""
     if isinstance(value, float):
@@ -176,10 +181,9 @@ def slopes_of_acted(values: Mapping[str, Any]) -> dict[str, dict[str, Any]]:
     own = {name: stated_value(value) for name, value in values.items()}
     slopes: dict[str, dict[str, Any]] = {}
     for target, expression in ACTED.items():
-        used = compile(expression, "", "eval").co_names
         slopes[target] = {
             name: _evaluated(expression, {**own, name: own[name] + 1e-100j}).imag / 1e-100
-            for name in used
+            for name in names_in(expression)
         }
     return slopes
 

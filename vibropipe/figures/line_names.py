@@ -78,7 +78,7 @@ def label_lines(
         rest = [
             *(p for n, p in enumerate(drawn) if n != number),
             *others,
-            _seen(_jumps(ax, line, size)),
+            _seen(_jumps(ax, line, all_points, size)),
         ]
         path = drawn[number]
         for axis in (1, 0) if line.is_needed else (1,):  # of a steep line left or right of it
@@ -177,12 +177,12 @@ def _seen(points: Floats) -> Floats:
     return points[np.sort(np.unique(cells, axis=0, return_index=True)[1])]
 
 
-def _jumps(ax: Axes, line: Named, size: Floats) -> Floats:
-    """Return points on the jumps of a line, where arrows stand."""
-    points = _in_cm(ax, line.x, line.y, size)
-    steps = np.hypot(*np.diff(points, axis=0).T)
-    pairs = [points[n : n + 2] for n in np.flatnonzero(steps > JUMP_CM).tolist()]
-    if line.breaks is not None:
+def _jumps(ax: Axes, line: Named, points: Floats, size: Floats) -> Floats:
+    """Return points on the jumps of a line, where arrows stand; `points` are those of the line, in centimetres."""
+    if line.breaks is None:
+        steps = np.hypot(*np.diff(points, axis=0).T)
+        pairs = [points[n : n + 2] for n in np.flatnonzero(steps > JUMP_CM).tolist()]
+    else:
         ends = (slice(n, n + 2) for n in line.breaks)
         pairs = [_in_cm(ax, line.x[each], line.y[each], size) for each in ends]
     return np.concatenate([np.empty((0, 2)), *(_joined(pair) for pair in pairs)])

@@ -307,9 +307,8 @@ def as_motion(data: xr.Dataset) -> xr.Dataset:
     samples = (time, span * np.append(data["phase"].values[:-1], 1.0), units)
     data = data.drop_vars("phase").rename(phase=time).assign_coords({time: samples})
     if "row_size" in data or "impact_phase" not in data:
-        return data.drop_dims(
-            "impact", errors="ignore"
-        )  # which may be those of all rows of a sweep
+        # impacts may be those of all rows of a sweep
+        return data.drop_dims("impact", errors="ignore")
     multiple, support = int(data["period_multiple"]), data["impact_support"]
     at = span / multiple * (data["impact_period"] + data["impact_phase"])
     after = -xr.where(support == 1, data["R1"], data["R2"]) * data["impact_velocity"]

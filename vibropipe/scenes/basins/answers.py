@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from collections.abc import Collection, Mapping
 
 import numpy as np
 import xarray as xr
@@ -172,8 +173,9 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     head = "largest force" if is_soft else "hardest impact"
     head = in_brackets(head, dataset[hardest]) if hardest in dataset else head
     columns[head] = [largest_text(row, hardest) for row in rows]
-    if has_knocks(dataset):
-        knocks, beyond, step = knocks_of(dataset), beyond_map(dataset), step_of(dataset)
+    knocks, beyond = knocks_of(dataset), beyond_map(dataset)
+    if any(map(math.isfinite, knocks.values())):  # none is known of one motion alone
+        step = step_of(dataset)
         head = "least impulse that ends it" if KNOCK in dataset else "knock survived"
         columns[in_brackets(head, dataset[KNOCK if KNOCK in dataset else "v0"])] = [
             "≥\u00a0" * (index in beyond) + knock_text(knocks[index], step, KNOCK in dataset)
@@ -182,15 +184,15 @@ def safety_table(scene: str, dataset: xr.Dataset) -> Table | None:
     if PROVED in dataset:
         head = in_brackets("proved impulse", dataset[PROVED])
         columns[head] = [at_least(float(row[PROVED])) for row in rows]
-    note = safety_note(dataset)
+    note = safety_note(dataset, knocks, beyond)
     if any(DASH in cells for cells in columns.values()):
         note += " A dash: none, or not known."
     title = "How safe each motion is"
     return Table(*head_and_rows(columns), note, left=2, title=title, scene=scene)
 
 
-def safety_note(dataset: xr.Dataset) -> str:
-    """Write what the numbers of a table of attractors are."""
+def safety_note(dataset: xr.Dataset, knocks: Mapping[int, float], beyond: Collection[int]) -> str:
+    """Write what the numbers of a table of attractors are, with `knocks_of` and `beyond_map` of the dataset."""
     note = f"{PROGRESSION}. " * ("housing_velocity_mean" in dataset)
     if "x0" in dataset.dims and dataset.sizes["attractor_id"] > 1:
         note = steps_text(dataset) + note
@@ -198,7 +200,7 @@ def safety_note(dataset: xr.Dataset) -> str:
         "Share with its 95 % interval for as many random starts. Multiplier: factor by which a small deviation changes "
         "in a period of the motion, in the long run."
     )
-    if has_knocks(dataset):
+    if any(map(math.isfinite, knocks.values())):
         if KNOCK in dataset:
             note += f" Impulse{knock_when(dataset)}, of those tried, rounded up."
         else:
@@ -207,9 +209,9 @@ def safety_note(dataset: xr.Dataset) -> str:
                 "of the motion lead back, rounded down, 0 for less than a step of the map, "
                 f"{with_units(dataset['v0'], format_number(step_of(dataset), 3))}."
             )
-        if beyond_map(dataset):
+        if beyond:
             note += " With ≥: to the end of the map."
-        if any(len(images_of(dataset, index)) > 1 for index in knocks_of(dataset)):
+        if any(len(images_of(dataset, index)) > 1 for index in knocks):
             note += (
                 " Mirror images have one knock, the smaller: each is the other half a period later."
             )
@@ -221,11 +223,6 @@ def safety_note(dataset: xr.Dataset) -> str:
     if REFUSED in dataset.attrs:
         note += f" Nothing was proved: {dataset.attrs[REFUSED]}."
     return note
-
-
-def has_knocks(dataset: xr.Dataset) -> bool:
-    """Return whether the knock of any motion is known: none is of one motion alone."""
-    return any(math.isfinite(knock) for knock in knocks_of(dataset).values())
 
 
 def share_text(row: xr.Dataset) -> str:

@@ -16,7 +16,7 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_start
 from vibropipe.march.flight import fly
-from vibropipe.march.grid import Instant, StepGrid, newmark_coefficients, whole_step
+from vibropipe.march.grid import Instant, StepGrid, newmark_numbers, whole_step
 from vibropipe.march.log import Log, is_full
 from vibropipe.march.loop import coast_newmark
 from vibropipe.march.state import FLIGHT, REST, State, initial_state, is_before, is_watched
@@ -185,10 +185,12 @@ class LaneWork(NamedTuple):
 @jit
 def row_grid(inputs, p):
     """Return Newmark's grid of a row, with the tables that all rows share."""
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, inputs.steps)
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = newmark_numbers(
+        p, inputs.steps, None
+    )
     return StepGrid(
         None, inputs.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
-        inputs.sines, inputs.cosines, inputs.basis, None, (0.0, 0.0, 0.0, 0.0),
+        inputs.sines, inputs.cosines, inputs.basis, None, force_2,
     )  # fmt: skip
 
 

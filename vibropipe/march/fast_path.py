@@ -8,6 +8,7 @@ after it needs no polynomial. Without forcing no phase ties the steps to a grid:
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
 from vibropipe.march.contacts import support_at
@@ -68,13 +69,26 @@ def crosses_once(grid, y, w, load, first, last, slope0, slope1, distance) -> boo
     )
 
 
+class GapEnds(NamedTuple):
+    """The gap offset + sign y at both ends of a step, as if the support were absent, and its slopes there by theta."""
+
+    sign: float
+    offset: float
+    first: float
+    last: float
+    slope0: float
+    slope1: float
+
+
 @jit_inline
-def refine_root(e, p, grid, c, load, sign, offset, first, last, slope0, slope1):
+def refine_root(e, p, grid, c, load, ends):
     """Return (theta, slope by theta) of the one root of a gap; theta = 2 if it does not converge to rounding.
 
     Halley's method starts from the cubic through both ends of the inverse of the gap or, for a gap that rises first or
-    turns at the end, from the parabola through both ends. Arguments are those of `crosses_once` and `roots.first_root`.
+    turns at the end, from the parabola through both ends.
+    load : of the frame; c : polynomial of the step; ends : GapEnds
     """
+    sign, offset, first, last, slope0, slope1 = ends
     change = last - first
     if slope0 < MIN_SLOPE_RATIO * change and slope1 < MIN_SLOPE_RATIO * change:
         s = -first / change
@@ -119,39 +133,55 @@ def frame_sign(e, home):
     return -1.0 if e.support_2 is None and home == 0 else 1.0
 
 
+class Struck(NamedTuple):
+    """What `step_through_impact` has done.
+
+    is_certified : otherwise nothing is logged
+    frame : of the support struck
+    theta : 0 for a state at the end of the step; without forcing that of the impact, where the state is then
+    y, w : the state
+    """
+
+    is_certified: bool
+    frame: Frame
+    theta: float
+    y: float
+    w: float
+
+
 @jit_inline
-def step_through_impact(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
+def step_through_impact(e, p, grid, frame, period, at, motion, log, c):
     """Take a step with exactly one regular impact and log it.
 
-    period, at : start of the step, `at` in steps of the period; y, w, y1, w1 : motion at both ends, as if the support
-    were absent; c : work array (DEGREE + 1,). Returns (done, frame, theta, y, w): the frame of the support struck and
-    the state at the end of the step, theta = 0, or, without forcing, at the impact, theta later. done is False, and
-    nothing logged, if this is not certified.
+    period, at : start of the step, `at` in steps of the period; motion : (y, w, y1, w1), at both ends, as if the
+    support were absent; c : work array (DEGREE + 1,). Returns a `Struck`.
     """
+    y, w, y1, w1 = motion
     at_near = w1 < 0.0
     if e.support_1 is None or e.support_2 is None:
         # In either frame the only support is the near one.
         struck = 1 if e.support_2 is None else 2
         if not (at_near and frame.to_near):
-            return False, frame, 0.0, y, w
+            return Struck(False, frame, 0.0, y, w)
         at_near = True
     else:
         struck = support_at(frame.home, at_near)
     if is_watched(struck, e.watched):
-        return False, frame, 0.0, y, w
+        return Struck(False, frame, 0.0, y, w)
     sign, offset = (1.0, -frame.near) if at_near else (-1.0, frame.far)
     first, last = offset + sign * y, offset + sign * y1
     slope0, slope1 = sign * w * grid.dt, sign * w1 * grid.dt
     distance = frame.far - frame.near
     if not crosses_once(grid, y, w, frame.load, first, last, slope0, slope1, distance):
-        return False, frame, 0.0, y, w
+        return Struck(False, frame, 0.0, y, w)
     force = no_force()
     if e.forcing is not None:
         force = force_at(p, frame.sigma, at / grid.steps, e.second_harmonic)
     combine(e, grid.basis, c, y, w, frame.load, force)
-    theta, slope = refine_root(e, p, grid, c, frame.load, sign, offset, first, last, slope0, slope1)
+    ends = GapEnds(sign, offset, first, last, slope0, slope1)
+    theta, slope = refine_root(e, p, grid, c, frame.load, ends)
     if not theta < MAX_IMPACT_THETA:
-        return False, frame, 0.0, y, w
+        return Struck(False, frame, 0.0, y, w)
     per_step = 1.0 / grid.dt
     approach = -slope * per_step
     speed = reset(restitution_of(e, p, struck), approach)
@@ -159,7 +189,7 @@ def step_through_impact(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
     next_frame = frame_to_near(e, p, struck)
     mode, _wait = departure_mode(e, p, grid, struck, speed, turn)
     if mode != LEAVES_BY_VELOCITY:
-        return False, frame, 0.0, y, w
+        return Struck(False, frame, 0.0, y, w)
     if e.forcing is None:
         # The next step begins at the impact.
         y1, w1 = 0.0, speed
@@ -172,11 +202,11 @@ def step_through_impact(e, p, grid, frame, period, at, y, w, y1, w1, log, c):
             speed * grid.dt > MIN_DEPARTURE_RATIO * abs(offset)
             and stays_between(grid, next_frame, 1, 0.0, speed, y1, w1, remaining)
         ):
-            return False, frame, 0.0, y, w
+            return Struck(False, frame, 0.0, y, w)
     outward = 1.0 if struck == 1 else -1.0
     impulse = -outward * (approach + speed)
     log_impact(log, period + turn, struck, outward * approach, impulse)
-    return True, next_frame, theta if e.forcing is None else 0.0, y1, w1
+    return Struck(True, next_frame, theta if e.forcing is None else 0.0, y1, w1)
 
 
 @jit
@@ -208,6 +238,17 @@ def step_forcing(e, grid, frame, step):
 
 
 @jit_inline
+def two_steps(e, grid, frame, step, y, w, forcing):
+    """Return (y, w) after two whole steps; forcing : result of `step_forcing` of the first."""
+    a11, a12, a21, a22 = grid.a11, grid.a12, grid.a21, grid.a22
+    double_11, double_12 = a11 * a11 + a12 * a21, a11 * a12 + a12 * a22
+    double_21, double_22 = a21 * a11 + a22 * a21, a21 * a12 + a22 * a22
+    next_y, next_w = step_forcing(e, grid, frame, step + 1 if step + 1 < grid.steps else 0)
+    forcing_y, forcing_w = whole_step(a11, a12, a21, a22, forcing[0], forcing[1], next_y, next_w)
+    return whole_step(double_11, double_12, double_21, double_22, y, w, forcing_y, forcing_w)
+
+
+@jit_inline
 def coast(e, p, grid, state, end, log, c, events_left):
     """Take whole steps of the exact method in flight and through regular impacts, until another event may happen.
 
@@ -217,8 +258,6 @@ def coast(e, p, grid, state, end, log, c, events_left):
     Returns (state, impacts logged).
     """
     a11, a12, a21, a22 = grid.a11, grid.a12, grid.a21, grid.a22
-    double_11, double_12 = a11 * a11 + a12 * a21, a11 * a12 + a12 * a22
-    double_21, double_22 = a21 * a11 + a22 * a21, a21 * a12 + a22 * a22
     period, step, theta, sign = state.period, state.step, state.theta, frame_sign(e, state.home)
     y, w, departs = sign * state.y, sign * state.w, 0
     if e.forcing is None:
@@ -232,14 +271,7 @@ def coast(e, p, grid, state, end, log, c, events_left):
             e.support_1 is None or e.support_2 is None or (e.forcing is None and departs == 1)
         )
         if tries_double and remaining > 1:
-            next_step = step + 1 if step + 1 < grid.steps else 0
-            double_y, double_w = step_forcing(e, grid, frame, next_step)
-            double_y, double_w = whole_step(
-                a11, a12, a21, a22, forcing_y, forcing_w, double_y, double_w
-            )
-            y1, w1 = whole_step(
-                double_11, double_12, double_21, double_22, y, w, double_y, double_w
-            )
+            y1, w1 = two_steps(e, grid, frame, step, y, w, (forcing_y, forcing_w))
             if stays_between(grid, frame, departs, y, w, y1, w1, 2.0):
                 y, w, departs = y1, w1, 0
                 n_steps += 2
@@ -253,7 +285,7 @@ def coast(e, p, grid, state, end, log, c, events_left):
             if n_impacts >= events_left or is_full(log):
                 break
             is_regular, frame, wait, y1, w1 = step_through_impact(
-                e, p, grid, frame, period, step + theta, y, w, y1, w1, log, c
+                e, p, grid, frame, period, step + theta, (y, w, y1, w1), log, c
             )
             if not is_regular:
                 break

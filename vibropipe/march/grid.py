@@ -81,6 +81,22 @@ class StepGrid(NamedTuple):
     force_2: tuple[float, float, float, float]
 
 
+class StepNumbers(NamedTuple):
+    """The numbers of a `StepGrid`, of the same names."""
+
+    dt: float
+    a11: float
+    a12: float
+    b1: float
+    a21: float
+    a22: float
+    b2: float
+    margin0: float
+    margin1: float
+    force: tuple[float, float, float, float]
+    force_2: tuple[float, float, float, float]
+
+
 class RampGrid(NamedTuple):
     """The exact method on a ramp for motions by pieces: each step is a "period", counted from the start of the ramp.
 
@@ -151,10 +167,7 @@ def grid_in_room(e, p, steps, room):
 
 @jit
 def fill_tables(e, p, steps, ps, qs, basis):
-    """Fill the tables, (steps,) or (0,), and the basis of a grid of the exact method; return its other numbers.
-
-    They are in the order of `StepGrid`: from dt to the factors of the force, and those of its second harmonic.
-    """
+    """Fill the tables, (steps,) or (0,), and the basis of a grid of the exact method; return its `StepNumbers`."""
     dt = forcing_period(p) / steps
     fill_basis(basis, p.h, p.nu, dt, e.second_harmonic)
     a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
@@ -172,7 +185,7 @@ def fill_tables(e, p, steps, ps, qs, basis):
             ps[j] += second_y
             qs[j] += second_w
     margin0, margin1 = margins(p, dt)
-    return dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2
+    return StepNumbers(dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2)
 
 
 @jit_allocating
@@ -188,24 +201,26 @@ def exact_steps(e, p):
 
 
 @jit
-def newmark_coefficients(p, steps):
-    """Return the coefficients of Newmark's method in the order of `StepGrid`, from dt to the factors of the force."""
+def newmark_numbers(p, steps, second):
+    """Return the `StepNumbers` of Newmark's method; second : the effect `second_harmonic`."""
     dt = forcing_period(p) / steps
     a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
-    return dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, mean_factors(p, b1, b2, dt)
+    force, force_2 = mean_factors(p, b1, b2, dt), (0.0, 0.0, 0.0, 0.0)
+    if second is not None:
+        force_2 = mean_factors_of_second(p, b1, b2, dt)
+    return StepNumbers(dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force, force_2)
 
 
 @jit_allocating
 def newmark_grid(e, p, steps):
     """Return the grid of Newmark's method; steps : steps per forcing period."""
     sines, cosines = sincos_tables(e, steps)
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force = newmark_coefficients(p, steps)
-    basis, force_2 = np.zeros((0, 0)), (0.0, 0.0, 0.0, 0.0)
-    if e.second_harmonic is not None:
-        force_2 = mean_factors_of_second(p, b1, b2, dt)
+    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = newmark_numbers(
+        p, steps, e.second_harmonic
+    )
     return StepGrid(
         None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines,
-        basis, e.second_harmonic, force_2,
+        np.zeros((0, 0)), e.second_harmonic, force_2,
     )  # fmt: skip
 
 

@@ -6,13 +6,14 @@ import math
 from typing import NamedTuple
 
 from vibropipe.compiler import jit, jit_inline
-from vibropipe.march.grid import phase_at
+from vibropipe.march.grid import Instant, phase_at
 from vibropipe.march.piece_crossing import crossing, largest_value
 from vibropipe.march.piece_housing import SLIP_UP, housing_margin
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE
 from vibropipe.march.piece_state import coefficients, direction_of, is_beyond, is_in_contact
 from vibropipe.march.roots import NONE, STRIDE_LIMIT, gap
 from vibropipe.march.state import FLIGHT, LEAVES_BY_ACCELERATION, LEAVES_BY_SNAP, RELOADS, UNLOADS
+from vibropipe.physics.contact import Frame
 from vibropipe.physics.decay import ALIVE, Decay, decay_of
 from vibropipe.physics.flow import REACH, combine
 from vibropipe.physics.friction import friction_of
@@ -178,13 +179,43 @@ def first_event_beyond(p, home, piece, may, c, span, dt, work, counts):
     return theta, event, kind
 
 
+class PieceStep(NamedTuple):
+    """A step along a piece from a state, whose polynomial is known.
+
+    parts : parts of a step of the grid that a step of the polynomial is
+    dt : length of such a step, in tau
+    may : what may happen in it: MAY_NEAR to MAY_MOVE
+    goal, left : where the march along the piece is to end, and the time until then in steps of the grid
+    span : length, in steps of the polynomial: 1, or less to reach the goal
+    is_whole : whether it reaches the goal
+    """
+
+    frame: Frame
+    piece: Piece
+    parts: float
+    dt: float
+    may: int
+    goal: Instant
+    left: float
+    span: float
+    is_whole: bool
+
+
 @jit_inline
-def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, counts):
-    """Locate the first event of a piece within `span`.
+def slides(e, p) -> bool:
+    """Return whether dry friction acts on the mass."""
+    return e.friction is not None and p.friction > 0.0
+
+
+@jit_inline
+def first_event(e, p, home, step, c, log):
+    """Locate the first event of a `PieceStep` with the polynomial c.
 
     Returns (theta, event, kind): theta in steps of the polynomial, kind of `roots.first_root`, STRIDE_LIMIT where a
-    search has failed. may : what may happen; work : array (c.size,).
+    search has failed.
     """
+    frame, piece, may, span, dt = step.frame, step.piece, step.may, step.span, step.dt
+    work, counts = log.pieces.work, log.counts
     power = min(piece.gap_power, c.size - 1)
     theta, event, kind = span, NOTHING, NONE
     if e.no_pull is not None and piece.lets_go:
@@ -203,7 +234,7 @@ def first_event(e, p, home, frame, piece, has_friction, may, c, span, dt, work, 
             )
             if other_kind != NONE and (kind == NONE or other < theta):
                 theta, event, kind = other, FAR, other_kind
-    if has_friction and may & MAY_TURN != 0 and kind != STRIDE_LIMIT:
+    if slides(e, p) and may & MAY_TURN != 0 and kind != STRIDE_LIMIT:
         # The velocity, divided by the power of time with which it leaves zero.
         power = min(piece.velocity_power, c.size - 2)
         last = c.size - 1 - power
@@ -226,13 +257,13 @@ def follow_contact(p, home, contact, c, theta, dt, work) -> None:
 
 
 @jit
-def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c, housing) -> float:
-    """Return the length of the Newmark step that ends at an event, and fill c with that step.
+def end_newmark_step(e, p, grid, state, step, event, theta, c, log) -> float:
+    """Return the length of the Newmark step that ends at an event, near theta, and fill c with that step.
 
     A step that ends at the event keeps the error smooth in the step size (`flight.step_to_contact`). Where Newton's
     method finds none, or one that is passed the wrong way, length theta and polynomial of the whole step are kept.
-    housing : `HousingLog` or None.
     """
+    frame, piece, span, dt = step.frame, step.piece, step.span, step.dt
     target, way = (frame.far, 1.0) if event == FAR else (frame.near, -1.0)
     if piece.in_contact or piece.lets_go:
         way = 1.0
@@ -250,9 +281,7 @@ def end_newmark_step(e, p, grid, frame, piece, state, event, theta, span, dt, c,
             )
             way = -1.0 if event == FORCE_ENDS else 1.0
         if e.housing is not None and event >= SLIP_UP:
-            value, slope = housing_margin(
-                housing, e, p, grid, frame, piece, state, event, length, dt, c
-            )
+            value, slope = housing_margin(e, p, grid, state, step, event, length, c, log)
             way = -1.0
         if not slope * way > 0.0:
             break

@@ -78,17 +78,15 @@ def slip_offset(p, is_up) -> float:
 
 
 @jit_inline
-def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, counts):
-    """Locate the first event of the housing on a piece within `span`: (theta, event, kind) as of `first_event`.
-
-    log : `HousingLog`, or None without a housing.
-    """
-    if log is None:
+def first_housing_event(e, p, grid, state, step, c, log):
+    """Locate the first event of the housing, if there is one, as `piece_events.first_event` does."""
+    span, dt, counts = step.span, step.dt, log.counts
+    if log.pieces.housing is None:
         return span, 0, NONE
-    housing, work = state.housing, log.work
+    housing, work = state.housing, log.pieces.housing.work
     power = housing.power
     if housing.way != STANDS:
-        fill_speed(p, frame.sigma, housing, c, dt, work)
+        fill_speed(p, step.frame.sigma, housing, c, dt, work)
         if grid.exact is None:
             power = min(power, BY_ACCELERATION)
         theta, kind = crossing(work, power, float(housing.way), 0.0, 0.0, span, counts)
@@ -96,7 +94,7 @@ def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, count
     theta, event, kind = span, 0, NONE
     if power == UNWATCHED or p.mass_ratio == 0.0:
         return theta, event, kind
-    fill_acceleration(e, p, grid, frame, piece, state, span, dt, c, work)
+    fill_acceleration(e, p, grid, step.frame, step.piece, state, span, dt, c, work)
     for way in (SLIP_UP, SLIP_DOWN):
         is_up = way == SLIP_UP
         sign, offset = 1.0 if is_up else -1.0, slip_offset(p, is_up)
@@ -112,19 +110,19 @@ def first_housing_event(log, e, p, grid, frame, piece, state, span, dt, c, count
 
 
 @jit
-def housing_margin(log, e, p, grid, frame, piece, state, event, length, dt, c):
+def housing_margin(e, p, grid, state, step, event, length, c, log):
     """Return what falls to zero at an event of the housing, with its slope, at the end of a step of Newmark's method.
 
-    log : `HousingLog`, or None without a housing; length : of the step, which c is the polynomial of, in dt.
+    length : of the step, which c is the polynomial of, in step.dt. Without a housing the margin is 0.
     """
-    if log is None:
+    if log.pieces.housing is None:
         return 0.0, 0.0
-    work = log.work
+    work, dt = log.pieces.housing.work, step.dt
     sign, offset = float(state.housing.way), 0.0
     if event == STOP:
-        fill_speed(p, frame.sigma, state.housing, c, dt, work)
+        fill_speed(p, step.frame.sigma, state.housing, c, dt, work)
     else:
-        fill_acceleration(e, p, grid, frame, piece, state, length, dt, c, work)
+        fill_acceleration(e, p, grid, step.frame, step.piece, state, length, dt, c, work)
         sign, offset = 1.0 if event == SLIP_UP else -1.0, slip_offset(p, event == SLIP_UP)
     value, slope, _curvature, _third = gap(work, 0, sign, offset, length)
     return value, slope

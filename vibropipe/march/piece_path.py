@@ -22,13 +22,15 @@ from vibropipe.march.piece_events import (
     MAY_NEAR,
     MAY_PULL,
     MAY_TURN,
+    Piece,
     follow_contact,
+    slides,
 )
 from vibropipe.march.piece_housing import keep_housing, largest_housing_speed, slip_offset
 from vibropipe.march.piece_log import DEPTH, ELAPSED, FORCE, FORMS, extend_piece
 from vibropipe.march.piece_state import is_unloaded
 from vibropipe.march.state import FLIGHT, UNLOADED, State
-from vibropipe.physics.contact import to_velocity
+from vibropipe.physics.contact import Frame, to_velocity
 from vibropipe.physics.flow import combine, exact_map, exact_map_of_second
 from vibropipe.physics.housing import STANDS, momentum_rate, momentum_share, moved
 from vibropipe.physics.load import COLUMNS, COLUMNS_OF_SECOND, Force, double_angle, unit_load
@@ -189,92 +191,127 @@ def instant_after(grid, at, steps, share):
     return Instant(at.period + step // grid.steps, step % grid.steps, theta - whole)
 
 
+class Track(NamedTuple):
+    """A piece that is followed in steps of dt, `parts` of which make a step of the grid, in its frame."""
+
+    frame: Frame
+    piece: Piece
+    parts: float
+    dt: float
+
+
 @jit_inline
-def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples, c):
+def bounds_of(frame, piece):
+    """Return the displacements between which no support is met, and the sign of y out of the near one."""
+    if piece.in_contact or piece.lets_go:
+        # The force of a support that only pushes ends before its contact does.
+        return -math.inf if piece.in_contact and piece.lets_go else 0.0, math.inf, -1.0
+    return frame.near if frame.to_near else -math.inf, frame.far if frame.to_far else math.inf, 1.0
+
+
+@jit_inline
+def may_happen(e, p, state, track, bounds, points, elapsed, departs):
+    """Return what may happen in a step with `Points`, as a sum of MAY_NEAR to MAY_MOVE; elapsed : tau since `state`."""
+    (near, far, out), (frame, piece, _parts, dt), may = bounds, track, 0
+    if not keeps_off(points, out, near, departs):
+        may |= MAY_NEAR
+    if not keeps_off(points, -1.0, -far, False):
+        may |= MAY_FAR
+    if slides(e, p) and not keeps_direction(points, piece.direction):
+        may |= MAY_TURN
+    if e.no_pull is not None and piece.lets_go:
+        k, h = stiffness_of(p, state.home), damping_of(p, state.home)
+        if not keeps_pull(points, k, h / dt, -1.0 if piece.in_contact else 1.0):
+            may |= MAY_PULL
+    if not keeps_housing(state.housing, p, frame.sigma, points, elapsed, dt):
+        may |= MAY_MOVE
+    return may
+
+
+@jit_inline
+def turned_force(second, force, turn, double):
+    """Return the `Force` a step later; turn, double : sine and cosine of what it turns by, and of twice that."""
+    (sine, cosine), (sine_2, cosine_2) = turn, double
+    after_s = force.sine * cosine + force.cosine * sine
+    after_c = force.cosine * cosine - force.sine * sine
+    if second is None:
+        return Force(after_s, after_c, 0.0, 0.0)
+    after_s2 = force.sine_2 * cosine_2 + force.cosine_2 * sine_2
+    after_c2 = force.cosine_2 * cosine_2 - force.sine_2 * sine_2
+    return Force(after_s, after_c, after_s2, after_c2)
+
+
+@jit_inline
+def contact_peaks(k, h, w, acceleration, w1, last) -> bool:
+    """Return whether the depth or the force of a contact is largest inside a step, by w and y'' at its ends."""
+    falls = k * w + h * acceleration < 0.0 and k * w1 + h * last > 0.0
+    return (w < 0.0 and w1 > 0.0) or falls
+
+
+@jit_inline
+def note_contact(contact, force, depth, dt) -> None:
+    """Add a step with monotonic force and depth to the record of a contact; force, depth : at its end."""
+    contact[FORCE] = max(contact[FORCE], force)
+    contact[DEPTH] = max(contact[DEPTH], depth)
+    contact[ELAPSED] += dt
+
+
+@jit_inline
+def coast(e, p, grid, track, state, end, force, log, samples, c):
     """Take steps along a piece until an event may happen in the next one, or the end of the march does.
 
-    force : `Force` at the state, with the factor of the piece; parts : of a step of the grid, which a step here is.
+    force : `Force` at the state, with the factor of the piece.
     Returns (state, force, what may happen in the next step, MAY_NEAR to MAY_MOVE, steps taken).
     """
+    frame, piece, parts, _dt = track
     home, sigma, second = state.home, frame.sigma, e.second_harmonic
+    flow = log.pieces.flows[flow_index(home, piece)]
     key, more = flow[MAP], flow[SECOND_MAP]
     dt, stiffness, damping, load = key[3], piece.stiffness, piece.damping, piece.load
     a11, a12, b1, p1, p2 = key[4], key[5], key[6], key[7], key[8]
     a21, a22, b2, q1, q2 = key[9], key[10], key[11], key[12], key[13]
-    turn_sine, turn_cosine = more[TURN_SINE], more[TURN_COSINE]
-    double_sine, double_cosine = double_angle(turn_sine, turn_cosine)
+    turn = more[TURN_SINE], more[TURN_COSINE]
+    double = double_angle(turn[0], turn[1])
     fixed = piece.factor * (more[MARGIN_FORCE] * abs(p.f) + more[MARGIN_SECOND] * abs(p.f2))
     level, third = load / stiffness, dt / 3.0
-    is_beyond = piece.in_contact or piece.lets_go
-    near, far, out = -math.inf, math.inf, 1.0
-    if is_beyond:
-        # The force of a support that only pushes ends before its contact does.
-        near, out = -math.inf if piece.in_contact and piece.lets_go else 0.0, -1.0
-    else:
-        if frame.to_near:
-            near = frame.near
-        if frame.to_far:
-            far = frame.far
-    departs = piece.gap_power == 1 and near == 0.0
-    has_friction = e.friction is not None and p.friction > 0.0
+    bounds = bounds_of(frame, piece)
+    departs = piece.gap_power == 1 and bounds[0] == 0.0
     k, h, contact = stiffness_of(p, home), damping_of(p, home), log.pieces.contact
-    pull_sign = -1.0 if piece.in_contact else 1.0
     first = log.counts[SAMPLES]
     left = steps_until(grid, state, end) * parts - LAST_SHARE
     y, w, n, may = state.y, state.w, 0, ANY
-    s, cc, s2, c2 = force.sine, force.cosine, force.sine_2, force.cosine_2
-    acceleration = load + (s + s2) - damping * w - stiffness * y
+    acceleration = load + (force.sine + force.sine_2) - damping * w - stiffness * y
     speed = speed_at(state.housing, p, sigma * w, 0.0)
     while n < MOST_STEPS and n + 1.0 <= left:
-        y1 = a11 * y + (a12 * w + (b1 * load + (p1 * s + p2 * cc)))
-        w1 = a21 * y + (a22 * w + (b2 * load + (q1 * s + q2 * cc)))
+        y1 = a11 * y + (a12 * w + (b1 * load + (p1 * force.sine + p2 * force.cosine)))
+        w1 = a21 * y + (a22 * w + (b2 * load + (q1 * force.sine + q2 * force.cosine)))
         if second is not None:
-            y1 += more[0] * s2 + more[1] * c2
-            w1 += more[2] * s2 + more[3] * c2
+            y1 += more[0] * force.sine_2 + more[1] * force.cosine_2
+            w1 += more[2] * force.sine_2 + more[3] * force.cosine_2
         margin = fixed + key[MARGIN_Y] * abs(y - level) + key[MARGIN_W] * abs(w)
         points = Points(y, y + third * w, y1 - third * w1, y1, margin)
-        elapsed, may = n * dt, 0
-        if not keeps_off(points, out, near, departs):
-            may |= MAY_NEAR
-        if not keeps_off(points, -1.0, -far, False):
-            may |= MAY_FAR
-        if has_friction and not keeps_direction(points, piece.direction):
-            may |= MAY_TURN
-        if e.no_pull is not None and piece.lets_go and not keeps_pull(points, k, h / dt, pull_sign):
-            may |= MAY_PULL
-        if not keeps_housing(state.housing, p, sigma, points, elapsed, dt):
-            may |= MAY_MOVE
+        elapsed = n * dt
+        may = may_happen(e, p, state, track, bounds, points, elapsed, departs)
         if may != 0:
             break
         may = ANY
-        next_s, next_c = s * turn_cosine + cc * turn_sine, cc * turn_cosine - s * turn_sine
-        next_s2, next_c2 = 0.0, 0.0
-        if second is not None:
-            next_s2 = s2 * double_cosine + c2 * double_sine
-            next_c2 = c2 * double_cosine - s2 * double_sine
-        last = load + (next_s + next_s2) - damping * w1 - stiffness * y1
+        turned = turned_force(second, force, turn, double)
+        last = load + (turned.sine + turned.sine_2) - damping * w1 - stiffness * y1
         peaks = speed_peaks(state.housing, p, sigma, acceleration, last)
         if piece.in_contact:
-            peaks |= (w < 0.0 and w1 > 0.0) or (
-                k * w + h * acceleration < 0.0 and k * w1 + h * last > 0.0
-            )
+            peaks |= contact_peaks(k, h, w, acceleration, w1, last)
         if samples is not None or peaks:
-            combine(e, flow, c, y, w, load, Force(s, cc, s2, c2))
-        if piece.in_contact:
-            if peaks:
-                follow_contact(p, home, contact, c, 1.0, dt, log.pieces.work)
-            else:
-                contact[FORCE] = max(contact[FORCE], -(k * y1 + h * w1))
-                contact[DEPTH] = max(contact[DEPTH], -y1)
-                contact[ELAPSED] += dt
+            combine(e, flow, c, y, w, load, force)
+        if piece.in_contact and peaks:
+            follow_contact(p, home, contact, c, 1.0, dt, log.pieces.work)
+        elif piece.in_contact:
+            note_contact(contact, -(k * y1 + h * w1), -y1, dt)
         if peaks:
-            then = moved(p, state.housing, elapsed, 0.0, 0.0)
-            within = largest_housing_speed(log.pieces.housing, p, sigma, then, c, dt, 1.0)
-            speed = max(speed, within)
+            then, motion = moved(p, state.housing, elapsed, 0.0, 0.0), log.pieces.housing
+            speed = max(speed, largest_housing_speed(motion, p, sigma, then, c, dt, 1.0))
         speed = max(speed, speed_at(state.housing, p, sigma * w1, elapsed + dt))
         record(samples, log.counts, p, grid, state, c, n / parts, (n + 1) / parts, parts)
-        y, w, s, cc, s2, c2, acceleration = y1, w1, next_s, next_c, next_s2, next_c2, last
-        departs = False
+        y, w, force, acceleration, departs = y1, w1, turned, last, False
         n += 1
     if n == 0:
         return state, force, may, n
@@ -283,8 +320,6 @@ def coast(e, p, grid, frame, piece, flow, parts, state, end, force, log, samples
     housing = moved(p, state.housing, n * dt, sigma * (y - state.y), to_velocity(home, w))
     keep_housing(log, samples, first, p, grid, state, housing, speed)
     extend_piece(log.pieces, n * dt, y, w)
-    log.counts[STEPS] += n
-    log.counts[COMPUTED] += n
+    log.counts[STEPS], log.counts[COMPUTED] = log.counts[STEPS] + n, log.counts[COMPUTED] + n
     mode = UNLOADED if is_unloaded(e, state) else FLIGHT
-    after = State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing)
-    return after, Force(s, cc, s2, c2), may, n
+    return State(at.period, at.step, at.theta, home, y, w, mode, 0.0, housing), force, may, n

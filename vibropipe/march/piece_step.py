@@ -2,11 +2,9 @@
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from vibropipe.compiler import jit_inline
 from vibropipe.march.contacts import support_at
-from vibropipe.march.grid import Instant, evaluate, steps_until
+from vibropipe.march.grid import evaluate, steps_until
 from vibropipe.march.log import SAMPLES, STEPS, record
 from vibropipe.march.piece_events import (
     FAR,
@@ -16,10 +14,10 @@ from vibropipe.march.piece_events import (
     NEAR,
     NOTHING,
     ZERO,
-    Piece,
     end_newmark_step,
     first_event,
     follow_contact,
+    slides,
 )
 from vibropipe.march.piece_housing import (
     SLIP_UP,
@@ -37,7 +35,7 @@ from vibropipe.march.piece_still import hold
 from vibropipe.march.piece_transitions import after_event, hold_housing, housing_event
 from vibropipe.march.roots import GRAZING, NONE, STRIDE_LIMIT
 from vibropipe.march.state import FLIGHT, UNLOADED, State
-from vibropipe.physics.contact import Frame, to_velocity
+from vibropipe.physics.contact import to_velocity
 from vibropipe.physics.housing import moved
 from vibropipe.physics.stiffness import is_soft, pull_of_support
 from vibropipe.words.status import Status
@@ -48,8 +46,9 @@ OK, ROOT_BOUND = int(Status.OK), int(Status.ROOT_BOUND)
 
 
 @jit_inline
-def missed_event(e, p, home, frame, piece, has_friction, y, w):
+def missed_event(e, p, home, step, y, w):
     """Return the event that the end (y, w) of a step shows to have happened within rounding of that end."""
+    frame, piece = step.frame, step.piece
     if e.no_pull is not None and piece.lets_go:
         pull = pull_of_support(p, home, y, w)
         if piece.in_contact and pull >= 0.0:
@@ -63,7 +62,7 @@ def missed_event(e, p, home, frame, piece, has_friction, y, w):
         return NEAR
     elif frame.to_far and y >= frame.far:
         return FAR
-    return ZERO if has_friction and piece.direction * w <= 0.0 else NOTHING
+    return ZERO if slides(e, p) and piece.direction * w <= 0.0 else NOTHING
 
 
 @jit_inline
@@ -87,26 +86,6 @@ def does_not_start(e, p, grid, state, piece, event, theta, c) -> bool:
     return event < SLIP_UP and is_soft(e, p, support_at(state.home, event != FAR))
 
 
-class PieceStep(NamedTuple):
-    """A step along a piece from a state, whose polynomial is known.
-
-    parts : parts of a step of the grid that a step of the polynomial is
-    may : what may happen in it: `piece_events.MAY_NEAR` to `MAY_MOVE`
-    goal, left : where the march along the piece is to end, and the time until then in steps of the grid
-    span : length, in steps of the polynomial: 1, or less to reach the goal
-    is_whole : whether it reaches the goal
-    """
-
-    frame: Frame
-    piece: Piece
-    parts: float
-    may: int
-    goal: Instant
-    left: float
-    span: float
-    is_whole: bool
-
-
 @jit_inline
 def span_until(grid, state, goal, parts):
     """Return `left`, `span` and `is_whole` of a `PieceStep` of a state to a goal."""
@@ -124,15 +103,10 @@ def finish_step(e, p, grid, state, step, end, log, samples, c):
 
     Returns (state, status, whether there was an event).
     """
-    frame, piece, parts, may, goal, left, span, is_whole = step
-    dt, has_friction = grid.dt / parts, e.friction is not None and p.friction > 0.0
-    theta, event, kind = first_event(
-        e, p, state.home, frame, piece, has_friction, may, c, span, dt, log.pieces.work, log.counts
-    )
+    frame, piece, parts, dt, may, goal, left, _span, is_whole = step
+    theta, event, kind = first_event(e, p, state.home, step, c, log)
     if may & MAY_MOVE != 0 and kind != STRIDE_LIMIT:
-        other, other_event, other_kind = first_housing_event(
-            log.pieces.housing, e, p, grid, frame, piece, state, span, dt, c, log.counts
-        )
+        other, other_event, other_kind = first_housing_event(e, p, grid, state, step, c, log)
         if other_event != NOTHING and (event == NOTHING or other < theta):
             theta, event, kind = other, other_event, other_kind
     if kind == STRIDE_LIMIT:
@@ -142,16 +116,14 @@ def finish_step(e, p, grid, state, step, end, log, samples, c):
     if event == STOP and theta <= SHORTEST and is_about_to_move(state.housing):
         return hold_housing(state.housing, e, p, grid, state, log), OK, True
     if event == TOUCHES:
-        is_whole, event, span = False, NOTHING, theta
+        is_whole, event = False, NOTHING
     if grid.exact is None and event != NOTHING:
-        theta = end_newmark_step(
-            e, p, grid, frame, piece, state, event, theta, span, dt, c, log.pieces.housing
-        )
+        theta = end_newmark_step(e, p, grid, state, step, event, theta, c, log)
     y, w = evaluate(grid, c, theta)
     w *= parts
     # After a contact at the end of a step no time is left in it: the mass departs in the next one.
     if event == NOTHING and theta > 0.0:
-        event = missed_event(e, p, state.home, frame, piece, has_friction, y, w)
+        event = missed_event(e, p, state.home, step, y, w)
         kind = NONE
     at, waited = goal, left
     if event != NOTHING or not is_whole:

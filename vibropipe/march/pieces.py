@@ -17,6 +17,7 @@ from vibropipe.march.piece_events import (
     ANY,
     MANY_PARTS,
     MAX_PARTS,
+    PieceStep,
     fill_exact,
     fill_newmark,
     force_on,
@@ -25,9 +26,9 @@ from vibropipe.march.piece_events import (
 )
 from vibropipe.march.piece_housing import is_held_a_step, until_stop
 from vibropipe.march.piece_log import IMPACT, REST_BEGINS, is_full_of_pieces
-from vibropipe.march.piece_path import coast, ensure_flow, flow_index
+from vibropipe.march.piece_path import Track, coast, ensure_flow, flow_index
 from vibropipe.march.piece_state import is_beyond
-from vibropipe.march.piece_step import PieceStep, finish_step, span_until
+from vibropipe.march.piece_step import finish_step, span_until
 from vibropipe.march.piece_still import advance_held, advance_resting, step_end
 from vibropipe.march.piece_transitions import begin, departed_with, start, stop_housing
 from vibropipe.march.state import FLIGHT, REST, STUCK, is_before, is_watched
@@ -62,9 +63,8 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     if grid.exact is not None and is_alive:
         ensure_flow(flow, p, piece, dt, e.second_harmonic)
         if parts <= MANY_PARTS and piece.force_power == 0:
-            state, force, may, n = coast(
-                e, p, grid, frame, piece, flow, parts, state, end, force, log, samples, c
-            )
+            track = Track(frame, piece, parts, dt)
+            state, force, may, n = coast(e, p, grid, track, state, end, force, log, samples, c)
             if n > 0:
                 piece = piece_at(e, p, frame, state)
     # The steps of Newmark's method are those of its grid.
@@ -79,7 +79,7 @@ def advance_piece(e, p, grid, state, end, log, samples, c):
     else:
         fill_newmark(e, p, grid, frame, piece, state, span, dt, c)
     log.counts[POLYNOMIALS] += 1
-    step = PieceStep(frame, piece, parts, may, goal, left, span, is_whole)
+    step = PieceStep(frame, piece, parts, dt, may, goal, left, span, is_whole)
     return finish_step(e, p, grid, state, step, end, log, samples, c)
 
 
@@ -106,11 +106,12 @@ def advance_on_ramp(e, p, grid, state, end, log, samples, c):
         parts = parts_on_ramp(piece, grid.dt)
     if not parts <= MAX_PARTS:
         return state, MAX_STEPS, False
-    fill_on_ramp(e, p, grid, frame, piece, state, grid.dt / parts, c)
+    dt = grid.dt / parts
+    fill_on_ramp(e, p, grid, frame, piece, state, dt, c)
     log.counts[POLYNOMIALS] += 1
     goal = step_end(grid, state, end) if is_held_a_step(state.housing) else end
     left, span, is_whole = span_until(grid, state, goal, parts)
-    step = PieceStep(frame, piece, parts, ANY, goal, left, span, is_whole)
+    step = PieceStep(frame, piece, parts, dt, ANY, goal, left, span, is_whole)
     return finish_step(e, p, grid, state, step, end, log, samples, c)
 
 

@@ -146,8 +146,7 @@ def shoot(e, p, grid, start, m, shooting, log, c):
     """
     start = at_period_zero(start)
     state, end, status = start, start, OK
-    j11, j12, j21, j22 = 0.0, 0.0, 0.0, 0.0
-    coupling, first_dp = no_coupling(), 0.0
+    derivative, coupling, first_dp = (0.0, 0.0, 0.0, 0.0), no_coupling(), 0.0
     first_dy, first_dw, residual, best, norm = math.inf, math.inf, math.inf, math.inf, 0.0
     is_closed, iterations = False, 0
     for iteration in range(MAX_NEWTON):
@@ -155,7 +154,6 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             break
         if iteration > 0:
             best = min(best, residual)
-            derivative = (j11, j12, j21, j22)
             state, is_inside = newton_step(log.pieces, e, p, grid, state, end, derivative, coupling)
             if not is_inside:
                 break
@@ -174,40 +172,32 @@ def shoot(e, p, grid, start, m, shooting, log, c):
             first_dy, first_dw, first_dp = dy, dw, dp
             if residual > shooting.within:
                 break
-        j11, j12, j21, j22 = return_map_jacobian(e, p, log, state, end, m)
+        derivative = return_map_jacobian(e, p, log, state, end, m)
         coupling = coupling_of(log.pieces)
         stalls = residual >= best and residual <= 1e3 * CLOSURE_TOLERANCE
         if (residual <= shooting.closed or stalls) and (state.mode == REST) == (end.mode == REST):
             is_closed = True
             break
-        if (
-            iteration == 0
-            and abs(multipliers_of((j11, j12, j21, j22), coupling)[0]) > shooting.max_multiplier
-        ):
-            break
-        if iteration > 2 and residual > 0.5 * best:
+        if iteration == 0:
+            if abs(multipliers_of(derivative, coupling)[0]) > shooting.max_multiplier:
+                break
+        elif iteration > 2 and residual > 0.5 * best:
             # Near an orbit every Newton step gains digits; near a chance return it does not.
             break
     dy, dw = gap_difference(e, p, state, start)
     # The start and its image, as seen from the orbit, are (-dy, -dw) and (image_y, image_w).
     image_y, image_w = first_dy - dy, first_dw - dw
     dp = momentum_change(e, p, state, start)
-    image_p, k = first_dp - dp, coupling
-    return Orbit(
-        is_closed,
-        status,
-        m,
-        state,
-        end,
-        residual,
-        (j11, j12, j21, j22),
-        iterations,
-        abs(first_dy) + abs(first_dw) + abs(first_dp),
-        abs(dy) + abs(dw) + abs(dp),
-        abs(image_y) + abs(image_w) + abs(image_p),
+    image_p, k, (j11, j12, j21, j22) = first_dp - dp, coupling, derivative
+    mismatch = (
         abs(image_y + j11 * dy + j12 * dw + k.j13 * dp)
         + abs(image_w + j21 * dy + j22 * dw + k.j23 * dp)
-        + abs(image_p + k.j31 * dy + k.j32 * dw + k.j33 * dp),
-        norm,
-        coupling,
+        + abs(image_p + k.j31 * dy + k.j32 * dw + k.j33 * dp)
     )
+    first_change = abs(first_dy) + abs(first_dw) + abs(first_dp)
+    distance = abs(dy) + abs(dw) + abs(dp)
+    image_distance = abs(image_y) + abs(image_w) + abs(image_p)
+    return Orbit(
+        is_closed, status, m, state, end, residual, derivative, iterations, first_change, distance,
+        image_distance, mismatch, norm, coupling,
+    )  # fmt: skip

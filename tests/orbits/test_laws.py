@@ -11,7 +11,7 @@ from vibropipe.march.piece_log import CAUSE, CONTACT, FORM, HOME, SLIP, STICK, T
 from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.beyond import has_passed
 from vibropipe.orbits.law.curve import LawCurve
-from vibropipe.orbits.law.elimination import solve_columns, solve_cyclic
+from vibropipe.orbits.law.elimination import Border, no_border, solve_columns, solve_cyclic
 from vibropipe.orbits.law.flights import state_within
 from vibropipe.orbits.law.following import follow_laws
 from vibropipe.orbits.law.happenings import happenings, law_from
@@ -114,7 +114,8 @@ def test_elimination_is_the_dense_solution(n, k, width, housing, rtol):
         dense[:size, :size] = dense_of(before, at, wrap)
         dense[:size, size:] = by.reshape(size, k)
         dense[size:, :size], dense[size:, size:] = borders.reshape(k, size), corner
-        sign, log = solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, housing)
+        further = Border(by, borders, corner, target)
+        sign, log = solve_cyclic(before, at, rest, wrap, further, x, q, housing)
         solution = np.linalg.solve(dense, np.append(rest.ravel(), target))
         np.testing.assert_allclose(np.append(x.ravel(), q), solution, rtol=rtol, atol=rtol / 100)
         assert (sign, log) == pytest.approx(np.linalg.slogdet(dense), abs=1e-9)
@@ -135,11 +136,11 @@ def test_elimination_keeps_digits_of_what_grows_along_an_orbit():
     """A growth of 1e12 over 40 blocks, whose product of transfers has no digit of the start left."""
     n = 40
     before = np.tile(np.diag([-2.0, -0.5]), (n, 1, 1))
-    at, none = np.tile(np.eye(2), (n, 1, 1)), (np.zeros((0, n, 2)), np.zeros((0, 0)), np.zeros(0))
+    at = np.tile(np.eye(2), (n, 1, 1))
     expected = np.random.default_rng(5).standard_normal((n, 2))
     rest = np.array([before[i] @ expected[i - 1] + at[i] @ expected[i] for i in range(n)])
     x = np.empty((n, 2))
-    solve_cyclic(before, at, np.zeros((n, 2, 0)), rest, 1.0, *none, x, np.zeros(0))
+    solve_cyclic(before, at, rest, 1.0, no_border(n, 2), x, np.zeros(0))
     np.testing.assert_allclose(x, expected, atol=1e-14)
 
 

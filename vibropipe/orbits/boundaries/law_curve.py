@@ -21,7 +21,7 @@ from vibropipe.orbits.law import least as of
 from vibropipe.orbits.law.curve import LawZeros
 from vibropipe.orbits.law.determinants import condition, fill_slopes
 from vibropipe.orbits.law.equations import new_blocks
-from vibropipe.orbits.law.flights import fill_gap_slopes, gap_of_piece
+from vibropipe.orbits.law.flights import gap_of_piece, gap_slopes
 from vibropipe.orbits.law.law import Law
 from vibropipe.orbits.law.marching import Marcher
 from vibropipe.orbits.law.problem import Scales
@@ -108,15 +108,15 @@ class LawBoundary(LawZeros):
         all_u, steps = np.append(u[:last], moving), DIFFERENCE / self.weights
         if self.tied is not None:
             steps = np.append(steps, DIFFERENCE * np.maximum(1.0, np.abs(moving[self.n_free :])))
-        slope = np.zeros(all_u.size)
         if self.kind == GRAZINGS:
             piece, side, time = self.touched
-            fill_gap_slopes(
+            slope = gap_slopes(
                 effects, system.values, system.along, self.sequence, all_u,
-                int(piece), int(side), time, self.is_turn, steps, slope,
+                int(piece), int(side), time, self.is_turn, steps,
             )  # fmt: skip
             slope /= self.size
         else:
+            slope = np.zeros(all_u.size)
             self.marcher.rows += 2 * all_u.size * len(self.sequence.codes)
             fill_slopes(
                 effects, system.values, system.along, self.sequence, all_u,

@@ -19,7 +19,7 @@ from vibropipe.march.piece_log import (
     TURN,
 )
 from vibropipe.orbits.law import least as of
-from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.elimination import Border, no_border, solve_cyclic
 from vibropipe.orbits.law.equations import SHORTEST, new_blocks
 from vibropipe.orbits.law.flights import momentum_within, state_within
 from vibropipe.orbits.law.law import SECTION, WAY, Law, width_of
@@ -61,7 +61,6 @@ BY_NONE = -1
 ACTING = [Parameters._fields.index(name) for name, acts in THROUGH_OTHERS.items() if acts]
 # Iterations towards the vector that an orbit is doubled along.
 ITERATIONS = 3
-NO_BORDER = np.zeros((0, 0)), np.zeros(0)
 # No touch of a support: see `least.TOUCH`.
 NO_TOUCH = of.NOWHERE, 0.0, 0.0
 
@@ -284,10 +283,10 @@ class LawZeros(Curve):
         x, q = np.zeros((n, w)), np.zeros(self.n_free)
         borders = np.ascontiguousarray(rows[:, : w * n].reshape(-1, w, n).transpose(0, 2, 1))
         corner = np.ascontiguousarray(rows[:, w * n :])
+        further = Border(self.by, borders, corner, targets)
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, self.by, rest, 1.0, borders, corner, targets, x, q,
-            self.effects.housing,
-        )  # fmt: skip
+            blocks.before, blocks.at, rest, 1.0, further, x, q, self.effects.housing
+        )
         return np.concatenate([x.T.ravel(), q]), sign
 
     def finished(self, u: np.ndarray) -> Point | None:  # noqa: D102 - as Curve
@@ -344,8 +343,8 @@ class LawZeros(Curve):
         rest, x = np.ones((n, w)), np.zeros((n, w))
         for _ in range(ITERATIONS):
             solve_cyclic(
-                blocks.before, blocks.at, np.zeros((n, w, 0)), rest, -1.0, np.zeros((0, n, w)),
-                *NO_BORDER, x, np.zeros(0), self.effects.housing,
+                blocks.before, blocks.at, rest, -1.0, no_border(n, w), x, np.zeros(0),
+                self.effects.housing,
             )  # fmt: skip
             rest = x / np.abs(x).max()
         return np.append(rest.T.ravel(), 0.0)

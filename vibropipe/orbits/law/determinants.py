@@ -7,7 +7,7 @@ import math
 import numpy as np
 
 from vibropipe.compiler import jit, jit_allocating, jit_inline
-from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.elimination import no_border, solve_cyclic
 from vibropipe.orbits.law.equations import fill_blocks
 from vibropipe.orbits.law.law import set_unknowns, width_of
 from vibropipe.orbits.row import row_parameters
@@ -121,11 +121,8 @@ def pair_share(trace, minors, determinant):
 def cyclic_determinant(before, at, rest, wrap, housing):
     """Return sign and logarithm of the determinant of a cyclic system without borders, as `solve_cyclic`."""
     n, width = at.shape[0], width_of(housing)
-    few = np.zeros(0)
-    return solve_cyclic(
-        before, at, np.zeros((n, width, 0)), rest, wrap, np.zeros((0, n, width)), np.zeros((0, 0)),
-        few, np.zeros((n, width)), few, housing,
-    )  # fmt: skip
+    x, q = np.zeros((n, width)), np.zeros(0)
+    return solve_cyclic(before, at, rest, wrap, no_border(n, width), x, q, housing)
 
 
 @jit_allocating

@@ -14,6 +14,7 @@ Statistical Computing 13 (1992) 742-764 (structured orthogonal elimination).
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -183,17 +184,36 @@ def _substitute_back(kept, x, q, housing) -> None:
             x[i, row] = _solve_row(kept[i], row, x[i + 1], x[n - 1], q, x[i], housing)
 
 
+class Border(NamedTuple):
+    """The further unknowns q of a cyclic system and their equations: the sum of rows[j] x + corner[j] q = target[j].
+
+    by : (n, w, k), what q does to the blocks
+    rows : (k, n, w)
+    corner : (k, k)
+    target : (k,)
+    """
+
+    by: np.ndarray
+    rows: np.ndarray
+    corner: np.ndarray
+    target: np.ndarray
+
+
 @jit_allocating
-def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, housing=None):
+def no_border(n, width):
+    """Return the `Border` without further unknowns of n blocks."""
+    few = np.zeros(0)
+    return Border(np.zeros((n, width, 0)), np.zeros((0, n, width)), np.zeros((0, 0)), few)
+
+
+@jit_allocating
+def solve_cyclic(before, at, rest, wrap, further, x, q, housing=None):
     """Solve a bordered cyclic system.
 
     before, at : (n, w, w)
-    by : (n, w, k)
     rest : (n, w), right-hand side
     wrap : factor of before[0]
-    borders : (k, n, w), rows of the borders: the sum of borders[j] x + corner[j] q = target[j]
-    corner : (k, k)
-    target : (k,)
+    further : Border
     x : (n, w), filled with the solution
     q : (k,), filled with the further unknowns
     housing : the effect, with which w = 3; else 2
@@ -201,8 +221,9 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, hous
     Returns (sign, log) of the determinant; (0, -inf) where the system is singular.
     """
     n, k, width = at.shape[0], q.size, width_of(housing)
-    top, further = 2 * width, 3 * width
-    kept, panel = np.zeros((n, width, further + k + 1)), np.zeros((top, further + k + 1))
+    by, borders, corner, target = further
+    top, free = 2 * width, 3 * width
+    kept, panel = np.zeros((n, width, free + k + 1)), np.zeros((top, free + k + 1))
     border, ends = np.zeros((k, n, width)), np.zeros((k, width))
     matrix, rhs = np.zeros((width + k, width + k)), np.zeros(width + k)
     for j in range(k):
@@ -229,11 +250,11 @@ def solve_cyclic(before, at, by, rest, wrap, borders, corner, target, x, q, hous
         _reduce_borders(panel, border, ends, matrix, rhs, i, housing)
         _carry(panel, kept, i, housing)
     for row in range(width):
-        rhs[row] = panel[row, further + k]
+        rhs[row] = panel[row, free + k]
         for c in range(width):
             matrix[row, c] = panel[row, c] + panel[row, top + c]
         for c in range(k):
-            matrix[row, width + c] = panel[row, further + c]
+            matrix[row, width + c] = panel[row, free + c]
     for j in range(k):
         for c in range(width):
             matrix[width + j, c] = border[j, n - 1, c] + ends[j, c]

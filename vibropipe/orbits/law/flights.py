@@ -152,13 +152,13 @@ def gap_of_piece(e, p, law, i, u, support, time, at_start: bool):
 
 
 @jit_allocating
-def fill_gap_slopes(e, values, along, law, u, i, support, time, at_start: bool, steps, slope):
-    """Fill the derivatives of `gap_of_piece` by all unknowns, as central differences.
+def gap_slopes(e, values, along, law, u, i, support, time, at_start: bool, steps):
+    """Return the derivatives of `gap_of_piece` by all unknowns, as central differences.
 
-    As `determinants.fill_slopes`; of all events the gap depends on that which begins the piece.
+    Arguments as `determinants.fill_slopes`; of all events the gap depends on that which begins the piece.
     """
     n, width = law.codes.shape[0], width_of(e.housing)
-    events = np.empty((n, width))
+    events, slope = np.empty((n, width)), np.zeros(u.size)
     for k in range(u.size):
         if k < width * n and k % n != i:
             continue
@@ -168,6 +168,7 @@ def fill_gap_slopes(e, values, along, law, u, i, support, time, at_start: bool, 
             p = row_parameters(values, 0)
             ends += sign * gap_of_piece(e, p, law, i, events, support, time, at_start)[0]
         slope[k] = ends / (2.0 * steps[k])
+    return slope
 
 
 @jit

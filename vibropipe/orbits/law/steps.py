@@ -18,7 +18,7 @@ from vibropipe.orbits.law.determinants import (
     return_map_of_three,
     unit_and_doubling,
 )
-from vibropipe.orbits.law.elimination import solve_cyclic
+from vibropipe.orbits.law.elimination import Border, solve_cyclic
 from vibropipe.orbits.law.equations import Blocks, fill_blocks, new_blocks
 from vibropipe.orbits.law.law import Law, width_of
 from vibropipe.orbits.law.margins import fill_margins
@@ -204,6 +204,7 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
             borders[0, i, j] = border[j * n + i]
     last = width * n
     corner[0, 0] = border[last]
+    further = Border(blocks.by, borders, corner, goal)
     rest, previous, said = blocks.rest, math.inf, GOES_ON
     fills = 0
     while fills <= MAX_CORRECTIONS:
@@ -216,9 +217,8 @@ def solve(system, u, target, weights, border, tangent, tests) -> int:
         if said == DONE:
             rest, goal[0] = zeros, 1.0  # for the tangent
         sign, _log = solve_cyclic(
-            blocks.before, blocks.at, blocks.by, rest, 1.0, borders, corner, goal, x, q,
-            system.e.housing,
-        )  # fmt: skip
+            blocks.before, blocks.at, rest, 1.0, further, x, q, system.e.housing
+        )
         if sign == 0.0:
             return -fills
         if said == DONE:

@@ -9,6 +9,7 @@ flights, only the free flow.
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -50,9 +51,20 @@ def random_sign(n):
     return 1.0 if (bits >> 13) & 1 == 1 else -1.0
 
 
+class Impacts(NamedTuple):
+    """The impacts (n,) of an orbit of m forcing periods; second : the effect `second_harmonic`."""
+
+    position: np.ndarray
+    velocity: np.ndarray
+    support: np.ndarray
+    m: np.int64
+    second: int | None
+
+
 @jit_inline
-def fill_record(p, position, velocity, support, j, m, record, second) -> None:
+def fill_record(p, impacts, j, record) -> None:
     """Fill the transfer of the flight that impact j of an orbit ends, and what it rounds."""
+    position, velocity, support, m, second = impacts
     n = position.size
     i = j - 1 if j > 0 else n - 1
     home, start, end = support[i], position[i] - (0 if j > 0 else m), position[j]
@@ -92,24 +104,21 @@ def follow_samples(records, n, phases, speeds) -> None:
 
 
 @jit
-def close_samples(
-    p, position, velocity, support, m, closing, has_rest, records, phases, speeds, second
-):
+def close_samples(p, impacts, closing, has_rest, records, phases, speeds):
     """Fill samples of the errors of all impacts of an orbit, (n, SAMPLES) each.
 
-    position, velocity, support : (n,), impacts of the orbit
+    impacts : Impacts
     closing : distance by which the orbit fails to close
     has_rest : whether a rest erases what was before it
     records : (n, RECORD), work space
     phases, speeds : (n, SAMPLES)
-    second : the effect `second_harmonic`
 
     Returns the modulus of the product of all transfers, |M11| + |M22| + ...
     """
-    n = position.size
+    n, velocity = impacts.position.size, impacts.velocity
     m11, m12, m21, m22, size = 1.0, 0.0, 0.0, 1.0, 0.0
     for j in range(n):
-        fill_record(p, position, velocity, support, j, m, records[j], second)
+        fill_record(p, impacts, j, records[j])
         t = records[j]
         m11, m12, m21, m22 = product(t[0], t[1], t[2], t[3], m11, m12, m21, m22)
         size = max(size, abs(m11) + abs(m22) + math.sqrt(abs(m12 * m21)))
@@ -148,20 +157,16 @@ def rms(samples) -> float:
 
 
 @jit_inline
-def write_orbit_errors(
-    p, position, velocity, support, m, closing, size, samples, out, row, first, second
-) -> None:
+def write_orbit_errors(p, impacts, closing, size, phases, speeds, out, row, first) -> None:
     """Write the errors of an orbit from the samples of its impacts.
 
-    p, position, velocity, support, m, closing : as for `close_samples`
+    p, impacts, closing, phases, speeds : as for `close_samples`
     size : its result
-    samples : tuple of (n, SAMPLES), phases and speeds
     out : RowResults, `e_row` and `e_impacts`
     row, first : the row, and its first impact
-    second : the effect `second_harmonic`
     """
+    position, velocity, support, m, second = impacts
     n, period = position.size, forcing_period(p)
-    phases, speeds = samples
     # The flight to the start of the orbit, from the last impact.
     last = n - 1
     r, u = restitution_at(p, support[last]), abs(velocity[last])
@@ -256,15 +261,11 @@ def estimate_row(p, out, row, first, last, records, phases, speeds, second) -> N
         write_closed_errors(p, abs(x), abs(v), out, row, first, last)
         return
     has_rest = out.rests[row, 0] + out.rests[row, 1] > 0.0
-    position, velocity = out.impact_position[first:last], out.impact_velocity[first:last]
-    support = out.impact_support[first:last]
+    velocity, support = out.impact_velocity[first:last], out.impact_support[first:last]
+    impacts = Impacts(out.impact_position[first:last], velocity, support, m, second)
     closing = out.residual[row] * (abs(x) + abs(v) + largest_speed(velocity))
-    size = close_samples(
-        p, position, velocity, support, m, closing, has_rest, records, phases, speeds, second
-    )
-    write_orbit_errors(
-        p, position, velocity, support, m, closing, size, (phases, speeds), out, row, first, second
-    )
+    size = close_samples(p, impacts, closing, has_rest, records, phases, speeds)
+    write_orbit_errors(p, impacts, closing, size, phases, speeds, out, row, first)
     if has_rest:
         out.e_row[row, TRACE] = 0.0
 

@@ -10,7 +10,7 @@ import xarray as xr
 from vibropipe.orbits.window import WINDOW
 from vibropipe.physics.exciter import Parameters
 from vibropipe.solve.rows.label import coordinates, label_rows
-from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.many import RowLimits, Rows, solve_rows
 from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.solve.threads import row_blocks
 from vibropipe.words.outputs import OUTPUTS
@@ -64,11 +64,8 @@ def solve_drawn(parameters: np.ndarray, start: tuple[float, float] = (0.0, 0.0))
     parameters = np.hstack([parameters, np.tile(absent, (len(parameters), 1))])
     ((_stop, (solved,)),) = solve_rows(
         row_blocks(len(parameters)),
-        lambda first, stop: [parameters[first:stop]],
-        start,
-        1,
-        MAX_PERIODS,
-        WINDOW,
+        Rows(lambda first, stop: [parameters[first:stop]], start),
+        RowLimits(MAX_PERIODS, WINDOW),
         HARMONICS,
         OUTPUTS,
     )

@@ -103,7 +103,7 @@ def test_blocks_are_the_sweep_cut_between_chains(
     monkeypatch.setattr(threads, "MIN_ROWS_PER_CALL", 2)
     grid = grid_of(EXCITER, OVER, follow)
     count, chain = grid.rows, grid.chain_length
-    blocks = list(solve_blocks(grid, 0, count, 8, accuracy=accuracy))
+    blocks = list(solve_blocks(grid, range(count), 8, accuracy=accuracy))
     ends = [0, *(block.attrs["row_stop"] for block in blocks)]
     assert [block.attrs["row_start"] for block in blocks] == ends[:-1]
     sizes = np.diff(ends)
@@ -129,7 +129,7 @@ def test_little_is_solved_ahead_of_what_is_taken(monkeypatch: Any) -> None:
     solve_piece = rows.solve_piece
     monkeypatch.setattr(rows, "solve_piece", watched)
     over = {"nu": np.linspace(1, 3, 200)}
-    blocks = solve_blocks(grid_of(EXCITER, over), 0, 200, 8)
+    blocks = solve_blocks(grid_of(EXCITER, over), range(200), 8)
     assert next(blocks).sizes["row"] == 8
     time.sleep(0.2)
     ahead = max(numba.get_num_threads() + 1, 4) * 2

@@ -16,8 +16,8 @@ from vibropipe.orbits.return_map import at_period_zero, march_periods, state_xv
 from vibropipe.physics.effects import ALL_EFFECTS
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.flow import DEGREE
-from vibropipe.solve.rows.many import solve_rows
-from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE
+from vibropipe.solve.rows.many import Rows, solve_rows
+from vibropipe.solve.sweep.blocks import LIMITS
 from vibropipe.solve.threads import row_blocks
 from vibropipe.words.regimes import Chaos, Regime
 
@@ -80,9 +80,8 @@ def disagreements(rows: np.ndarray, patience: int) -> list[tuple[object, ...]]:
 
     A march that has not come close to the orbit by then is continued.
     """
-    limits = MAX_PERIODS, PATIENCE
-    cut, start = row_blocks(len(rows)), (0.0, 0.0)
-    ((_, (solved,)),) = solve_rows(cut, lambda a, b: [rows[a:b]], start, 1, *limits, 0, ())
+    alone = Rows(lambda a, b: [rows[a:b]], (0.0, 0.0))
+    ((_, (solved,)),) = solve_rows(row_blocks(len(rows)), alone, LIMITS, 0, ())
     labels = list(zip(solved.regime.tolist(), solved.period_multiple.tolist(), strict=True))
     assert len(np.unique(solved.regime)) > 3
     differing: list[tuple[object, ...]] = []

@@ -187,7 +187,7 @@ def test_contacts_are_written_block_by_block(tmp_path):
     grid = grid_of(SOFT, OVER_SOFT, None)
     blocks = (
         block.assign_attrs(IDENTITY)
-        for block in solve_blocks(grid, 0, grid.rows, 5, outputs=IMPACTS)
+        for block in solve_blocks(grid, range(grid.rows), 5, outputs=IMPACTS)
     )
     store.write_grid(blocks, tmp_path / "streamed.nc", grid)
     whole = vp.sweep(SOFT, OVER_SOFT, outputs=IMPACTS)

@@ -37,11 +37,10 @@ from vibropipe.physics.effects import (
     grid_effects,
     kernel_effects,
 )
-from vibropipe.physics.limits import MAX_ROW_WORK
 from vibropipe.solve.motion.closed_motion import closed_form_solver
 from vibropipe.solve.motion.run import run_motion
 from vibropipe.solve.motion.simulate import simulate
-from vibropipe.solve.rows.many import solve_piece
+from vibropipe.solve.rows.many import RowLimits, solve_piece
 from vibropipe.solve.rows.row_results import ORBIT_LOG_CAPACITY, new_impact_buffer, new_rows
 from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.solve.sweep.sweep import sweep
@@ -113,15 +112,14 @@ def row_work(case: TimingCase, motion: BenchmarkMotion, effects: Effects) -> Tim
     buffer = new_impact_buffer(ROWS_PER_CALL)
     out = new_rows(ROWS_PER_CALL, HARMONICS, case.outputs, buffer, effects)
     pieces, plain = piece_log_of(effects, ORBIT_LOG_CAPACITY)
-    limits = 1, MAX_PERIODS, MAX_PERIODS
+    limits = RowLimits(MAX_PERIODS, MAX_PERIODS)
 
     def solve(n_calls: int) -> None:
         for first in range(0, n_calls, ROWS_PER_CALL):
             piece = slice(min(n_calls - first, ROWS_PER_CALL))
             out.impacts[piece] = 0.0
             out.rests[piece] = 0.0
-            given = effects, row[piece], starts[piece]
-            solve_piece(*given, *limits, out, pieces, plain, MAX_ROW_WORK)
+            solve_piece(effects, row[piece], starts[piece], 1, limits, out, pieces, plain)
 
     solve(1)
     periods, m = max(1, int(out.settled_after[0])), max(1, int(out.period_multiple[0]))

@@ -160,17 +160,16 @@ def settled_attractor(e, p, grid, state, ellipses, cells, runs, max_periods, log
 
 
 @jit_allocating
-def assign_starts(
-    e, p, grid, starts, phase, ellipses, cells, max_periods, log, c, owner, periods
-) -> None:
+def assign_starts(e, p, grid, starts, phase, regions, max_periods, log, c, assigned) -> None:
     """Assign starts to attractors (`settled_attractor`).
 
-    e, p, grid, ellipses, cells, max_periods, log, c : as for `settled_attractor`
+    e, p, grid, max_periods, log, c : as for `settled_attractor`
     starts : (n, 2), x and v
     phase : phase of the force at the start, in turns
-    owner : (n,) int64, output: attractor of each start
-    periods : (n,) int64, output: forcing periods marched
+    regions : tuple, the ellipses and cells of `settled_attractor`
+    assigned : tuple of (n,) int64, output: attractor of each start, and forcing periods marched
     """
+    (ellipses, cells), (owner, periods) = regions, assigned
     runs = np.zeros(cells.owner.size, np.int64)
     for i in range(starts.shape[0]):
         state = start_state(log.pieces, e, p, grid, phase, starts[i, 0], starts[i, 1], 0.0)
@@ -201,19 +200,20 @@ def record_sections(e, p, grid, x, v, phase, log, c, sections) -> int:
 
 
 @jit
-def _contact_sequence(pieces, log, key):
+def _contact_sequence(log, key):
     """Return a number that tells sequences of contacts apart; `key` is that of the contacts before.
 
     Of a forcing period with a rest only the rests count: the mass leaves its support in the same state however it
     came to rest. Of a stick only the slip counts: a mass that friction holds at the section began to stick before,
-    but near motions may do so after. pieces : `log.pieces`, an argument, as for `return_map.jacobian_of`.
+    but near motions may do so after.
     """
     rests = min(log.counts[RESTS], log.rest_support.size)
     if rests > 0 or log.counts[TAILS] > 0:
         for i in range(rests):
             key = key * 1_000_003 + 4 + log.rest_support[i]
         return key * 1_000_003 + 3
-    if pieces is not None:
+    if log.pieces is not None:
+        pieces = log.pieces
         for i in range(pieces.counts[PIECES]):
             cause = pieces.codes[i, CAUSE]
             if cause != BEGIN and cause != STICK:
@@ -243,7 +243,7 @@ def map_states(e, p, grid, states, m, log, c, images, sequence) -> None:
             state, status = next_section(e, p, grid, state, log, c)
             if status != OK:
                 break
-            key = _contact_sequence(log.pieces, log, key)
+            key = _contact_sequence(log, key)
         images[i, 0], images[i, 1] = state_xv(p, state)
         sequence[i] = key
         if status != OK:

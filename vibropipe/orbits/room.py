@@ -12,13 +12,17 @@ import numpy as np
 
 from vibropipe.compiler import jit_allocating
 from vibropipe.march.grid import new_grid_room
+from vibropipe.march.log import Log
 from vibropipe.orbits.recurrence import HISTORY_OFFSET
 from vibropipe.orbits.verdict import PURSUIT
+from vibropipe.physics.flow import DEGREE
 
 
 class RowRoom(NamedTuple):
-    """Results of `new_grid_room`, `new_sections`, `new_sums` and `new_work`."""
+    """A log, the work array c of `march`, and results of `new_grid_room`, `new_sections`, `new_sums`, `new_work`."""
 
+    log: Log
+    c: np.ndarray
     grid: tuple[np.ndarray, np.ndarray, np.ndarray]
     sections: tuple[np.ndarray, np.ndarray, np.ndarray]
     sums: tuple[np.ndarray, np.ndarray]
@@ -26,9 +30,10 @@ class RowRoom(NamedTuple):
 
 
 @jit_allocating
-def new_room(e, max_periods, out):
-    """Return a `RowRoom`; e : Effects; max_periods : limit of forcing periods; out : RowResults."""
-    return RowRoom(new_grid_room(e), new_sections(e, max_periods), new_sums(), new_work(out))
+def new_room(e, log, max_periods, out):
+    """Return a `RowRoom`; e : Effects; log : Log; max_periods : limit of forcing periods; out : RowResults."""
+    sections = new_sections(e, max_periods)
+    return RowRoom(log, np.empty(DEGREE + 1), new_grid_room(e), sections, new_sums(), new_work(out))
 
 
 @jit_allocating

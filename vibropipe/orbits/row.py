@@ -99,18 +99,19 @@ def write_closing(steady, largest, out, row) -> None:
 
 
 @jit
-def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
+def march_row(e, p, x, v, limits, room, out, row, first):
     """Solve a row by marching.
 
     x, v : start of the motion
-    max_periods, patience : limits of `find_steady_state`, in forcing periods
-    log, c, room : work space, as for `march`, and a `RowRoom`
+    limits : with max_periods and patience of `find_steady_state`, in forcing periods
+    room : RowRoom
     out : RowResults; outputs without entries are not computed
     first : index of the first impact of the row
 
     Returns the stroboscopic section (x, v); the start if the row is not solved. In that case its regime is unresolved
     and its status gives the reason.
     """
+    log, c = room.log, room.c
     out.section[row, 0], out.section[row, 1] = x, v
     fastest = fastest_rate(fastest_of_row(p), p.h)
     if not forcing_period(p) * fastest / REACH < MAX_STEPS_PER_PERIOD:
@@ -123,7 +124,7 @@ def march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first):
     state = start_state(log.pieces, e, p, grid, 0.0, x, v, velocity)
     window = window_of(p, out, row, first, room.sums, room.work)
     steady = find_steady_state(
-        e, p, grid, state, log, c, max_periods, patience, window, room.sections
+        e, p, grid, state, log, c, limits.max_periods, limits.patience, window, room.sections
     )
     status, largest = steady.status, window.largest
     if status != MAX_PERIODS:
@@ -248,26 +249,23 @@ def solve_closed_form_rows(e, parameters, starts, chain_length, row, x, v, out, 
 
 
 @jit
-def solve_row_chains(
-    e, parameters, starts, chain_length, max_periods, patience, log, c, room, out
-) -> None:
+def solve_row_chains(e, parameters, starts, chain_length, limits, room, out) -> None:
     """Solve rows in chains: each row starts from the section of the row before, the first from `starts`.
 
     parameters : (rows, parameters)
     starts : (rows, 2), start (x, v) of the first row of each chain
     chain_length : rows per chain
-    max_periods, patience : limits of `find_steady_state`, in forcing periods
-    log, c, room : work space, as for `march_row`
+    limits, room : as for `march_row`
     """
     row, x, v, first = FIRST, 0.0, 0.0, FIRST
     while True:
         row, x, v, first = solve_closed_form_rows(
-            e, parameters, starts, chain_length, row, x, v, out, first, c
+            e, parameters, starts, chain_length, row, x, v, out, first, room.c
         )
         if row == parameters.shape[0]:
             break
         p = row_parameters(parameters, row)
         continue_housing(out.housing, row, chain_length)
-        x, v = march_row(e, p, x, v, max_periods, patience, log, c, room, out, row, first)
+        x, v = march_row(e, p, x, v, limits, room, out, row, first)
         first = next_impact(out, row, first)
         row += 1

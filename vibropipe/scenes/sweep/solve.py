@@ -10,7 +10,7 @@ import xarray as xr
 
 from vibropipe.scenes.certificate import with_row_proofs
 from vibropipe.solve.physical import stored
-from vibropipe.solve.sweep.blocks import assemble, solve_blocks
+from vibropipe.solve.sweep.blocks import LIMITS, assemble, solve_blocks
 
 if TYPE_CHECKING:
     import numpy as np
@@ -59,8 +59,7 @@ def _solve_plain(
     """Solve rows without units, and prove them if the scene asks for it."""
     blocks = solve_blocks(
         scene.row_grid(),
-        start,
-        stop,
+        range(start, stop) if rows is None else rows,
         size,
         start=(scene.start.x0, scene.start.v0),
         harmonics=scene.harmonics,
@@ -68,8 +67,7 @@ def _solve_plain(
         progress=progress,
         accuracy=scene.solver.arguments().get("accuracy"),
         effects=scene.called_effects(),
-        patience=scene.patience,
-        rows=rows,
+        limits=LIMITS._replace(patience=scene.patience),
     )
     return proved(blocks, scene.prove) if scene.prove else blocks
 

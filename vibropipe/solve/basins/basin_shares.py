@@ -16,7 +16,7 @@ from vibropipe.solve.basins.attractors import reachable_velocity, shares, states
 from vibropipe.solve.basins.knocks import knocks_of
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import Variables, coordinates, label_rows
-from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.many import RowLimits, Rows, solve_rows
 from vibropipe.solve.rows.row_results import columns_of
 from vibropipe.solve.sweep.blocks import MAX_PERIODS
 from vibropipe.solve.threads import row_blocks
@@ -143,11 +143,12 @@ def _steady_states(
 def _solve(parameters: np.ndarray, states: np.ndarray, harmonics: int) -> RowResults:
     """Return the steady states of parameters (rows, 7) from states (rows, 2), as `steady_state` finds each."""
     n, columns = len(parameters), columns_of(parameters)
-    ((_stop, (rows,)),) = solve_rows(
-        row_blocks(n, 1, n),
+    alone = Rows(
         lambda first, stop: [parameters[first:stop]],
         lambda first, stop: (states[first:stop, 0], states[first:stop, 1]),
-        1, MAX_PERIODS, MAX_PERIODS, harmonics, OF_STEADY_STATE,
+    )
+    ((_stop, (rows,)),) = solve_rows(
+        row_blocks(n, 1, n), alone, RowLimits(MAX_PERIODS, MAX_PERIODS), harmonics, OF_STEADY_STATE,
         effects=all_effects(columns, pieces=True), soft=has_soft_support(columns),
     )  # fmt: skip
     return rows

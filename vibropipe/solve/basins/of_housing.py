@@ -13,7 +13,7 @@ import numpy as np
 from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Exciter
 from vibropipe.solve.rows.label import label_rows
-from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.many import RowLimits, Rows, solve_rows
 from vibropipe.solve.threads import row_blocks
 from vibropipe.words.progress import Progress
 from vibropipe.words.regimes import Regime
@@ -23,7 +23,7 @@ if TYPE_CHECKING:
     from collections.abc import Mapping
 
 OUTPUTS = ("harmonics", "impacts", "stability")
-HARMONICS, MAX_PERIODS, PATIENCE = 3, 5000, 200
+HARMONICS, LIMITS = 3, RowLimits(5000, 200)
 # Orbits are the same where all that is compared differs by less than this share of l, or of l nu.
 SAME = 1e-6
 # An orbit attracts if its largest multiplier is below 1 by more than rounding.
@@ -56,8 +56,8 @@ def settle_rows(
         return starts[begin:stop, 0], starts[begin:stop, 1]
 
     blocks = solve_rows(
-        row_blocks(len(starts)), parameters, start_of, 1, MAX_PERIODS, PATIENCE, HARMONICS, OUTPUTS,
-        progress, effects, has_soft_support(values),
+        row_blocks(len(starts)), Rows(parameters, start_of), LIMITS, HARMONICS, OUTPUTS, progress,
+        effects, has_soft_support(values),
     )  # fmt: skip
     ((_stop, (solved,)),) = blocks
     labelled = label_rows(solved, np.repeat(row, len(starts), axis=0), OUTPUTS)

@@ -28,7 +28,7 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, Parameters
 from vibropipe.physics.flow import DEGREE
 from vibropipe.physics.limits import MAX_CALL_WORK, MAX_ROW_WORK
-from vibropipe.solve.rows.many import solve_piece
+from vibropipe.solve.rows.many import RowLimits, solve_piece
 from vibropipe.solve.rows.row_results import (
     ORBIT_LOG_CAPACITY,
     ORBIT_REST_CAPACITY,
@@ -68,9 +68,7 @@ def _assign_piece(
     """
     log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
     limit_work(log, *limits)
-    assign_starts(
-        e, p, exact_grid(e, p), starts, phase, *regions, max_periods, log, c, *assigned
-    )  # fmt: skip
+    assign_starts(e, p, exact_grid(e, p), starts, phase, regions, max_periods, log, c, assigned)
     return work_of(log)
 
 
@@ -201,10 +199,8 @@ class SectionMap:
             part = slice(first, first + ROWS_PIECE)
             rows = new_rows(len(starts[part]), 1, ("stability",))
             seeds = starts[part] - self._equilibrium
-            work = solve_piece(
-                e, parameters[part], seeds, 1, max_periods, max_periods, rows, *self._pieces(),
-                row_work,
-            )  # fmt: skip
+            row_limits = RowLimits(max_periods, max_periods, row_work)
+            work = solve_piece(e, parameters[part], seeds, 1, row_limits, rows, *self._pieces())
             works.append(work)
             add_load(rows, parameters[part, LOAD])
             return [mask_unsolved(rows)]

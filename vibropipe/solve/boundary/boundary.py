@@ -23,7 +23,7 @@ from vibropipe.solve.boundary.sought import check_levels, kinds_and_levels
 from vibropipe.solve.branch.problem import KEEP_SYMMETRY, check_ground, is_symmetric
 from vibropipe.solve.checks import check_law, check_varied, check_whole, with_frequency
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.blocks import LIMITS, solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
 from vibropipe.solve.with_units import are_with_units, plain_levels, plain_name, plain_values
 from vibropipe.words.parameters import FOLLOWED, PARAMETERS, RIGID_AT_ZERO, SOFT_ALONG
@@ -269,6 +269,6 @@ def _settled(
     }
     follows = [None, *((name, way) for name in names for way in ("up", "down"))]
     grids = [grid_of(exciter, over, follow, ties.texts) for follow in follows]
-    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1}
-    options["row_work"] = limits.row_work(sum(grid.rows for grid in grids))
+    work = LIMITS._replace(row_work=limits.row_work(sum(grid.rows for grid in grids)))
+    options = {"outputs": ("harmonics", "impacts"), "harmonics": 1, "limits": work}
     return [solve_shard(grid, 0, grid.rows, **options) for grid in grids]

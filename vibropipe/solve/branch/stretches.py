@@ -28,7 +28,7 @@ from vibropipe.solve.branch.same_orbits import (
     with_ends,
 )
 from vibropipe.solve.rows.steady import steady_state
-from vibropipe.solve.sweep.blocks import solve_shard
+from vibropipe.solve.sweep.blocks import LIMITS, solve_shard
 from vibropipe.solve.sweep.sweep import grid_of
 
 if TYPE_CHECKING:
@@ -37,7 +37,7 @@ if TYPE_CHECKING:
 # Values of the parameter at which orbits are sought, and velocities that they are sought from.
 VALUES, STARTS = 64, 17
 # Work of each, in steps: several times what motions take that settle.
-ROW_WORK = 4 * START_WORK
+WORK = LIMITS._replace(row_work=4 * START_WORK)
 # Orbits of more periods or impacts than these multiples of the law's, and so many impacts more, are not followed on.
 MOST, FURTHER = 2, 2
 # Trees of branches that are followed.
@@ -126,7 +126,7 @@ def candidates(
     reach = max(reachable_velocity(each) for each in ends)
     over = {along: values, "v0": np.linspace(-reach, reach, STARTS)}
     grid = grid_of(exciter, over, None, ties.texts)
-    rows = solve_shard(grid, 0, grid.rows, outputs=("impacts",), row_work=ROW_WORK)
+    rows = solve_shard(grid, 0, grid.rows, outputs=("impacts",), limits=WORK)
     listed = []
     for n in np.flatnonzero(rows.period_multiple.values > 0):
         row = rows.isel(row=n)

@@ -8,7 +8,7 @@ from collections.abc import Callable, Generator, Sequence
 from dataclasses import dataclass, field
 from functools import partial
 from itertools import pairwise
-from typing import Any
+from typing import Any, NamedTuple
 
 import numba
 import numpy as np
@@ -58,27 +58,49 @@ Solving = Calls[list[list[RowResults]]]
 Start = tuple[Any, ...]
 
 
+class Rows(NamedTuple):
+    """Rows that are solved in chains, each from where the row before ends.
+
+    parameters : parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side
+        by side
+    start : x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
+        differ, start(first, stop) returns those of rows, numbered as for `parameters`
+    chain_length : rows per chain
+    """
+
+    parameters: Callable[[int, int], Sequence[np.ndarray]]
+    start: Start | Callable[[int, int], Start]
+    chain_length: int = 1
+
+
+class RowLimits(NamedTuple):
+    """Limits of a row.
+
+    max_periods, patience : those of `orbits.settling.find_steady_state`, in forcing periods
+    row_work : largest work of a march, in steps
+    """
+
+    max_periods: int
+    patience: int
+    row_work: int = MAX_ROW_WORK
+
+
 @jit_nogil
 def solve_piece(
     e: Effects,
     parameters: np.ndarray,
     starts: np.ndarray,
     chain_length: int,
-    max_periods: int,
-    patience: int,
+    limits: RowLimits,
     out: RowResults,
     pieces: PieceLog | None,
     plain: int | None,
-    row_work: int,
 ) -> int:
-    """Solve rows in chains with a log of their own; parameters as for `orbits.row.solve_row_chains`.
-
-    row_work : largest work of a march, in steps. Returns that of all.
-    """
-    log, c = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain), np.empty(DEGREE + 1)
-    limit_work(log, row_work, 0)
-    room, limits = new_room(e, max_periods, out), (max_periods, patience)
-    solve_row_chains(e, parameters, starts, chain_length, *limits, log, c, room, out)
+    """Solve rows in chains with a log of their own, and return their work; as `orbits.row.solve_row_chains`."""
+    log = new_log(ORBIT_LOG_CAPACITY, ORBIT_REST_CAPACITY, pieces, plain)
+    limit_work(log, limits.row_work, 0)
+    room = new_room(e, log, limits.max_periods, out)
+    solve_row_chains(e, parameters, starts, chain_length, limits, room, out)
     return work_of(log)
 
 
@@ -109,17 +131,13 @@ def _sample(
 class _Solver:
     """Solves pieces of rows on several threads, each with an impact buffer of its own."""
 
-    parameters: Callable[[int, int], Sequence[np.ndarray]]
-    start: Start | Callable[[int, int], Start]
-    chain_length: int
-    max_periods: int
-    patience: int
+    rows: Rows
+    limits: RowLimits
     harmonics: int
     outputs: tuple[str, ...]
     effects: Effects
     buffer_rows: int
     contacts: int
-    row_work: int
     spent: list[int]
     of_thread: threading.local = field(default_factory=threading.local)
 
@@ -133,14 +151,11 @@ class _Solver:
         buffer = self.of_thread.buffer
         out = new_rows(len(values), self.harmonics, self.outputs, buffer, self.effects)
         load = values[:, LOAD]
-        chain = max(1, min(self.chain_length, len(values)))
+        chain = max(1, min(self.rows.chain_length, len(values)))
         starts = from_equilibrium(np.ascontiguousarray(seeds[:, :2]), load)
         if out.housing.size > 0:
             out.housing[:, STROBE] = seeds[:, 2]
-        spent = solve_piece(
-            self.effects, values, starts, chain, self.max_periods, self.patience, out,
-            pieces[0], pieces[1], self.row_work,
-        )  # fmt: skip
+        spent = solve_piece(self.effects, values, starts, chain, self.limits, out, *pieces)
         self.spent.append(spent)
         if {"motion", "poincare"} & {*self.outputs}:
             _sample(self.effects, values, out, *pieces)
@@ -160,8 +175,9 @@ class _Solver:
         """Solve whole chains, or the consecutive parts of one; return the solutions of each part."""
         solved: list[list[RowResults]] = []
         for first, stop in pairwise(ends):
-            parameter_sets = [acting_rows(values) for values in self.parameters(first, stop)]
-            start = self.start(first, stop) if callable(self.start) else self.start
+            parameter_sets = [acting_rows(values) for values in self.rows.parameters(first, stop)]
+            start = self.rows.start
+            start = start(first, stop) if callable(start) else start
             seeds = [
                 _with_housing(row_starts(values, *start[:2]), *start[2:])
                 for values in parameter_sets
@@ -182,17 +198,13 @@ def _with_housing(starts: np.ndarray, velocity: Any = 0.0) -> np.ndarray:
 
 def solve_rows(
     blocks: Sequence[Sequence[Sequence[int]]],
-    parameters: Callable[[int, int], Sequence[np.ndarray]],
-    start: Start | Callable[[int, int], Start],
-    chain_length: int,
-    max_periods: int,
-    patience: int,
+    rows: Rows,
+    limits: RowLimits,
     harmonics: int,
     outputs: tuple[str, ...],
     progress: Progress | None = None,
     effects: Effects = ALL_EFFECTS,
     soft: bool = False,
-    row_work: int = MAX_ROW_WORK,
     spent: list[int] | None = None,
 ) -> Generator[tuple[int, list[RowResults]]]:
     """Solve rows in blocks on all threads of numba.
@@ -201,27 +213,19 @@ def solve_rows(
     next, and no further ones. Yields the end of a block and its solutions, in order.
 
     blocks : the blocks and their pieces (`solve.threads.row_blocks`)
-    parameters : parameters(first, stop) returns a list of arrays (stop - first, 7), one for each solution computed side
-        by side
-    start : x0 and v0 of the first row of each chain (`row_starts`), and the velocity of a housing (default: 0); if they
-        differ, start(first, stop) returns those of rows, numbered as for `parameters`
-    max_periods, patience : limits of `orbits.settling.find_steady_state`, in forcing periods
     progress : called as progress(done, total), in rows
     effects : of the compiled kernel, the same for all rows
     soft : whether any exciter, of these rows or others beside them, has a soft support: impacts then have the columns
         of contacts
-    row_work : largest work of a march of a row, in steps
     spent : receives the work of some rows at a time
     """
     pieces = [ends for block in blocks for ends in block]
     n_rows = pieces[-1][-1]
     buffer_rows = max(stop - first for ends in pieces for first, stop in pairwise(ends))
-    limits = chain_length, max_periods, patience
     is_soft = soft and effects.soft is not None and effects.housing is None
     contacts = contact_columns(outputs) if is_soft else 0
-    room, spent = (buffer_rows, contacts, row_work), [] if spent is None else spent
-    kernel = kernel_effects(effects)
-    solver = _Solver(parameters, start, *limits, harmonics, outputs, kernel, *room, spent)
+    room, spent = (buffer_rows, contacts), [] if spent is None else spent
+    solver = _Solver(rows, limits, harmonics, outputs, kernel_effects(effects), *room, spent)
     n_threads = numba.get_num_threads()
     if n_threads == 1 or len(pieces) == 1:
         for block in blocks:

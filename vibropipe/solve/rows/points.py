@@ -13,10 +13,10 @@ from vibropipe.physics.effects import all_effects, has_soft_support
 from vibropipe.physics.exciter import Parameters
 from vibropipe.physics.limits import MAX_ROW_WORK, START_WORK, row_work
 from vibropipe.solve.rows.label import Variables, concatenate, coordinates, label_rows
-from vibropipe.solve.rows.many import Start, solve_rows
+from vibropipe.solve.rows.many import Rows, Start, solve_rows
 from vibropipe.solve.rows.named import Named
 from vibropipe.solve.rows.row_results import columns_of
-from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE
+from vibropipe.solve.sweep.blocks import LIMITS
 from vibropipe.solve.threads import row_blocks
 from vibropipe.words.parameters import DEFAULTS, FURTHER, PARAMETERS
 from vibropipe.words.progress import Progress
@@ -124,9 +124,10 @@ def solve_points(
 
     columns = columns_of(parameters)
     effects, soft = all_effects(columns, pieces=True, housing=True), has_soft_support(columns)
-    solver = 1, MAX_PERIODS, PATIENCE, harmonics, outputs, progress, effects, soft
     n, spent = len(parameters), list[int]()
-    with closing(solve_rows(row_blocks(n), rows, starts, *solver, row_work(n), spent)) as blocks:
+    limits = LIMITS._replace(row_work=row_work(n))
+    solver = limits, harmonics, outputs, progress, effects, soft, spent
+    with closing(solve_rows(row_blocks(n), Rows(rows, starts), *solver)) as blocks:
         parts, begin = [], 0
         for stop, (solved,) in blocks:
             parts.append(label_rows(solved, parameters[begin:stop], outputs))

@@ -17,7 +17,7 @@ from vibropipe.solve.accuracy.orbit_errors import row_errors, with_error
 from vibropipe.solve.checks import check_accuracy_of_housing, check_outputs
 from vibropipe.solve.origin_attrs import origin_attrs
 from vibropipe.solve.rows.label import concatenate, coordinates, label_rows, take_rows
-from vibropipe.solve.rows.many import solve_rows
+from vibropipe.solve.rows.many import RowLimits, Rows, solve_rows
 from vibropipe.solve.rows.sensitivity import through_ties
 from vibropipe.solve.sweep.sweep_grid import SweepGrid
 from vibropipe.solve.sweep.sweep_starts import starts_of_rows
@@ -34,18 +34,19 @@ if TYPE_CHECKING:
 MAX_PERIODS = limits.PATIENCE[1]
 # Forcing periods after which a row of a sweep may be left as chaotic.
 PATIENCE = 200
+LIMITS = RowLimits(MAX_PERIODS, PATIENCE)
 
 
 def solve_shard(grid: SweepGrid, row_start: int, row_stop: int, **options: Any) -> xr.Dataset:
     """Solve the rows [row_start, row_stop) of a sweep over the dimension `row`; arguments as of `solve_blocks`."""
-    (shard,) = solve_blocks(grid, row_start, row_stop, row_stop - row_start, **options)
+    rows = range(row_start, row_stop)
+    (shard,) = solve_blocks(grid, rows, len(rows), **options)
     return shard
 
 
 def solve_blocks(
     grid: SweepGrid,
-    row_start: int,
-    row_stop: int,
+    rows: range | np.ndarray,
     block_rows: int,
     start: tuple[float | None, float] = (None, 0.0),
     harmonics: int = 3,
@@ -53,23 +54,20 @@ def solve_blocks(
     progress: Progress | None = None,
     accuracy: float | None = None,
     effects: Sequence[str] | None = None,
-    patience: int = PATIENCE,
-    row_work: int = limits.MAX_ROW_WORK,
-    rows: np.ndarray | None = None,
+    limits: RowLimits = LIMITS,
 ) -> Generator[xr.Dataset]:
-    """Solve the rows [row_start, row_stop) of a sweep in blocks, one after the other.
+    """Solve rows of a sweep in blocks, one after the other.
 
     A block is computed when it is requested, and few rows are solved ahead of it. The arguments have been checked.
     Yields quantities over the dimension `row`; coordinates are the swept parameters over `row` and the others as
     scalars.
 
-    row_start, row_stop : whole chains; results do not depend on the cuts
+    rows : range of the rows, whole chains, on whose cuts results do not depend; or (n,) int, those that are solved, in
+        their order, of a grid that follows none
     block_rows : least number of rows per block
     start : x0 and v0, of those that are not swept
-    harmonics, outputs, accuracy, effects, patience : as for `sweep`
+    harmonics, outputs, accuracy, effects : as for `sweep`
     progress : called as progress(done, total), in the rows that are solved
-    row_work : largest work of a march of a row, in steps
-    rows : (n,) int, those of the rows that are solved, in their order, of a grid that follows none (default: all)
     Raises ParameterError if `effects` leaves out an effect that the parameters have.
     """
     requested_outputs = check_outputs(outputs)
@@ -78,25 +76,25 @@ def solve_blocks(
     check_accuracy_of_housing(e.housing, accuracy)
     attrs = origin_attrs(effect_names(e, values), start_text(values, *start), follow=grid.follow)
     attrs |= grid.ties.attrs
+    first = rows.start if isinstance(rows, range) else 0
 
     def numbers(begin: int, stop: int) -> np.ndarray:
-        if rows is not None:
-            return rows[begin:stop]
-        return grid.solved(row_start + begin, row_start + stop)
+        if isinstance(rows, range):
+            return grid.solved(first + begin, first + stop)
+        return rows[begin:stop]
 
     def parameters(begin: int, stop: int) -> list[np.ndarray]:
         return [grid.parameters(Parameters._fields, numbers(begin, stop))]
 
-    count = row_stop - row_start if rows is None else len(rows)
-    row_cuts = row_blocks(count, grid.chain_length, block_rows)
-    starts = starts_of_rows(grid, *start, numbers)
-    solver = starts, grid.chain_length, MAX_PERIODS, patience, harmonics, requested_outputs
-    with closing(solve_rows(row_cuts, parameters, *solver, progress, e, soft, row_work)) as blocks:
+    row_cuts = row_blocks(len(rows), grid.chain_length, block_rows)
+    chains = Rows(parameters, starts_of_rows(grid, *start, numbers), grid.chain_length)
+    solver = limits, harmonics, requested_outputs, progress, e, soft
+    with closing(solve_rows(row_cuts, chains, *solver)) as blocks:
         begin = 0
         for stop, solved in blocks:
             block_parameters = parameters(begin, stop)
             yield _label(
-                grid, row_start + begin, numbers(begin, stop), block_parameters, solved, accuracy, harmonics,
+                grid, first + begin, numbers(begin, stop), block_parameters, solved, accuracy, harmonics,
                 attrs, requested_outputs,
             )  # fmt: skip
             begin = stop

@@ -20,7 +20,8 @@ from vibropipe.solve.checks import (
     swept_dampings,
 )
 from vibropipe.solve.physical import to_physical
-from vibropipe.solve.sweep.blocks import PATIENCE, assemble, solve_shard
+from vibropipe.solve.rows.many import RowLimits
+from vibropipe.solve.sweep.blocks import MAX_PERIODS, PATIENCE, assemble, solve_shard
 from vibropipe.solve.sweep.cluster import computed_values, solve_on_cluster
 from vibropipe.solve.sweep.sweep_grid import Follow, SweepGrid
 from vibropipe.solve.sweep.sweep_starts import check_corners, check_swept_start
@@ -175,5 +176,5 @@ def check_solver(
         "harmonics": check_whole("harmonics", harmonics, limits.HARMONICS),
         "outputs": check_outputs(outputs),
         "accuracy": None if accuracy is None else check_accuracy(accuracy),
-        "patience": check_whole("patience", patience, limits.PATIENCE),
+        "limits": RowLimits(MAX_PERIODS, check_whole("patience", patience, limits.PATIENCE)),
     }

@@ -77,9 +77,9 @@ def test_harmonics_in_closed_form_are_those_by_quadrature(case: str) -> None:
     e, p, log, _end = two_periods(case, 0.05, -0.3)
     closed, work, quadrature = (np.zeros(5, complex) for _ in range(3))
     add_harmonics_of_pieces(e, p, log.pieces, np.int64(2), closed, work)
-    none = Integrals(np.zeros(5), np.zeros(0))
+    sums = Integrals(np.zeros(5), np.zeros(0), quadrature, np.int64(2))
     for i in range(int(log.pieces.counts[PIECES])):
-        integrate_piece(e, p, log.pieces, i, np.int64(2), quadrature, none)
+        integrate_piece(e, p, log.pieces, i, sums)
     assert abs(closed - quadrature).max() < 1e-14
 
 

@@ -109,10 +109,8 @@ def test_closed_harmonics_and_energy_agree_with_quadrature(p: Parameters) -> Non
     complete = divide_by_stiffness(p, m, float(m), closed)
     x, v = state_xv(p, orbit.state)
     energy = np.zeros(2)
-    sums = Integrals(energy, np.zeros(0))
-    integrate_along(
-        ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, m, direct, sums, np.empty(DEGREE + 1)
-    )
+    sums = Integrals(energy, np.zeros(0), direct, m)
+    integrate_along(ALL_EFFECTS, p, x, v, 0.0, float(m), orbit.end, log, sums, np.empty(DEGREE + 1))
     kept = np.arange(7) if complete else np.array([k for k in range(7) if k * p.nu / m != 1])
     np.testing.assert_allclose(closed[kept], direct[kept] / m, atol=1e-9)
     struck = log.support[: log.counts[0]] > 0

@@ -30,7 +30,10 @@ def _compile(function: F, **flags: Any) -> F:
     try:
         from vibropipe.compiler.pieces import compiled
     except (ImportError, AttributeError):  # another version of numba: slower, but right
-        return cast(F, opened(numba.njit(cache=True, **flags), function))  # type: ignore[call-overload]
+        from vibropipe.compiler.absent import DecidingCompiler
+
+        plain = numba.njit(cache=True, pipeline_class=DecidingCompiler, **flags)  # type: ignore[call-overload]
+        return cast(F, opened(plain, function))
     return cast(F, compiled(function, flags | {"nopython": True, "boundscheck": None}))
 
 

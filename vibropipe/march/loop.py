@@ -38,17 +38,9 @@ def march(e, p, grid, state, end, log, samples, c, max_events):
     room for another contact; MAX_IMPACTS after max_events; MAX_STEPS where the log allows no more work; SUPPORT_REACHED
     where the mass meets a watched support; NOT_FINITE; ROOT_BOUND.
     """
-    return march_or_pieces(
-        log.pieces, log.plain, e, p, grid, state, end, log, samples, c, max_events
-    )
-
-
-@jit_inline
-def march_or_pieces(pieces, plain, e, p, grid, state, end, log, samples, c, max_events):
-    """March as `march` does; pieces, plain : of the log, as arguments, so that only one of both marches is compiled."""
-    if pieces is not None:
+    if log.pieces is not None:
         return march_pieces(e, p, grid, state, end, log, samples, c, max_events)
-    if plain is not None:
+    if log.plain is not None:
         return march_plain(e, p, grid, state, end, log, samples, c, max_events)
     return state, NOT_FINITE
 

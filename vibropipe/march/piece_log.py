@@ -64,7 +64,7 @@ class PieceLog(NamedTuple):
     leaves : (n, 4), of each contact that has ended: velocity of x, duration in tau, largest force, largest depth
     contact : (4,), the contact under way
     work, polynomial : (degree + 1,), work arrays for the polynomials of a velocity or a force, and of the displacement
-    energy, no_harmonics : (5,) and (0,) complex, where integrals go that are not wanted
+    energy : (5,), where integrals go that are not wanted
     counts : (2,) int64, numbers of pieces and of leaves
     flows : (FORMS, ROWS, degree + 1), of each form of a piece, the unit motions on it and what else its steps take
         (`march.piece_path`)
@@ -78,7 +78,6 @@ class PieceLog(NamedTuple):
     work: np.ndarray
     polynomial: np.ndarray
     energy: np.ndarray
-    no_harmonics: np.ndarray
     counts: np.ndarray
     flows: np.ndarray
     housing: HousingLog | None
@@ -98,7 +97,6 @@ def new_piece_log(n: int, degree: int, has_housing: bool) -> PieceLog:
         np.empty(degree + 1),
         np.empty(degree + 1),
         np.zeros(5),
-        np.empty(0, np.complex128),
         np.zeros(2, np.int64),
         np.zeros((FORMS, ROWS, degree + 1)),
         housing,

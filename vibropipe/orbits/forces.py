@@ -33,10 +33,15 @@ class Integrals(NamedTuple):
 
     energy : (2,) or longer, work of the force, loss by damping, and so on (`RowResults`)
     forces : (FORCES,), its columns are named above; without entries if not requested
+    harmonics : (n,) complex, of x exp(-i k nu tau/m), k = 0, 1, ..., in forcing periods; without entries if not
+        requested
+    m : denominator of the frequencies k nu/m
     """
 
     energy: np.ndarray
     forces: np.ndarray
+    harmonics: np.ndarray
+    m: np.int64
 
 
 class Step(NamedTuple):

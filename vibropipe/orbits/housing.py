@@ -111,8 +111,8 @@ def add_accelerations(log, pieces, e, p, out, direct) -> None:
             direct[k] = 0.0
             is_accurate = is_accurate and integral_of_piece(e, p, pieces, i, k, ONE_PERIOD)[1]
         if not is_accurate:
-            sums = Integrals(pieces.energy, pieces.energy[:0])
-            integrate_piece(e, p, pieces, i, ONE_PERIOD, direct[: out.size], sums)
+            sums = Integrals(pieces.energy, pieces.energy[:0], direct[: out.size], ONE_PERIOD)
+            integrate_piece(e, p, pieces, i, sums)
         start, end = pieces.values[i, AT], end_of_piece(p, pieces, i)
         x_start = to_displacement(p, pieces.codes[i, HOME], pieces.values[i, Y])
         x_end = to_displacement(p, pieces.codes[i, HOME], pieces.values[i, Y_END])

@@ -89,24 +89,19 @@ def write_amplitudes(e, p, steady, log, m, c, work, amplitudes, row) -> None:
     work : tuple of ndarray, room for harmonics and energies, `room.new_work`
     amplitudes : (rows, n) complex, zero on entry, or without entries
     """
-    if amplitudes.size > 0:
-        amplitudes_of(log.pieces, e, p, steady, log, m, c, work, amplitudes[row])
-
-
-@jit
-def amplitudes_of(pieces, e, p, steady, log, m, c, work, amplitudes) -> None:
-    """Write what `write_amplitudes` does; pieces : `log.pieces`."""
-    if pieces is not None:
-        add_harmonics_of_pieces(e, p, pieces, m, amplitudes, work[0])
-        for k in range(amplitudes.size):
-            amplitudes[k] *= 1.0 / steady.m
+    if amplitudes.size == 0:
+        return
+    of_row = amplitudes[row]
+    if log.pieces is not None:
+        add_harmonics_of_pieces(e, p, log.pieces, m, of_row, work[0])
+        for k in range(of_row.size):
+            of_row[k] *= 1.0 / steady.m
     else:
         end, length = steady.end, float(steady.m)
         resting = end.home if end.mode == REST else 0
-        add_support_forces(p, log, resting, end.rest_start, m, length, amplitudes)
-        if not divide_by_stiffness(p, m, length, amplitudes):
-            x, v = state_xv(p, steady.state)
-            replace_resonant_harmonics(e, p, x, v, end, log, m, length, amplitudes, work, c)
+        add_support_forces(p, log, resting, end.rest_start, m, length, of_row)
+        if not divide_by_stiffness(p, m, length, of_row):
+            replace_resonant_harmonics(e, p, steady, log, m, of_row, work, c)
 
 
 @jit
@@ -172,9 +167,14 @@ def write_energy(e, p, steady, log, c, work, out, row) -> None:
     out : RowResults, `energy` and `forces`: zero on entry, or without entries. The change of the stored energy, last,
         stays zero
     """
-    if out.energy.size > 0:
-        sums = Integrals(out.energy[row], out.forces[row])
-        energy_of(log.pieces, e, p, steady, log, c, work, sums)
+    if out.energy.size == 0:
+        return
+    sums = Integrals(out.energy[row], out.forces[row], work[0][:0], ONE_PERIOD)
+    if log.pieces is not None:
+        add_energies(e, p, log, sums)
+    else:
+        x, v = state_xv(p, steady.state)
+        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, sums, c)
 
 
 @jit
@@ -184,16 +184,6 @@ def add_energies(e, p, log, sums) -> None:
     add_losses(p, log, sums)
     if e.housing is not None:
         add_housing_energy(log.pieces.housing, p, log.pieces.counts[PIECES], sums.energy)
-
-
-@jit
-def energy_of(pieces, e, p, steady, log, c, work, sums) -> None:
-    """Add what `write_energy` writes; pieces : `log.pieces`."""
-    if pieces is not None:
-        add_energies(e, p, log, sums)
-    else:
-        x, v = state_xv(p, steady.state)
-        add_energy(e, p, x, v, 0.0, float(steady.m), steady.end, log, work[0][:0], sums, c)
 
 
 @jit

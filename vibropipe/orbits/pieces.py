@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import math
+from typing import NamedTuple
 
 import numpy as np
 
@@ -174,8 +175,8 @@ def add_harmonics_of_pieces(e, p, pieces, m, out, direct) -> None:
         for k in range(out.size):
             direct[k] = 0.0
         for i in range(pieces.counts[PIECES]):
-            sums = Integrals(pieces.energy, pieces.energy[:0])
-            integrate_piece(e, p, pieces, i, m, direct, sums)
+            sums = Integrals(pieces.energy, pieces.energy[:0], direct, m)
+            integrate_piece(e, p, pieces, i, sums)
     for k in range(out.size):
         total, is_accurate = complex(0.0, 0.0), True
         for i in range(pieces.counts[PIECES]):
@@ -209,12 +210,10 @@ def decay_after(e, p, pieces, i, span, y, w):
 
 
 @jit
-def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
+def integrate_piece(e, p, pieces, i, sums) -> None:
     """Add the integrals over piece i by Gauss quadrature.
 
     e, p, pieces, i : piece i of a log
-    m : denominator of the frequencies k nu/m
-    out : (n,) complex, out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods
     sums : Integrals, whose energy (5,) is increased by the work of the force and the losses by damping, at support 1
         and 2, and by friction
     """
@@ -225,8 +224,9 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     y, w = pieces.values[i, Y], pieces.values[i, W]
     if form in (HELD, RESTING):
         x = to_displacement(p, home, y)
-        for k in range(out.size):
-            out[k] += x * phase_integral(k / m, start, end_of_piece(p, pieces, i))
+        for k in range(sums.harmonics.size):
+            integral = phase_integral(k / sums.m, start, end_of_piece(p, pieces, i))
+            sums.harmonics[k] += x * integral
         note_still(p, momentum_rate(p, way_of(pieces.housing, i)), span, sums.forces)
         if sums.forces.size > 0 and is_soft(e, p, home) and y < 0.0:
             sums.forces[IMPULSE + home - 1] -= stiffness_of(p, home) * y * span
@@ -241,38 +241,45 @@ def integrate_piece(e, p, pieces, i, m, out, sums) -> None:
     terms = terms_of(e, p, pieces, i)
     steps = steps_of_span(p, terms.stiffness, terms.damping, span, e.second_harmonic)
     if steps <= MANY_STEPS:
-        integrate_stretch(e, p, pieces, i, m, out, sums, 0.0, span, y, w, ALIVE, steps)
+        integrate_stretch(e, p, pieces, i, Stretch(0.0, span, ALIVE, steps), y, w, sums)
         return
     # In stretches, with steps as long as what is left of the motion allows.
     done = 0.0
     while done < span:
         decay = decay_after(e, p, pieces, i, done, y, w)
-        stretch = min(span - done, STRETCH * REACH / decay.rate)
+        length = min(span - done, STRETCH * REACH / decay.rate)
         if decay.kind == FOLLOWING:
-            stretch = span - done
-        steps = steps_at(decay.rate, stretch)
-        y, w = integrate_stretch(
-            e, p, pieces, i, m, out, sums, done, stretch, y, w, decay.kind, steps
-        )
-        done += stretch
+            length = span - done
+        stretch = Stretch(done, length, decay.kind, steps_at(decay.rate, length))
+        y, w = integrate_stretch(e, p, pieces, i, stretch, y, w, sums)
+        done += length
+
+
+class Stretch(NamedTuple):
+    """A stretch of a piece.
+
+    start : time after that of the piece, in tau
+    span : its length, in tau
+    kind : what is left of the motion (`physics.decay`)
+    steps : whole number of steps that it is divided into
+    """
+
+    start: float
+    span: float
+    kind: int
+    steps: float
 
 
 @jit
-def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, steps):
-    """Add what `integrate_piece` does over a stretch of a piece; return (y, w) at its end.
-
-    done, span : start of the stretch after that of the piece, and its length, in tau
-    y, w : state at its start
-    kind : what is left of the motion (`physics.decay`)
-    steps : steps that the stretch is divided into
-    """
+def integrate_stretch(e, p, pieces, i, stretch, y, w, sums):
+    """Add what `integrate_piece` does over a `Stretch`; y, w : state at its start. Returns (y, w) at its end."""
     home, form, second = pieces.codes[i, HOME], pieces.codes[i, FORM], e.second_harmonic
-    period, energy = forcing_period(p), sums.energy
-    start = pieces.values[i, AT] + done / period
+    period, energy, out, kind = forcing_period(p), sums.energy, sums.harmonics, stretch.kind
+    start = pieces.values[i, AT] + stretch.start / period
     terms = terms_of(e, p, pieces, i)
     load, stiffness, damping = terms.load, terms.stiffness, terms.damping
-    parts = int(steps)
-    dt, c = span / parts, pieces.polynomial
+    parts = int(stretch.steps)
+    dt, c = stretch.span / parts, pieces.polynomial
     touched = home if form == CONTACT else 0
     step = Step(stiffness, damping, load, terms.sigma, touched, dt)
     if e.housing is not None:
@@ -304,7 +311,7 @@ def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, ste
                 energy[1 + home] += weight * damping_of(p, home) * node_w * node_w
             x = to_displacement(p, home, node_y)
             for k in range(out.size):
-                out[k] += weight / period * x * phase_factor(k * phase / m)
+                out[k] += weight / period * x * phase_factor(k * phase / sums.m)
         y, w = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     return y, w
 
@@ -313,4 +320,4 @@ def integrate_stretch(e, p, pieces, i, m, out, sums, done, span, y, w, kind, ste
 def add_energy_of_pieces(e, p, pieces, sums) -> None:
     """Add the energies and forces of the logged pieces, without impacts on rigid supports, to `Integrals`."""
     for i in range(pieces.counts[PIECES]):
-        integrate_piece(e, p, pieces, i, 1, pieces.no_harmonics, sums)
+        integrate_piece(e, p, pieces, i, sums)

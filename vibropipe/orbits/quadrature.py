@@ -18,7 +18,8 @@ from vibropipe.orbits.forces import (
     note_still,
     step_of_flight,
 )
-from vibropipe.orbits.harmonics import ONE_PERIOD, RESONANT, dynamic_stiffness
+from vibropipe.orbits.harmonics import RESONANT, dynamic_stiffness
+from vibropipe.orbits.return_map import state_xv
 from vibropipe.physics.contact import support_position
 from vibropipe.physics.flow import DEGREE, displacement, taylor, velocity
 from vibropipe.physics.load import (
@@ -34,11 +35,11 @@ from vibropipe.physics.turns import phase_factor
 
 
 @jit
-def _add_flight(e, p, x, v, start, end, m, out, sums, c):
+def _add_flight(e, p, x, v, start, end, sums, c):
     """Add the integrals over a flight from (x, v) at `start` to `end` (forcing periods); return (x, v) at its end."""
     if end <= start:
         return x, v
-    period, energy = forcing_period(p), sums.energy
+    period, energy, out = forcing_period(p), sums.energy, sums.harmonics
     second = e.second_harmonic
     pieces, step = step_of_flight(e, p, end - start)
     dt = step.dt
@@ -60,32 +61,31 @@ def _add_flight(e, p, x, v, start, end, m, out, sums, c):
             if out.size > 0:
                 node_x = displacement(c, DEGREE, NODES[g])
                 for k in range(out.size):
-                    out[k] += weight * node_x * phase_factor(k * phase / m)
+                    out[k] += weight * node_x * phase_factor(k * phase / sums.m)
         x, v = displacement(c, DEGREE, 1.0), velocity(c, DEGREE, 1.0, dt)
     return x, v
 
 
 @jit
-def _add_rest(x, start, end, m, out) -> None:
+def _add_rest(x, start, end, sums) -> None:
     """Add the integrals of x over a rest, during which the force does no work and nothing is lost."""
+    out = sums.harmonics
     for g in range(NODES.size):
         phase = start + NODES[g] * (end - start)
         for k in range(out.size):
-            out[k] += WEIGHTS[g] * (end - start) * x * phase_factor(k * phase / m)
+            out[k] += WEIGHTS[g] * (end - start) * x * phase_factor(k * phase / sums.m)
 
 
 @jit
-def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
+def integrate_along(e, p, x, v, start, stop, end, log, sums, c) -> None:
     """Integrate over a logged motion.
 
     x, v : start of the motion
     start, stop : start and end, in forcing periods
     end : state at `stop`
     log : contacts; positions in forcing periods
-    m : denominator of the frequencies k nu/m
-    out : (harmonics + 1,) complex, out[k] is increased by the integral of x exp(-i k nu tau/m), in forcing periods
     sums : Integrals, energy[0] is increased by the work of the force, energy[1] by the loss by damping; forces by those
-        of flights and rests
+        of flights and rests; harmonics
     c : (DEGREE + 1,), work array
     """
     n_impacts = min(log.counts[IMPACTS], log.position.size)
@@ -104,9 +104,9 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
         is_tail = next_impact <= next_rest and next_impact < stop and log.support[i] < 0
         if is_tail or is_after_tail:
             # The remaining flights of a chatter are no higher than rounding; a single flight over all its time is not.
-            _add_rest(x, position, flight_end, m, out)
+            _add_rest(x, position, flight_end, sums)
         else:
-            x, v = _add_flight(e, p, x, v, position, flight_end, m, out, sums, c)
+            x, v = _add_flight(e, p, x, v, position, flight_end, sums, c)
         position, is_after_tail = flight_end, is_tail
         if next_impact <= next_rest and next_impact < stop:
             x = support_position(p, abs(log.support[i]))
@@ -114,7 +114,7 @@ def integrate_along(e, p, x, v, start, stop, end, log, m, out, sums, c) -> None:
             i += 1
         elif next_rest < stop:
             x, v = support_position(p, side), 0.0
-            _add_rest(x, position, rest_end, m, out)
+            _add_rest(x, position, rest_end, sums)
             note_still(p, 0.0, 0.0, sums.forces)
             position, r = rest_end, r + 1
 
@@ -168,32 +168,33 @@ def add_losses(p, log, sums) -> None:
 
 
 @jit
-def add_energy(e, p, x, v, start, stop, end, log, none, sums, c) -> None:
+def add_energy(e, p, x, v, start, stop, end, log, sums, c) -> None:
     """Add the energies of a logged motion, and its forces if requested.
 
     e, p, x, v, start, stop, end, log, c : as for `integrate_along`
-    none : (0,) complex, no harmonics
     sums : Integrals, whose energy, (4,) or longer, is increased by the work of the force and the losses by damping, at
         support 1 and at support 2
     """
-    integrate_along(e, p, x, v, start, stop, end, log, ONE_PERIOD, none, sums, c)
+    integrate_along(e, p, x, v, start, stop, end, log, sums, c)
     add_losses(p, log, sums)
 
 
 @jit
-def replace_resonant_harmonics(e, p, x, v, end, log, m, length, out, work, c) -> None:
-    """Replace the harmonics that `harmonics.divide_by_stiffness` left unchanged by quadrature.
+def replace_resonant_harmonics(e, p, steady, log, m, out, work, c) -> None:
+    """Replace the harmonics of an orbit that `harmonics.divide_by_stiffness` left unchanged by quadrature.
 
-    e, p, x, v, end, log, m, c : as for `integrate_along`, from 0 to `length` forcing periods
-    length : length of the orbit, in forcing periods
+    e, p, log, c : as for `integrate_along`
+    steady : SteadyState, the orbit
+    m : denominator of the frequencies k nu/m
     out : (harmonics + 1,) complex, amplitudes
     work : tuple of ndarray, room for harmonics, complex and at least as long as `out`, and for energies, (2,)
     """
     direct, energy = work
     for k in range(out.size):
         direct[k] = 0.0
-    sums = Integrals(energy, energy[:0])
-    integrate_along(e, p, x, v, 0.0, length, end, log, m, direct[: out.size], sums, c)
+    length, (x, v) = float(steady.m), state_xv(p, steady.state)
+    sums = Integrals(energy, energy[:0], direct[: out.size], m)
+    integrate_along(e, p, x, v, 0.0, length, steady.end, log, sums, c)
     for k in range(out.size):
         if abs(dynamic_stiffness(p, k, m)) < RESONANT:
             out[k] = divide(direct[k], complex(length, 0.0))

@@ -116,14 +116,10 @@ def return_map_jacobian(e, p, log, start, end, m):
        & Fractals 5 (1995) 1671.
     .. [2] R. I. Leine, H. Nijmeijer, Dynamics and Bifurcations of Non-Smooth Mechanical Systems, Springer 2004.
     """
-    return jacobian_of(log.pieces, e, p, log, start, end, m)
-
-
-@jit_inline
-def jacobian_of(pieces, e, p, log, start, end, m):
-    """Compute `return_map_jacobian`; pieces : `log.pieces`, an argument, so that only one of both ways is compiled."""
-    if pieces is not None:
-        return jacobian_by_pieces(pieces.housing, e, p, pieces)
+    if log.pieces is not None:
+        if log.pieces.housing is not None:
+            return jacobian_with_housing(e, p, log.pieces)
+        return jacobian_of_pieces(e, p, log.pieces)
     if log.counts[RESTS] > 0 or log.counts[TAILS] > 0 or start.mode == REST or end.mode == REST:
         return 0.0, 0.0, 0.0, 0.0
     period = forcing_period(p)
@@ -148,14 +144,6 @@ def jacobian_of(pieces, e, p, log, start, end, m):
         position = log.position[i]
     e11, e12, e21, e22 = flow_jacobian(e, p, (m - position) * period)
     return product(e11, e12, e21, e22, j11, j12, j21, j22)
-
-
-@jit_inline
-def jacobian_by_pieces(housing, e, p, pieces):
-    """Return the Jacobian along pieces; housing : `pieces.housing`, an argument as `pieces` is in `jacobian_of`."""
-    if housing is not None:
-        return jacobian_with_housing(e, p, pieces)
-    return jacobian_of_pieces(e, p, pieces)
 
 
 @jit

@@ -164,22 +164,22 @@ def add_period(e, p, window, start, end, log, c) -> None:
     window.start[2] += 1.0
     count_contacts(log, end, window.impacts, window.rests, window.largest)
     if window.amplitudes.size > 0:
-        add_to_window(log.pieces, e, p, window, start, end, log, c)
+        add_to_window(e, p, window, start, end, log, c)
     if window.housing.size > 0:
         add_housing_period(log.pieces, p, start, end, window.housing[window.row])
     if window.housing_harmonics.size > 0:
         harmonics = window.housing_harmonics[window.row]
         add_housing_harmonics(log.pieces, e, p, harmonics, window.direct)
     if window.energies.size > 0:
-        add_energies_to_window(log.pieces, e, p, window, start, end, log, c)
+        add_energies_to_window(e, p, window, start, end, log, c)
 
 
 @jit_inline
-def add_to_window(pieces, e, p, window, start, end, log, c) -> None:
-    """Add a period to the amplitudes of a window; pieces : `log.pieces`."""
-    if pieces is not None:
+def add_to_window(e, p, window, start, end, log, c) -> None:
+    """Add a period to the amplitudes of a window."""
+    if log.pieces is not None:
         add_harmonics_of_pieces(
-            e, p, pieces, ONE_PERIOD, window.amplitudes[window.row], window.direct
+            e, p, log.pieces, ONE_PERIOD, window.amplitudes[window.row], window.direct
         )
     else:
         resting = end.home if end.mode == REST else 0
@@ -188,19 +188,20 @@ def add_to_window(pieces, e, p, window, start, end, log, c) -> None:
         )
         if window.resonant:
             x, v = state_xv(p, start)
-            sums = Integrals(window.energy, window.energy[:0])
-            integrate_along(e, p, x, v, 0.0, 1.0, end, log, ONE_PERIOD, window.direct, sums, c)
+            sums = Integrals(window.energy, window.energy[:0], window.direct, ONE_PERIOD)
+            integrate_along(e, p, x, v, 0.0, 1.0, end, log, sums, c)
 
 
 @jit
-def add_energies_to_window(pieces, e, p, window, start, end, log, c) -> None:
-    """Add a period to the energies and forces of a window; pieces : `log.pieces`."""
-    sums = Integrals(window.energies[window.row], window.forces[window.row])
-    if pieces is not None:
+def add_energies_to_window(e, p, window, start, end, log, c) -> None:
+    """Add a period to the energies and forces of a window."""
+    row, none = window.row, window.direct[:0]
+    sums = Integrals(window.energies[row], window.forces[row], none, ONE_PERIOD)
+    if log.pieces is not None:
         add_energies(e, p, log, sums)
     else:
         x, v = state_xv(p, start)
-        add_energy(e, p, x, v, 0.0, 1.0, end, log, window.direct[:0], sums, c)
+        add_energy(e, p, x, v, 0.0, 1.0, end, log, sums, c)
 
 
 @jit

@@ -13,6 +13,7 @@ import numpy as np
 from vibropipe.march.grid import exact_grid
 from vibropipe.march.state import initial_state
 from vibropipe.orbits.forces import Integrals
+from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.housing import GROUND, LOADS
 from vibropipe.orbits.quadrature import add_energy
 from vibropipe.physics.effects import Effects, grid_effects, kernel_effects, shared_effects
@@ -40,11 +41,11 @@ def work_of_flights(
     state = initial_state(
         shared_effects(e), p, exact_grid(grid_effects(e), p), turns[0], *start, None
     )
-    terms, none = np.zeros(4), np.zeros(0, complex)
-    sums = Integrals(terms, np.zeros(0))
+    terms = np.zeros(4)
+    sums = Integrals(terms, np.zeros(0), np.zeros(0, complex), ONE_PERIOD)
     # The log contains a rest that lasts beyond the end, so the end state counts as flight.
     end = state._replace(mode=0)
-    add_energy(e, p, *start, turns[0], turns[1], end, log, none, sums, np.empty(DEGREE + 1))
+    add_energy(e, p, *start, turns[0], turns[1], end, log, sums, np.empty(DEGREE + 1))
     return terms
 
 

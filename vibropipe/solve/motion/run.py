@@ -15,6 +15,7 @@ from vibropipe.march.piece_log import piece_log_of
 from vibropipe.march.piece_state import start_state
 from vibropipe.march.state import REST, STUCK, State
 from vibropipe.orbits.forces import Integrals
+from vibropipe.orbits.harmonics import ONE_PERIOD
 from vibropipe.orbits.housing import N_ENERGIES
 from vibropipe.orbits.outputs import add_energies
 from vibropipe.physics.contact import to_displacement, to_velocity
@@ -254,7 +255,8 @@ def _march(
     def march(state: State, left: int) -> tuple[State, int]:
         state, status = march_repeatedly(e, p, grid, state, end, log, samples, c, left, 1)
         if terms is not None:
-            add_energies(e, p, log, Integrals(terms, np.zeros(0)))
+            sums = Integrals(terms, np.zeros(0), np.zeros(0, complex), ONE_PERIOD)
+            add_energies(e, p, log, sums)
         return state, status
 
     state, status, columns = march_to_end(march, log, state, request, lambda state: state.period)

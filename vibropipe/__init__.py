@@ -25,9 +25,9 @@ _FACE = {
     "backbone": "vibropipe.solve.motion.conservative",
     "amplitude_frequency": "vibropipe.solve.motion.conservative",
     "symmetric_orbit": "vibropipe.solve.boundary.closed_orbits",
-    "symmetric_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
+    "symmetric_orbit_boundaries": "vibropipe.solve.boundary.closed_orbits",
     "one_sided_orbit": "vibropipe.solve.boundary.closed_orbits",
-    "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
+    "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_orbits",
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "save": "vibropipe.store",
@@ -83,11 +83,12 @@ if TYPE_CHECKING:
     from vibropipe.solve.basins.attractors import attractors
     from vibropipe.solve.basins.basins import basins
     from vibropipe.solve.boundary.boundary import boundary
-    from vibropipe.solve.boundary.closed_boundaries import (
+    from vibropipe.solve.boundary.closed_orbits import (
+        one_sided_orbit,
         one_sided_orbit_boundaries,
+        symmetric_orbit,
         symmetric_orbit_boundaries,
     )
-    from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
     from vibropipe.solve.branch.branch import branch
     from vibropipe.solve.branch.motor import motor
     from vibropipe.solve.design.face import design

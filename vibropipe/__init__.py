@@ -25,9 +25,9 @@ _FACE = {
     "backbone": "vibropipe.solve.motion.conservative",
     "amplitude_frequency": "vibropipe.solve.motion.conservative",
     "symmetric_orbit": "vibropipe.solve.boundary.closed_orbits",
-    "symmetric_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
+    "symmetric_orbit_boundaries": "vibropipe.solve.boundary.closed_orbits",
     "one_sided_orbit": "vibropipe.solve.boundary.closed_orbits",
-    "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_boundaries",
+    "one_sided_orbit_boundaries": "vibropipe.solve.boundary.closed_orbits",
     "load": "vibropipe.store",
     "open_study": "vibropipe.store",
     "save": "vibropipe.store",
@@ -39,67 +39,48 @@ _FACE = {
     "prove_knock": "vibropipe.proof.face",
     "to_physical": "vibropipe.solve.physical",
 }
-__all__ = [
-    "Exciter",
-    "ParameterError",
-    "StoreError",
-    "UnsolvedWarning",
-    "amplitude_frequency",
-    "attractors",
-    "backbone",
-    "basins",
-    "boundary",
-    "branch",
-    "design",
-    "identify",
-    "load",
-    "motor",
-    "one_sided_orbit",
-    "one_sided_orbit_boundaries",
-    "open_study",
-    "plot",
-    "prove",
-    "prove_all",
-    "prove_bifurcation",
-    "prove_knock",
-    "save",
-    "simulate",
-    "steady_state",
-    "sweep",
-    "symmetric_orbit",
-    "symmetric_orbit_boundaries",
-    "table",
-    "to_physical",
-    "tolerance",
-]
+__all__ = sorted(_FACE)
 __version__: str  # as installed; pyproject.toml states it
 
 if TYPE_CHECKING:
     from typing import Any
 
-    from vibropipe.jobs.plot import plot
-    from vibropipe.physics.exciter import Exciter, ParameterError
-    from vibropipe.proof.face import prove, prove_all, prove_bifurcation, prove_knock
-    from vibropipe.solve.basins.attractors import attractors
-    from vibropipe.solve.basins.basins import basins
-    from vibropipe.solve.boundary.boundary import boundary
-    from vibropipe.solve.boundary.closed_boundaries import (
-        one_sided_orbit_boundaries,
-        symmetric_orbit_boundaries,
+    # with `as`, which tells a type checker that a name is public
+    from vibropipe.jobs.plot import plot as plot
+    from vibropipe.physics.exciter import Exciter as Exciter
+    from vibropipe.physics.exciter import ParameterError as ParameterError
+    from vibropipe.proof.face import prove as prove
+    from vibropipe.proof.face import prove_all as prove_all
+    from vibropipe.proof.face import prove_bifurcation as prove_bifurcation
+    from vibropipe.proof.face import prove_knock as prove_knock
+    from vibropipe.solve.basins.attractors import attractors as attractors
+    from vibropipe.solve.basins.basins import basins as basins
+    from vibropipe.solve.boundary.boundary import boundary as boundary
+    from vibropipe.solve.boundary.closed_orbits import one_sided_orbit as one_sided_orbit
+    from vibropipe.solve.boundary.closed_orbits import (
+        one_sided_orbit_boundaries as one_sided_orbit_boundaries,
     )
-    from vibropipe.solve.boundary.closed_orbits import one_sided_orbit, symmetric_orbit
-    from vibropipe.solve.branch.branch import branch
-    from vibropipe.solve.branch.motor import motor
-    from vibropipe.solve.design.face import design
-    from vibropipe.solve.design.tolerance import tolerance
-    from vibropipe.solve.fit.identify import identify
-    from vibropipe.solve.motion.conservative import amplitude_frequency, backbone
-    from vibropipe.solve.motion.simulate import simulate
-    from vibropipe.solve.physical import to_physical
-    from vibropipe.solve.rows.steady import steady_state
-    from vibropipe.solve.sweep.sweep import sweep
-    from vibropipe.store import StoreError, load, open_study, save, table
-    from vibropipe.words.status import UnsolvedWarning
+    from vibropipe.solve.boundary.closed_orbits import symmetric_orbit as symmetric_orbit
+    from vibropipe.solve.boundary.closed_orbits import (
+        symmetric_orbit_boundaries as symmetric_orbit_boundaries,
+    )
+    from vibropipe.solve.branch.branch import branch as branch
+    from vibropipe.solve.branch.motor import motor as motor
+    from vibropipe.solve.design.face import design as design
+    from vibropipe.solve.design.tolerance import tolerance as tolerance
+    from vibropipe.solve.fit.identify import identify as identify
+    from vibropipe.solve.motion.conservative import amplitude_frequency as amplitude_frequency
+    from vibropipe.solve.motion.conservative import backbone as backbone
+    from vibropipe.solve.motion.simulate import simulate as simulate
+    from vibropipe.solve.physical import to_physical as to_physical
+    from vibropipe.solve.rows.steady import steady_state as steady_state
+    from vibropipe.solve.sweep.sweep import sweep as sweep
+    from vibropipe.store import StoreError as StoreError
+    from vibropipe.store import load as load
+    from vibropipe.store import open_study as open_study
+    from vibropipe.store import save as save
+    from vibropipe.store import table as table
+    from vibropipe.words.status import UnsolvedWarning as UnsolvedWarning
 
 
 def __getattr__(name: str) -> Any:

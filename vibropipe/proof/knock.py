@@ -13,7 +13,7 @@ from vibropipe.proof.balls import BITS, Box, arb, ctx
 from vibropipe.proof.certificate import MAX_MOVED_BY_ROUNDING, Claim, examine
 from vibropipe.proof.flights import Flights
 from vibropipe.proof.given import Given, balls_of, given_orbit
-from vibropipe.proof.proved_dataset import described, proved_scalars
+from vibropipe.proof.outcome import described, proved_scalars
 from vibropipe.proof.returns import returns_to
 from vibropipe.proof.values import stability
 from vibropipe.words.progress import Progress

@@ -24,8 +24,14 @@ from vibropipe.proof.certificate import (
 from vibropipe.proof.every import all_orbits
 from vibropipe.proof.given import Given, balls_of, first_out_of_range
 from vibropipe.proof.motion import displacement_bounds
-from vibropipe.proof.proved_dataset import described, proved_scalars
-from vibropipe.proof.sentences import Outcome, critical_statement, every_statement, statement
+from vibropipe.proof.outcome import (
+    Outcome,
+    critical_statement,
+    described,
+    every_statement,
+    proved_scalars,
+    statement,
+)
 from vibropipe.proof.three import three_impacts
 from vibropipe.proof.values import amplitudes, spectral_radius, stability
 from vibropipe.words.bifurcations import Bifurcation

@@ -37,6 +37,8 @@ if TYPE_CHECKING:
     from vibropipe.scenes.costs import Work
     from vibropipe.scenes.rows import Recomputed
 
+MAX_TITLE = 85  # letters of the title of a picture
+
 
 def showing(options: Any, others: Mapping[str, xr.Dataset]) -> dict[str, Any]:
     """Return the key `show` of the figure options, empty without options, as a keyword of a picture."""

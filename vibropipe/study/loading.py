@@ -24,9 +24,14 @@ from vibropipe.scenes.keys.ties import own_names
 from vibropipe.scenes.keys.values import NAME, Name, NameRule, TextRule, refuse
 from vibropipe.study.key_text import plain_path, problem_of
 from vibropipe.study.models import Study, check_study, study_model
-from vibropipe.study.physical import is_physical, without_units
+from vibropipe.study.physical import (
+    as_written,
+    both_paths,
+    is_physical,
+    without_slips,
+    without_units,
+)
 from vibropipe.study.tables import Files, with_tables
-from vibropipe.study.written import as_written, both_paths, without_slips
 from vibropipe.study.yaml_reader import MAX_DEPTH, read_file, read_text, too_deep
 from vibropipe.words.spelling import did_you_mean, latin
 

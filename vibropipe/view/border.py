@@ -66,7 +66,6 @@ class Borders:
         self._values = [np.asarray(values, float) for values in plane.values]
         self._logs = [scale_of(values) == "log" for values in plane.values]
         grids = [np.log(v) if log else v for v, log in zip(plane.values, self._logs, strict=True)]
-        self._low = np.array([grid[0] for grid in grids])
         self._length = np.array([np.ptp(grid) or 1.0 for grid in grids])
         self._codes, self._grids = codes, grids
         places, sides, steps = [], [], []

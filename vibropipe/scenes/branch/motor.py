@@ -28,8 +28,10 @@ from vibropipe.report.findings import equal_text, symbol_text, value_text
 from vibropipe.report.parts import DASH, MAX_ROWS, Answer, Table
 from vibropipe.scenes.branch.curves import (
     BETWEEN,
+    KEPT,
     LEFT,
     LOW,
+    SPEED,
     STABLE,
     TOP,
     UNSTABLE,
@@ -45,14 +47,7 @@ from vibropipe.store.table import is_neutral
 
 HIGH = 6.5  # cm
 MOTOR: dict[str, Any] = {"color": GREY, "linewidth": 2.2, "zorder": 1}
-KEPT: dict[str, Any] = {
-    "marker": "o",
-    "markersize": 6,
-    "linestyle": "none",
-    "zorder": 6,
-    "markeredgecolor": INK,
-}
-COLOURS = {True: INK, False: "white"}  # of a speed that is kept, and of one that is not
+CROSSING: dict[str, Any] = {**SPEED, "zorder": 6}
 WAYS = ("lowered", "raised")  # by `jump_way`
 SAME, NEAR = 1e-9, 0.3  # of a speed that is lost; of the range of torques, at neighbouring points
 MAX_LISTED = 3  # speeds of an answer
@@ -86,9 +81,9 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
     draw_pieces(ax, speeds.values, load[:, None], pieces, colours)
     kept = dataset["speed_is_stable"].values == 1
     crossings = crossing_speeds(dataset).values, dataset["motor_torque"].values
-    for is_kept in (True, False):
+    for is_kept, (_text, colour) in KEPT.items():
         own = kept == is_kept
-        ax.plot(*(values[own] for values in crossings), markerfacecolor=COLOURS[is_kept], **KEPT)
+        ax.plot(*(values[own] for values in crossings), markerfacecolor=colour, **CROSSING)
     for lost, reached, torque in zip(*jumps_of(dataset), strict=True):
         ends = [(speed, np.interp(speed, at, given) + torque) for speed in (lost, reached)]
         ax.plot(*ends[0], marker="|", markersize=9, color=INK, zorder=6)
@@ -110,8 +105,8 @@ def draw_motor(dataset: xr.Dataset, **options: Any) -> Figure:
         *(Line2D([], [], color=INK, **loads[name]) for name in stabilities(dataset)),
         Line2D([], [], **MOTOR, label="motor"),
         *(
-            Line2D([], [], markerfacecolor=COLOURS[is_kept], label=text, **KEPT)
-            for is_kept, text in ((True, "speed that is kept"), (False, "not kept"))
+            Line2D([], [], markerfacecolor=colour, label=text, **CROSSING)
+            for is_kept, (text, colour) in KEPT.items()
             if (kept == is_kept).any()
         ),
     ]

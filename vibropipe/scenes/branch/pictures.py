@@ -26,11 +26,9 @@ from vibropipe.scenes.branch.lines import (
 )
 from vibropipe.scenes.branch.motor import describe_motor, draw_motor, has_motor, title_motor
 from vibropipe.scenes.branch.stretches import coexistence, stretches_of
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import MAX_TITLE, Picture
 from vibropipe.store.table import is_neutral
 from vibropipe.words.wording import capitalised, series
-
-MAX_TITLE = 85  # letters
 
 
 def title_branches(

@@ -10,10 +10,10 @@ import xarray as xr
 
 from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.scenes.certificate import with_row_proofs
-from vibropipe.solve.branch.arguments import MUST_REPEAT
 from vibropipe.solve.branch.branch import branch
 from vibropipe.solve.branch.from_rest import reached_from_rest
 from vibropipe.solve.branch.motor import motor, torque_of
+from vibropipe.solve.branch.problem import MUST_REPEAT
 from vibropipe.solve.in_si import convert
 from vibropipe.solve.physical import stored
 from vibropipe.words.outputs import OF_STEADY_STATE

@@ -38,7 +38,7 @@ from vibropipe.figures.text import (
     with_units,
 )
 from vibropipe.scenes.certificate_page import CERTIFICATE_PICTURE
-from vibropipe.scenes.kind import Picture
+from vibropipe.scenes.kind import MAX_TITLE, Picture
 from vibropipe.scenes.motion.balance import ENERGY, SPECTRUM
 from vibropipe.scenes.motion.captions import (
     describe_impacts,
@@ -71,7 +71,6 @@ PLANE_BOTTOM, PLANE, VELOCITY_BOTTOM, PANEL = 1.1, 3.3, 5.5, 1.85  # cm
 LINE = 0.4  # cm, of the texts above a column
 DIGIT, BOLD_LETTER = 0.125, 0.155  # cm, of a letter of these texts
 MAX_PERIODS = 4  # that are drawn of orbits
-MAX_TITLE = 85  # letters
 
 
 def draw_together(

@@ -14,7 +14,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import NDArray
 
-from vibropipe.figures.canvas import legend_below, zero_line
+from vibropipe.figures.canvas import zero_line
 from vibropipe.figures.palette import EXACT, SUPPORT_COLOURS
 from vibropipe.figures.phase_plane import draw_points
 from vibropipe.figures.style import write_centred
@@ -33,19 +33,10 @@ from vibropipe.scenes.sweep.captions import (
     starts_text,
     unresolved_text,
 )
-from vibropipe.scenes.sweep.curves import draw_bars, finish, with_legend
+from vibropipe.scenes.sweep.curves import draw_above_bars
 from vibropipe.scenes.sweep.figure_keys import IN_DIAGRAM
 from vibropipe.scenes.sweep.laws import regions_of
-from vibropipe.scenes.sweep.layout import (
-    LEFT,
-    MAX_MULTIPLES,
-    Layout,
-    fitting_panels,
-    lay_out,
-    spot_axes,
-    write_spot_titles,
-)
-from vibropipe.scenes.sweep.maps import LEGEND_COLUMNS
+from vibropipe.scenes.sweep.layout import MAX_MULTIPLES, Spot, fitting_panels
 from vibropipe.scenes.sweep.neighbours import doublings_of
 from vibropipe.scenes.sweep.quantities import (
     WITH_ZERO_LINE,
@@ -123,21 +114,13 @@ def draw_bifurcation(dataset: xr.Dataset, show: Collection[str] = ()) -> Figure:
     codes, regions = regions_of(dataset)
     rows = rows.assign(region=codes)
 
-    def layout_with(below: float) -> Layout:
-        return lay_out(rows, dims, panels, 1, True, below)
-
-    layout, legend = with_legend(layout_with, rows, regions, along, None)
-    drawn = spot_axes(layout, along)
-    letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
-    for spot, ax in drawn:
+    def draw(ax: Axes, spot: Spot) -> str:
         x_of = np.full(dataset["regime"].size, np.nan)
         x_of[spot.part["index"].values] = spot.part[along].values
         draw_diagram(ax, points[spot.panel], x_of, spot.panel)
-        words = title_of(dataset, spot.panel, spot.words_cm)
-        write_spot_titles(ax, spot, next(letters, ""), words)
-    finish(layout, drawn, draw_bars(layout, rows, regions, along, None), dataset, along)
-    legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
-    return layout.figure
+        return title_of(dataset, spot.panel, spot.words_cm)
+
+    return draw_above_bars(rows, regions, dims, panels, draw)[0]
 
 
 def title_of(dataset: xr.Dataset, panel: Panel, width: float) -> str:

@@ -8,6 +8,7 @@ from __future__ import annotations
 
 from collections.abc import Callable, Collection, Sequence
 from dataclasses import replace
+from string import ascii_lowercase
 from typing import Any
 
 import numpy as np
@@ -37,6 +38,7 @@ from vibropipe.scenes.sweep.layout import (
     LEFT,
     Layout,
     Spot,
+    combinations_drawn,
     fitting_panels,
     lay_out,
     spot_axes,
@@ -54,7 +56,7 @@ from vibropipe.scenes.sweep.quantities import (
     fitted_label,
     panels_of,
 )
-from vibropipe.scenes.sweep.sweep_rows import axis_and_others, with_impacts_per_period
+from vibropipe.scenes.sweep.sweep_rows import axis_and_others, axis_of, with_impacts_per_period
 from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.vocabulary import OF_SOFT
 
@@ -88,53 +90,59 @@ def draw_sweep(
     dataset = dataset.assign(region=codes)
     lines_dim = others[0] if others else None
     panels = fitting_panels(dataset, others[1:], panels_of(dataset, show, joined=lines_dim is None))
-    lines = len(list(lines_of(dataset, lines_dim)))
-
-    def layout_with(below: float) -> Layout:
-        return lay_out(dataset, others[1:], panels, lines, lines_dim is None, below)
-
-    layout, legend = with_legend(layout_with, dataset, regions, along, lines_dim)
-    drawn = spot_axes(layout, along)
     first: dict[Panel, Axes] = {}
-    names = []
-    letters = iter("abcdefghijklmnopqrstuvwxyz" if len(drawn) > 1 == len(layout.bars) else "")
-    for number, (spot, ax) in enumerate(drawn):
-        arrows = number == 0 or lines_dim is None
+    names: list[tuple[Axes, list[Named], list[Curve]]] = []
+
+    def draw(ax: Axes, spot: Spot) -> str:
+        arrows = not names or lines_dim is None
         names.append((ax, *draw_panel(ax, spot, along, lines_dim, backbone, arrows)))
-        words = spot.panel.title(dataset, spot.words_cm)
-        write_spot_titles(ax, spot, next(letters, ""), words)
         first.setdefault(spot.panel, ax)
-    finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
+        return spot.panel.title(dataset, spot.words_cm)
+
+    figure, drawn = draw_above_bars(dataset, regions, others[1:], panels, draw, lines_dim)
     scale_ordinates(first, dataset)
     # once the limits are known
     for ax, named_lines, other_lines in names:
         label_lines(ax, named_lines, other_lines)
     if lines_dim is not None and drawn:
         name_lines(drawn[0], along, lines_dim, backbone)
-    legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
-    return layout.figure
+    return figure
 
 
-def with_legend(
-    layout_with: Callable[[float], Layout],
+def draw_above_bars(
     dataset: xr.Dataset,
     regions: Sequence[Region],
-    along: str,
-    lines_dim: str | None,
-) -> tuple[Layout, list[Patch]]:
-    """Return a layout with room for a legend of the regions that no bar has room to name, and its entries.
+    dims: Sequence[str],
+    panels: Sequence[Panel],
+    draw: Callable[[Axes, Spot], str],
+    lines_dim: str | None = None,
+) -> tuple[Figure, list[tuple[Spot, Axes]]]:
+    """Draw panels above bars of regions, with a legend of the regions that no bar has room to name.
 
-    layout_with : returns the layout with some room below it (cm)
+    dataset : the rows in order, with their `region`
+    dims : further parameters, of which each combination has panels of its own
+    draw : draws a panel, and returns its title
     """
+    along, first = axis_of(dataset), dataset.isel(combinations_drawn(dataset, dims)[0])
+    lines = len(list(lines_of(first, lines_dim)))
 
     def with_room(legend: Sequence[Patch]) -> Layout:
-        return layout_with(-(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1)
+        below = -(-len(legend) // LEGEND_COLUMNS) * LEGEND_LINE + 0.1
+        return lay_out(dataset, dims, panels, lines, lines_dim is None, below)
 
     legend = region_patches(list(regions))
     trial = draw_bars(with_room(legend), dataset, regions, along, lines_dim)
     named = {text.get_text() for ax in trial for text in ax.texts if text.get_gid() == BAR_NAME}
     legend = [patch for patch in legend if patch.get_label() not in named]
-    return with_room(legend), legend
+    layout = with_room(legend)
+    drawn = spot_axes(layout, along)
+    letters = iter(ascii_lowercase if len(drawn) > 1 == len(layout.bars) else "")
+    for spot, ax in drawn:
+        words = draw(ax, spot)
+        write_spot_titles(ax, spot, next(letters, ""), words)
+    finish(layout, drawn, draw_bars(layout, dataset, regions, along, lines_dim), dataset, along)
+    legend_below(layout.figure, legend, LEGEND_COLUMNS, LEFT)
+    return layout.figure, drawn
 
 
 def draw_bars(

@@ -13,6 +13,7 @@ from vibropipe.figures.motion_words import number_word, way_of
 from vibropipe.figures.text import plain_symbol_of
 from vibropipe.figures.units import LOWERED
 from vibropipe.report.findings import largest, place_texts
+from vibropipe.scenes.kind import MAX_TITLE
 from vibropipe.scenes.sweep.laws import regions_of, share_text
 from vibropipe.scenes.sweep.map_layout import map_axes
 from vibropipe.scenes.sweep.maps import drawn_panels, has_negative, is_rounding
@@ -35,7 +36,6 @@ from vibropipe.solve.sweep.sweep_grid import DIRECTION
 from vibropipe.words.regimes import Regime
 from vibropipe.words.wording import capitalised
 
-MAX_TITLE = 85  # letters
 SAME_VALUE = 1e-9  # relative difference of values that are one
 MANY = 0.05  # share of the points from which the place of aperiodic motion is told
 

@@ -89,10 +89,7 @@ def shares_dataset(
     attrs = origin_attrs(all_effect_names({**first, name: values}, pieces=True), start)
     plain = {key: entry for key, entry in labelled.items() if "visit" not in entry[0]}
     dataset = xr.Dataset(labelled | coords, coordinates(plain, harmonics), attrs)
-    dataset = describe(dataset.set_coords([*coords, f"bifurcation_{name}"]))
-    if "row_size" in dataset:
-        dataset["row_size"].attrs["sample_dimension"] = "impact"
-    return dataset, numbers
+    return describe(dataset.set_coords([*coords, f"bifurcation_{name}"])), numbers
 
 
 def _shares(

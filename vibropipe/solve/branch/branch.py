@@ -16,18 +16,16 @@ from vibropipe.physics.exciter import Exciter, ParameterError
 from vibropipe.physics.start import start_text
 from vibropipe.physics.stated import stated_names, ties_of_call
 from vibropipe.physics.ties import Ties
-from vibropipe.solve.branch.arguments import (
+from vibropipe.solve.branch.branch_dataset import branch_dataset
+from vibropipe.solve.branch.point_yields import check_bounds, outputs_beside, with_yields
+from vibropipe.solve.branch.problem import (
     MUST_REPEAT,
     check_alone,
     check_branch_outputs,
     check_place_tolerance,
+    check_range,
     check_start,
     check_switch,
-)
-from vibropipe.solve.branch.branch_dataset import branch_dataset
-from vibropipe.solve.branch.point_yields import check_bounds, outputs_beside, with_yields
-from vibropipe.solve.branch.problem import (
-    check_range,
     exciter_at,
     problem_of,
     seed_of_steady_state,

@@ -156,10 +156,7 @@ def _to_dataset(
         if other not in problem.varied
     }
     dataset = xr.Dataset(variables | coords, labels, attrs)
-    dataset = describe(dataset.set_coords([*coords, *problem.varied, f"bifurcation_{name}"]))
-    if "row_size" in dataset:
-        dataset["row_size"].attrs["sample_dimension"] = "impact"
-    return dataset
+    return describe(dataset.set_coords([*coords, *problem.varied, f"bifurcation_{name}"]))
 
 
 def _mask_sensitivities(variables: Variables, is_singular: np.ndarray) -> None:

@@ -1,14 +1,15 @@
-"""What is followed along a parameter, how, and from which orbit."""
+"""What is followed along a parameter, how, from which orbit, and which arguments `branch` takes."""
 
 from __future__ import annotations
 
 import math
-from collections.abc import Mapping, Sequence
+from collections.abc import Collection, Mapping, Sequence
 from typing import TYPE_CHECKING, Any
 
 import numpy as np
 
 from vibropipe.orbits.branches.following import Seed
+from vibropipe.orbits.branches.switching import SWITCHES
 from vibropipe.orbits.branches.tree import seed_of_orbit
 from vibropipe.orbits.law.problem import Problem
 from vibropipe.orbits.law.tied import Tied
@@ -16,9 +17,12 @@ from vibropipe.physics.effects import Effects, all_effects
 from vibropipe.physics.exciter import Exciter, ParameterError, Parameters
 from vibropipe.physics.parameter_error import as_float
 from vibropipe.physics.stated import stated_names
-from vibropipe.physics.ties import SAMPLES, Ties
+from vibropipe.physics.ties import SAMPLES, TIED, Ties
 from vibropipe.solve.branch.branch_of_pieces import seed_of_pieces
-from vibropipe.solve.checks import check_varied
+from vibropipe.solve.checks import check_outputs, check_varied
+from vibropipe.solve.design.scattered_parts import check_tolerances
+from vibropipe.words.bifurcations import BESIDE_LAW, without_slope
+from vibropipe.words.outputs import OF_BRANCH
 from vibropipe.words.parameters import (
     FOLLOWED,
     PARAMETERS,
@@ -41,9 +45,8 @@ OF_GROUND = ("housing_friction_1", "housing_friction_2")
 NO_FRICTION = (
     "must be above 0, or housing_friction_2 must: a housing without friction keeps any velocity"
 )
-
-
 NO_TIES = Ties()
+MUST_REPEAT = "must lead from (x0, v0) to an orbit that repeats with the force"
 
 
 def is_symmetric(exciter: Exciter | Parameters) -> bool:
@@ -195,3 +198,56 @@ def seed_of_steady_state(
     supports = start.impact_support.values.astype(np.int8)
     seed = seed_of_orbit(problem, int(start.period_multiple), supports, u, signs)
     return None if seed is None or not math.isfinite(seed.value) else seed
+
+
+def check_branch_outputs(outputs: Sequence[str]) -> tuple[str, ...]:
+    """Return the outputs of points, or raise a ParameterError."""
+    requested = check_outputs(outputs)
+    if not set(requested) <= set(OF_BRANCH):
+        raise ParameterError("outputs", outputs, f"a list of {', '.join(OF_BRANCH)}")
+    return requested
+
+
+def check_place_tolerance(
+    exciter: Exciter,
+    along: str,
+    tolerance: Mapping[str, float] | None,
+    outputs: Sequence[str],
+    ties: Ties,
+) -> dict[str, float] | None:
+    """Return the standard deviations of parameters, or raise a ParameterError."""
+    if tolerance is None:
+        return None
+    sigma = check_tolerances(exciter, tolerance)
+    missing = without_slope(exciter.numbers()._asdict(), along)
+    missing |= dict.fromkeys(ties.parameters, TIED)
+    for name in sigma:
+        if name in missing:
+            raise ParameterError(f"tolerance.{name}", sigma[name], must=missing[name])
+    if "sensitivity" in outputs:
+        must = "must leave out sensitivity beside tolerance: both have a dimension parameter of their own"
+        raise ParameterError("outputs", outputs, must=must)
+    return sigma
+
+
+def check_switch(switch: Collection[str]) -> tuple[str, ...]:
+    """Return the kinds of bifurcation to switch at, or raise a ParameterError."""
+    if isinstance(switch, str) or not set(switch) <= set(SWITCHES):
+        raise ParameterError("switch", switch, f"a list of {', '.join(SWITCHES)}")
+    return tuple(switch)
+
+
+def check_start(exciter: Exciter, start: xr.Dataset) -> None:
+    """Raise a ParameterError unless a steady state is an orbit that repeats with the force."""
+    regime = Regime(int(start.regime))
+    is_free = exciter.f == exciter.f2 == 0.0 and exciter.h == 0.0
+    if int(start.period_multiple) == 0 or is_free:
+        got = f"a motion with the regime {regime.name.lower()}"
+        raise ParameterError("exciter", exciter, must=MUST_REPEAT, got=got)
+
+
+def check_alone(x0: float | None, v0: float | None, switch: Collection[str]) -> None:
+    """Raise a ParameterError where a start or bifurcations stand beside a law."""
+    for name, value in (("x0", x0), ("v0", v0), ("switch", switch or None)):
+        if value is not None:
+            raise ParameterError(name, value, must=BESIDE_LAW)

@@ -17,8 +17,13 @@ from vibropipe.solve.checks import check_varied, check_whole
 from vibropipe.solve.design.ranges import at_lower_ends, check_vary
 from vibropipe.solve.fit.fit_dataset import fit_dataset, nearest_first
 from vibropipe.solve.fit.fit_model import Model, Search, search, with_absent
-from vibropipe.solve.fit.measured_table import columns_of, has_units, plain_arguments, plain_table
-from vibropipe.solve.fit.reading import read_table
+from vibropipe.solve.fit.reading import (
+    columns_of,
+    has_units,
+    plain_arguments,
+    plain_table,
+    read_table,
+)
 from vibropipe.solve.fit.record import UNKNOWN, Reading, Record
 from vibropipe.solve.fit.record_frequency import (
     frequency_text,

@@ -168,7 +168,4 @@ def assemble(shards: Sequence[xr.Dataset], grid: SweepGrid) -> xr.Dataset:
         # An index is kept; other coordinates are copied as variables, which are faster to build than a DataArray.
         coords[name] = first[name] if name in first.xindexes else first.variables[name]
     attrs = {k: v for k, v in first.attrs.items() if k not in ("row_start", "row_stop")}
-    joined = describe(xr.Dataset(variables, coords, attrs))
-    if "row_size" in joined:
-        joined["row_size"].attrs["sample_dimension"] = "impact"
-    return joined
+    return describe(xr.Dataset(variables, coords, attrs))

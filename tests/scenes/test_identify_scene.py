@@ -10,10 +10,17 @@ from helpers.sensors import record_by_solve_ivp
 import vibropipe as vp
 from vibropipe.report.parts import Row
 from vibropipe.scenes.identify.pictures import twin_texts
-from vibropipe.scenes.identify.report import REPORT, answers, correlation_text, tables
+from vibropipe.scenes.identify.report import (
+    REPORT,
+    answers,
+    correlation_text,
+    found_table,
+    least_and_best_known,
+    tables,
+)
 from vibropipe.scenes.registry import kind_of
 from vibropipe.study import StudyError, load_study, study_of_text
-from vibropipe.words.designs import FitResult, Twin
+from vibropipe.words.designs import FitResult, FoundResult, Twin
 
 TRUE = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, delta=0.03, R1=0.75, R2=0.65)
 STUDY = """
@@ -289,6 +296,26 @@ def test_twins_that_fit_worse_are_said_to() -> None:
         "Other parameters fit no worse",
         "Other parameters fit worse by no more than noise",
     ]
+
+
+@pytest.mark.parametrize(
+    ("twin", "state"), [(0.05, "determined up to twins"), (0.0201, "determined")]
+)
+def test_a_parameter_with_another_value_that_fits_as_well_is_not_just_determined(
+    twin: float, state: str
+) -> None:
+    exciter = vp.Exciter(l=0.5, nu=1.0, f=-0.7, h=0.2, R1=0.75, R2=0.65)
+    measured = {"phase": [0.0, 0.2, 0.4, 0.6, 0.8], "displacement": [0.4, 0.2, -0.3, -0.4, 0.1]}
+    found = vp.identify(exciter, measured, {"delta": (0, 0.1)}, samples=8)
+    attrs = dict(found["delta"].attrs)
+    twins = found.drop_dims("twin", errors="ignore").assign(
+        delta=((), 0.02, attrs), delta_std=0.001, delta_twin=("twin", [twin], attrs),
+        twin_kind=("twin", [Twin.OTHER]), twin_excess=("twin", [0.0]),
+        fit_result=int(FitResult.EXPLAINED),
+        parameter_result=("parameter", [FoundResult.DETERMINED]),
+    )  # fmt: skip
+    assert found_table("fit", twins).rows[0][4] == state
+    assert bool(least_and_best_known(twins)) == (state == "determined")
 
 
 @pytest.mark.parametrize(

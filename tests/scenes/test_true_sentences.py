@@ -13,7 +13,7 @@ from vibropipe.scenes.basins.report import starts_text
 from vibropipe.scenes.basins.text import percent
 from vibropipe.scenes.motion.captions import seen_text
 from vibropipe.scenes.sweep.answers import hardest_answer, sweep_answers, unresolved_answer
-from vibropipe.scenes.sweep.moves import fills_answer, impacts_answer
+from vibropipe.scenes.sweep.moves import fills_answer, impacts_answer, moves_answer
 from vibropipe.scenes.sweep.neighbours import border_text, jump_steps, jumps_of
 from vibropipe.scenes.sweep.quantities import Series
 from vibropipe.scenes.sweep.report import lines_table, motions_table
@@ -122,6 +122,18 @@ def test_regions_of_one_size_are_equally_frequent() -> None:
     assert fills_answer(dataset).lead == "No way to move is the most frequent."
     dataset["regime"].values[0] = NONE
     assert fills_answer(dataset).lead == "In most of the map the mass strikes no support."
+
+
+@pytest.mark.parametrize(
+    ("forces", "lead"),
+    [
+        ([0.1, 0.2], "The mass does not move in any row along f."),
+        ([0.31, 0.35], "The mass strikes no support in any row along f."),
+    ],
+)
+def test_a_mass_that_friction_holds_does_not_move(forces: list[float], lead: str) -> None:
+    exciter = vp.Exciter(0.5, nu=1.5, h=0.1, R1=0.7, R2=0.7, friction=0.3)
+    assert moves_answer(vp.sweep(exciter, {"f": forces})).lead == lead
 
 
 def test_a_line_with_unknown_rows_may_have_impacts() -> None:

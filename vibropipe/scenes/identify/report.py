@@ -92,7 +92,9 @@ def least_and_best_known(dataset: xr.Dataset) -> list[str]:
         name: float(dataset[f"{name}_std"])
         / float(dataset[f"{name}_upper"] - dataset[f"{name}_lower"])
         for name, result in results(dataset).items()
-        if result == FoundResult.DETERMINED and f"{name}_upper" in dataset
+        if result == FoundResult.DETERMINED
+        and f"{name}_upper" in dataset
+        and not has_other_values(dataset, name)
     }
     order = sorted(shares, key=lambda name: -shares[name])
     if len(order) == 1:
@@ -201,11 +203,26 @@ def found_table(scene: str, dataset: xr.Dataset) -> Table:
         deviation = with_units(dataset[name], at_most(float(dataset[f"{name}_std"]), 2))
         is_told = is_found or result != FoundResult.DETERMINED
         cells.append(deviation if is_found else DASH)
-        cells += [range_text(dataset, name), STATES[result] if is_told else DASH]
+        cells += [range_text(dataset, name), state_text(dataset, name) if is_told else DASH]
         texts = [DASH if np.isnan(value) else correlation_text(value) for value in shares]
         rows.append([*cells, *(texts if shown else [])])
     title = "The parameters found" if is_found else "The parameters nearest to what was measured"
     return Table(head, rows, note_text(dataset, bool(shown)), title=title, scene=scene)
+
+
+def state_text(dataset: xr.Dataset, name: str) -> str:
+    """Write whether the measurements determine a parameter, or leave several values of it."""
+    result = results(dataset)[name]
+    text = STATES[result]
+    return f"{text} up to twins" if has_other_values(dataset, name) else text
+
+
+def has_other_values(dataset: xr.Dataset, name: str) -> bool:
+    """Return whether a parameter that is determined has another value where others fit as well, beyond its error."""
+    if "twin" not in dataset.dims or results(dataset)[name] != FoundResult.DETERMINED:
+        return False
+    change = np.abs(dataset[f"{name}_twin"].values - float(dataset[name]))
+    return bool((change > 2.0 * float(dataset[f"{name}_std"])).any())
 
 
 def range_text(dataset: xr.Dataset, name: str) -> str:

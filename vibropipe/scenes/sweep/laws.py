@@ -31,6 +31,7 @@ WORDS = {
     "unresolved": ("no result", "has no result"),
 }
 AWAY = ("housing slides away", "slides away with its housing")
+STILL = ("no motion", "does not move")
 ONCE = ("each support struck once a period", "strikes each support once a period")
 # Of orbits that strike both supports, but not each of them once a period: more often all, most or not even these.
 MORE_OFTEN = (
@@ -217,8 +218,16 @@ def regions_of(dataset: xr.Dataset) -> tuple[xr.DataArray, list[Region]]:
             slides_away(dataset).where(codes == code, True).all()
         )
         words = AWAY if is_away else words
+        words = STILL if code == Regime.NO_IMPACT and is_still(dataset, codes == code) else words
         found.append(Region(code, name, *words, amount, codes.size))
     return codes, found
+
+
+def is_still(dataset: xr.Dataset, rows: xr.DataArray) -> bool:
+    """Return whether the mass moves in none of some rows, as far as the harmonics tell: friction may hold it."""
+    if "displacement_amplitude" not in dataset:
+        return False
+    return bool((dataset["displacement_amplitude"].where(rows, 0.0) == 0.0).all())
 
 
 def by_amount(codes: xr.DataArray) -> list[tuple[int, int]]:

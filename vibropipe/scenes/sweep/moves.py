@@ -67,7 +67,7 @@ def moves_answer(dataset: xr.Dataset) -> Answer:
 
 def is_negative(region: Region) -> bool:
     """Return whether the words of a region deny something: of all rows that is so in any row."""
-    return " no " in region.does
+    return " no " in region.does or " not " in region.does
 
 
 def turns_text(turns: list[Region]) -> str:

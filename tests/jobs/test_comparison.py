@@ -91,6 +91,10 @@ def test_what_cannot_be_compared_is_refused(pair: tuple[xr.Dataset, xr.Dataset])
     with pytest.raises(vp.ParameterError, match="B: must have rows over nu, f, as A has, got nu"):
         compare_datasets(one, line)
     far = line.assign_coords(nu=[2.0, 3.0])
+    empty = line.isel(nu=slice(0))
+    for whose, both in (("A", (empty, line)), ("B", (line, empty))):
+        with pytest.raises(vp.ParameterError, match=f"{whose}: must have rows over nu .*got none"):
+            compare_datasets(*both)
     with pytest.raises(vp.ParameterError, match="rows in common with A, got none of 2 rows"):
         compare_datasets(line, far)
     with pytest.raises(vp.ParameterError, match="pictures are of sweeps over one or two"):

@@ -126,6 +126,10 @@ def common_rows(one: xr.Dataset, two: xr.Dataset) -> tuple[xr.Dataset, xr.Datase
         must = f"must have rows over {swept[0]}, as A has"
         raise ParameterError("B", "", must=must, got=swept[1])
     dims = row_dims(one)
+    for whose, data in (("A", one), ("B", two)):
+        if not all(data.sizes[name] for name in dims):
+            must = f"must have rows over {', '.join(dims)} to be compared"
+            raise ParameterError(whose, "", must=must, got="none")
     indexed = [name for name in one.dims if name in one.indexes and name in two.indexes]
     for name in dims:
         if name not in indexed and one.sizes[name] != two.sizes[name]:

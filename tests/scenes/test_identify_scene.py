@@ -86,7 +86,11 @@ def test_parameters_are_found_from_a_file(tmp_path):
     assert float(dataset.delta) == pytest.approx(0.03, abs=1e-9)
     figure = draw("identify", dataset)
     assert len(figure.axes) == 2
-    assert "δ = 0.03" in picture_of("identify", dataset).describe(dataset, None, {})
+    # Between two frequencies nothing is known, so no line joins them.
+    assert {line.get_linestyle() for line in figure.axes[1].lines} == {"None"}
+    caption = picture_of("identify", dataset).describe(dataset, None, {})
+    assert "crosses: with the parameters" in caption
+    assert "δ = 0.03" in caption
     (table_found,) = tables({"found": dataset})
     assert table_found.rows[0][0] == "δ"
     assert "4 measurements" in table_found.note

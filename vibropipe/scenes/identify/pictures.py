@@ -82,6 +82,11 @@ def along(dataset: xr.Dataset) -> xr.DataArray:
     return next(each for each in dataset.coords.values() if each.dims == ("measurement",))
 
 
+def is_of_one_motion(x: xr.DataArray) -> bool:
+    """Return whether measurements are instants of one motion, not motions at several parameters."""
+    return x.name == "phase"
+
+
 def found_text(dataset: xr.Dataset, is_explained: bool) -> list[str]:
     """Write each parameter that was found, with its standard deviation, or that it is not determined."""
     texts = []
@@ -139,7 +144,10 @@ def draw_fit(dataset: xr.Dataset) -> Figure:
     for n, part in enumerate(parts):
         bottom = FOOT + REST + GAP + (len(parts) - 1 - n) * (PANEL + GAP)
         ax = axes(figure, LEFT, bottom, WIDTH, PANEL, sharex=rest)
-        ax.plot(x[order], part.fitted[order], color=EXACT, linewidth=1.0)
+        if is_of_one_motion(x):
+            ax.plot(x[order], part.fitted[order], color=EXACT, linewidth=1.0)
+        else:  # between two frequencies the motion may be another one
+            ax.plot(x, part.fitted, "+", color=EXACT, markersize=marker_size(x) + 2.6)
         ax.plot(
             x, part.measured, "o", color=INK, markersize=marker_size(x), fillstyle="none",
             markeredgewidth=0.7 if x.size <= MANY else 0.3,
@@ -202,8 +210,9 @@ def describe_fit(dataset: xr.Dataset) -> str:
     """Return the caption of the fit."""
     explained = int(dataset["fit_result"]) == FitResult.EXPLAINED
     text, whose = noise_text(dataset), "found" if explained else "nearest"
+    mark = "line" if is_of_one_motion(along(dataset)) else "crosses"
     return sentences(
-        f"Circles: measured; line: with the parameters that are {whose}; below: measured "
+        f"Circles: measured; {mark}: with the parameters that are {whose}; below: measured "
         "less fitted over the standard deviation of the noise, dashed: two of them",
         f"{whose.capitalize()}: {'; '.join(found_text(dataset, explained))}",
         capitalised(text),

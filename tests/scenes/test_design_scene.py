@@ -484,6 +484,7 @@ def test_the_design_that_was_found_and_its_best_value_are_told(minimise):
     variables = {
         "nu": [0.7, 0.81],
         "power_input": [0.2, 0.3],
+        "law_margin": [0.001, 0.3],
         "design_result": [DesignResult.CONFLICTING, DesignResult.MET],
     }
     columns = {name: ("design", values) for name, values in variables.items()}
@@ -818,11 +819,17 @@ def test_a_change_of_law_that_was_not_found_is_nowhere() -> None:
     assert "change of the law" not in describe_designs(none)
     some = design.assign(law_margin=("design", [0.5]))
     assert "that was found is 50 % of the ranges away" in describe_designs(some)
+    assert "Another law" not in best_design(some).rest
+    near = design.assign(law_margin=("design", [0.0002]))
+    assert best_design(near).rest.endswith(
+        "Another law of motion begins 0.02 % of the ranges away."
+    )
     two = xr.concat(
         [none, some], "design", data_vars="minimal", coords="minimal", compat="override"
     )
     (table, *_) = tables({"s": two})
     assert [row[table.head.index("margin (%)")] for row in table.rows] == ["–", "50"]
+    assert "is 50 % of the ranges away from design 2" in describe_designs(two)
     assert "A dash: none was found within the widths of the ranges." in table.note
 
 

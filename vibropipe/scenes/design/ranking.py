@@ -320,10 +320,13 @@ def describe_designs(dataset: xr.Dataset) -> str:
     if any("tight" in text for text in verdicts(dataset)):
         parts.append("Tight: a tolerance below the given standard deviation")
     if (margins < NONE_FOUND).any():
-        far = at_least(100 * float(np.nanmin(margins)), 2)
-        if np.nanmin(margins) < NEAREST:
-            far = f"less than {100 * NEAREST:g}"
-        parts.append(
-            f"The nearest change of the law of motion that was found is {far} % of the ranges away"
-        )
+        away = away_text(float(np.nanmin(margins)))
+        of = f" from design {int(np.nanargmin(margins)) + 1}" if margins.size > 1 else ""
+        parts.append(f"The nearest change of the law of motion that was found is {away} away{of}")
     return sentences(*parts)
+
+
+def away_text(margin: float) -> str:
+    """Write the distance of a change of the law of motion, rounded down: `2.1 % of the ranges`."""
+    far = f"less than {100 * NEAREST:g}" if margin < NEAREST else at_least(100 * margin, 2)
+    return f"{far} % of the ranges"

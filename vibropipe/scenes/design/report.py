@@ -53,6 +53,7 @@ from vibropipe.scenes.design.ranking import (
     MOST_PARAMETERS,
     NEAREST,
     NONE_FOUND,
+    away_text,
     least_miss,
     shown_parts,
 )
@@ -70,6 +71,7 @@ from vibropipe.words.designs import DesignResult
 from vibropipe.words.wording import series
 
 MOST_QUANTITIES = 3  # of a table
+NEAR = 0.01  # of the ranges: a change of the law that few workshops keep away from
 AT_END = 1e-6  # of a range: as near to its end counts as there
 USUAL_MM, USUAL_HZ = 8.0, 9.0  # an exciter in whose units a design is shown
 LENGTH_DIGITS = 4
@@ -208,7 +210,9 @@ def best_design(dataset: xr.Dataset) -> Answer:
     )
     words = {part: part.words(dataset) for part in chief_parts(dataset)} | {Part("yield"): "yield"}
     reached = [f"{words[p]} = {p.value_text(dataset, row)}" for p in chief_parts(dataset)]
-    return Answer(f"{which} has {values}.", f"It reaches {series(reached)}.")
+    margin = float(dataset["law_margin"].values[row])
+    near = f" Another law of motion begins {away_text(margin)} away." if margin < NEAR else ""
+    return Answer(f"{which} has {values}.", f"It reaches {series(reached)}.{near}")
 
 
 def chief_parts(dataset: xr.Dataset) -> list[Part]:

@@ -7,7 +7,7 @@ import pytest
 from hypothesis import assume, example, given
 from hypothesis import strategies as st
 
-from vibropipe.march.fast_path import crosses_once, refine_root
+from vibropipe.march.fast_path import GapEnds, crosses_once, refine_root
 from vibropipe.march.grid import StepGrid, exact_grid
 from vibropipe.march.log import COUNTS, EVALUATIONS
 from vibropipe.march.roots import (
@@ -232,7 +232,7 @@ def test_a_step_certified_by_its_ends_has_one_root(
     (root,) = sampled_roots(gap, 1.0)
     if w > 0:
         assert np.polyval(gap[::-1], np.linspace(0, root, 1001)).max() < distance
-    theta, slope = refine_root(ALL_EFFECTS, FORCED, GRID, c, load, 1.0, -near, *ends)
+    theta, slope = refine_root(ALL_EFFECTS, FORCED, GRID, c, load, GapEnds(1.0, -near, *ends))
     if theta <= 1.0:
         assert theta == pytest.approx(root, abs=1e-4)
         assert abs(np.polyval(gap[::-1], theta)) < 1e-15
@@ -256,7 +256,7 @@ def test_unforced_refinement_agrees_with_the_polynomial(y: float, w: float, load
     ends = y, y1, w * GRID.dt, w1 * GRID.dt
     if not crosses_once(GRID, y, w, load, *ends, 1.0):
         return
-    arguments = FORCED, GRID, c, load, 1.0, 0.0, *ends
+    arguments = FORCED, GRID, c, load, GapEnds(1.0, 0.0, *ends)
     theta, slope = refine_root(ALL_EFFECTS, *arguments)
     unforced = effects_from_names([name for name in COMMON_EFFECTS if name != "forcing"])
     assert refine_root(unforced, *arguments) == pytest.approx((theta, slope), rel=1e-14)

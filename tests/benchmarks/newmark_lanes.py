@@ -16,13 +16,14 @@ import numpy as np
 from vibropipe.compiler import jit
 from vibropipe.march.contacts import advance_rest, impact_at_end, impact_at_start
 from vibropipe.march.flight import fly
-from vibropipe.march.grid import Instant, StepGrid, newmark_numbers, whole_step
+from vibropipe.march.grid import Instant, StepGrid, newmark_coefficients, whole_step
 from vibropipe.march.log import Log, is_full
 from vibropipe.march.loop import coast_newmark
 from vibropipe.march.state import FLIGHT, REST, State, initial_state, is_before, is_watched
 from vibropipe.orbits.return_map import state_xv
 from vibropipe.orbits.row import row_parameters
 from vibropipe.physics.contact import frame_at
+from vibropipe.physics.load import forcing_period
 from vibropipe.physics.load_steps import load_contribution, sincos_at_step
 from vibropipe.words.status import Status
 
@@ -185,11 +186,10 @@ class LaneWork(NamedTuple):
 @jit
 def row_grid(inputs, p):
     """Return Newmark's grid of a row, with the tables that all rows share."""
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = newmark_numbers(
-        p, inputs.steps, None
-    )
+    dt = forcing_period(p) / inputs.steps
+    (a11, a12, b1, a21, a22, b2), force, force_2 = newmark_coefficients(p, dt, None)
     return StepGrid(
-        None, inputs.steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force,
+        None, inputs.steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force,
         inputs.sines, inputs.cosines, inputs.basis, None, force_2,
     )  # fmt: skip
 

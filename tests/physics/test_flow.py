@@ -93,7 +93,7 @@ def test_the_basis_adds_up_to_the_recurrence(nu: float, h: float) -> None:
 @pytest.mark.parametrize(("nu", "h"), RATES)
 def test_the_one_step_map_is_the_polynomial_at_its_end(nu: float, h: float) -> None:
     dt = REACH / fastest_rate(nu, h)
-    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis_of(h, nu, dt), dt)
+    (a11, a12, b1, a21, a22, b2), (p1, p2, q1, q2) = exact_map(basis_of(h, nu, dt), dt)
     y, w = exact_state(nu, h, 0.3, -0.7, 0.2, 0.4, -0.9, dt)
     assert a11 * 0.3 - a12 * 0.7 + b1 * 0.2 + p1 * 0.4 - p2 * 0.9 == pytest.approx(y, abs=1e-15)
     assert a21 * 0.3 - a22 * 0.7 + b2 * 0.2 + q1 * 0.4 - q2 * 0.9 == pytest.approx(w, abs=3e-15)

@@ -81,22 +81,6 @@ class StepGrid(NamedTuple):
     force_2: tuple[float, float, float, float]
 
 
-class StepNumbers(NamedTuple):
-    """The numbers of a `StepGrid`, of the same names."""
-
-    dt: float
-    a11: float
-    a12: float
-    b1: float
-    a21: float
-    a22: float
-    b2: float
-    margin0: float
-    margin1: float
-    force: tuple[float, float, float, float]
-    force_2: tuple[float, float, float, float]
-
-
 class RampGrid(NamedTuple):
     """The exact method on a ramp for motions by pieces: each step is a "period", counted from the start of the ramp.
 
@@ -133,9 +117,9 @@ def exact_grid_with_steps(e, p, steps):
     """
     size = table_size(e, steps)
     ps, qs, basis = np.empty(size), np.empty(size), new_basis(e.second_harmonic)
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = fill_tables(
-        e, p, steps, ps, qs, basis
-    )
+    step, force, force_2 = fill_tables(e, p, steps, ps, qs, basis)
+    dt, (a11, a12, b1, a21, a22, b2) = forcing_period(p) / steps, step
+    margin0, margin1 = margins(p, dt)
     return StepGrid(
         1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
         e.second_harmonic, force_2,
@@ -156,9 +140,9 @@ def grid_in_room(e, p, steps, room):
     """
     size = table_size(e, steps)
     ps, qs, basis = room[0][:size], room[1][:size], room[2]
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = fill_tables(
-        e, p, steps, ps, qs, basis
-    )
+    step, force, force_2 = fill_tables(e, p, steps, ps, qs, basis)
+    dt, (a11, a12, b1, a21, a22, b2) = forcing_period(p) / steps, step
+    margin0, margin1 = margins(p, dt)
     return StepGrid(
         1, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, ps, qs, basis,
         e.second_harmonic, force_2,
@@ -167,10 +151,13 @@ def grid_in_room(e, p, steps, room):
 
 @jit
 def fill_tables(e, p, steps, ps, qs, basis):
-    """Fill the tables, (steps,) or (0,), and the basis of a grid of the exact method; return its `StepNumbers`."""
+    """Fill the tables, (steps,) or (0,), and the basis of a grid of the exact method.
+
+    Returns its `StepMap`, and `force` and `force_2` of a `StepGrid`.
+    """
     dt = forcing_period(p) / steps
     fill_basis(basis, p.h, p.nu, dt, e.second_harmonic)
-    a11, a12, b1, p1, p2, a21, a22, b2, q1, q2 = exact_map(basis, dt)
+    step, (p1, p2, q1, q2) = exact_map(basis, dt)
     force = exact_factors(p, p1, p2, q1, q2)
     fill_sincos(ps, qs, steps)
     force_2 = (0.0, 0.0, 0.0, 0.0)
@@ -184,8 +171,7 @@ def fill_tables(e, p, steps, ps, qs, basis):
             second_y, second_w = contribution_of_second(force_2, s, c)
             ps[j] += second_y
             qs[j] += second_w
-    margin0, margin1 = margins(p, dt)
-    return StepNumbers(dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2)
+    return step, force, force_2
 
 
 @jit_allocating
@@ -201,25 +187,23 @@ def exact_steps(e, p):
 
 
 @jit
-def newmark_numbers(p, steps, second):
-    """Return the `StepNumbers` of Newmark's method; second : the effect `second_harmonic`."""
-    dt = forcing_period(p) / steps
-    a11, a12, b1, a21, a22, b2 = newmark_map(p.h, dt)
-    force, force_2 = mean_factors(p, b1, b2, dt), (0.0, 0.0, 0.0, 0.0)
+def newmark_coefficients(p, dt, second):
+    """Return the `StepMap` of Newmark's method, and `force` and `force_2` of a `StepGrid`; second : the effect."""
+    step, force_2 = newmark_map(p.h, dt), (0.0, 0.0, 0.0, 0.0)
     if second is not None:
-        force_2 = mean_factors_of_second(p, b1, b2, dt)
-    return StepNumbers(dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force, force_2)
+        force_2 = mean_factors_of_second(p, step.b1, step.b2, dt)
+    return step, mean_factors(p, step.b1, step.b2, dt), force_2
 
 
 @jit_allocating
 def newmark_grid(e, p, steps):
     """Return the grid of Newmark's method; steps : steps per forcing period."""
     sines, cosines = sincos_tables(e, steps)
-    dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, force_2 = newmark_numbers(
-        p, steps, e.second_harmonic
-    )
+    dt = forcing_period(p) / steps
+    step, force, force_2 = newmark_coefficients(p, dt, e.second_harmonic)
+    a11, a12, b1, a21, a22, b2 = step
     return StepGrid(
-        None, steps, dt, a11, a12, b1, a21, a22, b2, margin0, margin1, force, sines, cosines,
+        None, steps, dt, a11, a12, b1, a21, a22, b2, 0.0, 0.0, force, sines, cosines,
         np.zeros((0, 0)), e.second_harmonic, force_2,
     )  # fmt: skip
 

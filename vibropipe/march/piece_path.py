@@ -74,9 +74,9 @@ def fill_flow(flow, p, stiffness, damping, dt, second) -> None:
         piece_taylor(flow[column], y, w, force, load, stiffness, damping, p.nu, dt, second)
     key, more = flow[MAP], flow[SECOND_MAP]
     key[0], key[1], key[2], key[3] = stiffness, damping, p.nu, dt
-    key[4], key[5], key[6], key[7], key[8], key[9], key[10], key[11], key[12], key[13] = exact_map(
-        flow, dt
-    )
+    step, (p1, p2, q1, q2) = exact_map(flow, dt)
+    key[4], key[5], key[6], key[7], key[8] = step.a11, step.a12, step.b1, p1, p2
+    key[9], key[10], key[11], key[12], key[13] = step.a21, step.a22, step.b2, q1, q2
     key[MARGIN_Y], key[MARGIN_W] = margin_of(flow[0]), margin_of(flow[1])
     more[MARGIN_FORCE], more[MARGIN_SECOND] = margin_of(flow[3]) + margin_of(flow[4]), 0.0
     if second is not None:

@@ -163,42 +163,36 @@ def _step_end(c, dt):
 
 
 class StepMap(NamedTuple):
-    """A step with the `Force` (s, c) at its start, from (y, w).
-
-    To y' = a11 y + a12 w + b1 load + p1 s + p2 c and w' = a21 y + a22 w + b2 load + q1 s + q2 c.
-    """
+    """A step from (y, w) to (a11 y + a12 w + b1 load, a21 y + a22 w + b2 load)."""
 
     a11: float
     a12: float
     b1: float
-    p1: float
-    p2: float
     a21: float
     a22: float
     b2: float
-    q1: float
-    q2: float
 
 
 @jit
 def exact_map(basis, dt: float):
-    """Return the exact one-step map of a basis.
+    """Return the exact one-step map of a basis, and what a force adds to it.
 
     basis : (COLUMNS, DEGREE + 1), of `fill_basis`
 
-    Returns a `StepMap`, whose b1 is the response to a constant force; 1 - a11 would cancel for short steps.
+    Returns a `StepMap`, whose b1 is the response to a constant force: 1 - a11 would cancel for short steps; and (p1,
+    p2, q1, q2): a `Force` (s, c) at the start adds p1 s + p2 c to y and q1 s + q2 c to w.
     """
     a11, a21 = _step_end(basis[0], dt)
     a12, a22 = _step_end(basis[1], dt)
     b1, b2 = _step_end(basis[2], dt)
     p1, q1 = _step_end(basis[3], dt)
     p2, q2 = _step_end(basis[4], dt)
-    return StepMap(a11, a12, b1, p1, p2, a21, a22, b2, q1, q2)
+    return StepMap(a11, a12, b1, a21, a22, b2), (p1, p2, q1, q2)
 
 
 @jit
 def exact_map_of_second(basis, dt: float):
-    """Return (p1, p2, q1, q2) of `exact_map` for the second harmonic."""
+    """Return the (p1, p2, q1, q2) of `exact_map` for the second harmonic."""
     y0, y1 = (
         displacement(basis[COLUMNS], DEGREE, 1.0),
         displacement(basis[COLUMNS + 1], DEGREE, 1.0),

@@ -11,9 +11,8 @@ ASCE 85 (EM3) (1959) 67-94.
 
 from __future__ import annotations
 
-from typing import NamedTuple
-
 from vibropipe.compiler import jit
+from vibropipe.physics.flow import StepMap
 
 
 @jit
@@ -30,25 +29,14 @@ def mean_acceleration(y, w, force_mean, h, dt):
     return (force_mean - (h + 0.5 * dt) * w - y) / (1.0 + 0.5 * h * dt + 0.25 * dt * dt)
 
 
-class MeanMap(NamedTuple):
-    """A step to y' = a11 y + a12 w + b1 load and w' = a21 y + a22 w + b2 load; the load is the mean force of it."""
-
-    a11: float
-    a12: float
-    b1: float
-    a21: float
-    a22: float
-    b2: float
-
-
 @jit
 def newmark_map(h: float, dt: float):
-    """Return the `MeanMap` of a step of length dt; h : damping."""
+    """Return the `StepMap` of a step of length dt, whose load is the mean force of the step; h : damping."""
     m1 = mean_acceleration(1.0, 0.0, 0.0, h, dt)
     m2 = mean_acceleration(0.0, 1.0, 0.0, h, dt)
     m3 = mean_acceleration(0.0, 0.0, 1.0, h, dt)
     half = 0.5 * dt * dt
-    return MeanMap(1.0 + half * m1, dt + half * m2, half * m3, dt * m1, 1.0 + dt * m2, dt * m3)
+    return StepMap(1.0 + half * m1, dt + half * m2, half * m3, dt * m1, 1.0 + dt * m2, dt * m3)
 
 
 @jit

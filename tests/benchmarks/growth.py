@@ -178,7 +178,7 @@ def solve_shard(directory: Path, points: int, shard: int, shards: int, threads: 
     rounds = range(max(1, min(ROUNDS, ROWS_SOLVED // (stop - start))))
 
     def solve_all() -> None:
-        for _block in solve_in_blocks(scene, start, stop, block_rows(scene)):
+        for _block in solve_in_blocks(scene, range(start, stop), block_rows(scene)):
             pass
 
     target, cut = (directory / "whole.nc", None) if shards == 1 else (path, (shard, shards))

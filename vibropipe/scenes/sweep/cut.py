@@ -59,8 +59,10 @@ def store(
     """
     start, stop = _rows(scene, shard)
     size = block_rows(scene)
-    rows = None if earlier is None else start + np.flatnonzero(earlier.rows < 0)
-    with closing(solve_in_blocks(scene, start, stop, size, progress, rows)) as solved:
+    rows: range | np.ndarray = range(start, stop)
+    if earlier is not None:
+        rows = start + np.flatnonzero(earlier.rows < 0)
+    with closing(solve_in_blocks(scene, rows, size, progress)) as solved:
         blocks: Any = (block.assign_attrs({**attrs, **block.attrs}) for block in solved)
         if earlier is not None:
             blocks = earlier.merge(map(encode, blocks), stored_grid(scene), start, size)

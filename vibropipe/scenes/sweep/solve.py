@@ -22,7 +22,7 @@ if TYPE_CHECKING:
 
 def solve(scene: SweepScene, progress: Progress | None = None) -> xr.Dataset:
     """Solve all rows of a sweep in memory and return them on its grid."""
-    (rows,) = _solve_plain(scene, 0, scene.row_count, scene.row_count, progress)
+    (rows,) = _solve_plain(scene, range(scene.row_count), scene.row_count, progress)
     return stored(assemble([rows], scene.row_grid()), scene.mass_and_stiffness)
 
 
@@ -30,36 +30,26 @@ def solve_rows(
     scene: SweepScene, start: int, stop: int, progress: Progress | None = None
 ) -> xr.Dataset:
     """Solve the rows [start, stop) of a sweep, over `row`; both ends must lie between chains."""
-    (rows,) = solve_in_blocks(scene, start, stop, stop - start, progress)
+    (rows,) = solve_in_blocks(scene, range(start, stop), stop - start, progress)
     return rows
 
 
 def solve_in_blocks(
-    scene: SweepScene,
-    start: int,
-    stop: int,
-    size: int,
-    progress: Progress | None = None,
-    rows: np.ndarray | None = None,
+    scene: SweepScene, rows: range | np.ndarray, size: int, progress: Progress | None = None
 ) -> Generator[xr.Dataset]:
-    """Solve the rows [start, stop) of a sweep, or `rows` of them, in blocks over `row` of at least `size` rows."""
-    with closing(_solve_plain(scene, start, stop, size, progress, rows)) as blocks:
+    """Solve rows of a sweep, as of `solve_blocks`, in blocks over `row` of at least `size` rows."""
+    with closing(_solve_plain(scene, rows, size, progress)) as blocks:
         for block in blocks:
             yield stored(block, scene.mass_and_stiffness)
 
 
 def _solve_plain(
-    scene: SweepScene,
-    start: int,
-    stop: int,
-    size: int,
-    progress: Progress | None,
-    rows: np.ndarray | None = None,
+    scene: SweepScene, rows: range | np.ndarray, size: int, progress: Progress | None
 ) -> Generator[xr.Dataset]:
     """Solve rows without units, and prove them if the scene asks for it."""
     blocks = solve_blocks(
         scene.row_grid(),
-        range(start, stop) if rows is None else rows,
+        rows,
         size,
         start=(scene.start.x0, scene.start.v0),
         harmonics=scene.harmonics,
